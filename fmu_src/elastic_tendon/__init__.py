@@ -1,0 +1,40 @@
+"""The elastic tendon actuator: one model as simulator, FMU and fit.
+
+Names are imported on first use, so that importing the package costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from elastic_tendon.compiled import Sensitivities, Trajectory, sensitivities, simulate
+    from elastic_tendon.fmu.export import export_fmu
+    from elastic_tendon.parameters import Model, bundled_models, load_model
+
+_HOME = {
+    "Model": "parameters",
+    "Sensitivities": "compiled",
+    "Trajectory": "compiled",
+    "bundled_models": "parameters",
+    "export_fmu": "fmu.export",
+    "load_model": "parameters",
+    "sensitivities": "compiled",
+    "simulate": "compiled",
+}
+
+__all__ = [
+    "Model",
+    "Sensitivities",
+    "Trajectory",
+    "bundled_models",
+    "export_fmu",
+    "load_model",
+    "sensitivities",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,0 +1,26 @@
+"""The errors that a user can meet; every message is one sentence that says what to do."""
+
+
+class ElasticTendonError(Exception):
+    """Base of all errors raised on purpose; the command line prints it and exits with 1."""
+
+
+class ModelError(ElasticTendonError):
+    """A model.toml that cannot be used; `problems` lists every fault found, one sentence each."""
+
+    def __init__(self, source: str, problems: list[str]) -> None:
+        self.source = source
+        self.problems = problems
+        super().__init__(f"{source}: " + "; ".join(problems))
+
+
+class MeasurementError(ElasticTendonError):
+    """A data file that cannot be used; the message names file, column and row."""
+
+
+class BuildError(ElasticTendonError):
+    """The compiler refused, or the cache folder cannot be written."""
+
+
+class SimulationError(ElasticTendonError):
+    """The solver could not go on; the message names the time and the reason."""

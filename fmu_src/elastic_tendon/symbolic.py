@@ -1,0 +1,43 @@
+"""Functions that work alike on numbers, numpy arrays and CasADi symbols.
+
+The model's equations are written once with these; numpy evaluates them for plots
+and tests, CasADi turns them into derivatives and C.
+"""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+
+Symbol: TypeAlias = Any  # float | numpy.ndarray | casadi.SX; CasADi is not imported for numbers
+
+
+def _is_casadi(value: Symbol) -> bool:
+    return type(value).__module__.startswith("casadi")
+
+
+def where(condition: Symbol, then: Symbol, otherwise: Symbol) -> Symbol:
+    """Choose between two expressions; the branch not chosen may be non-finite.
+
+    Parameters
+    ----------
+    condition : bool, (n,) array or SX
+    then, otherwise : float, (n,) array or SX; any unit, the same for both
+
+    Returns
+    -------
+    float, (n,) array or SX; `then` where `condition` is not zero
+    """
+    if any(_is_casadi(value) for value in (condition, then, otherwise)):
+        import casadi
+
+        return casadi.if_else(condition, then, otherwise)
+    return np.where(condition, then, otherwise)
+
+
+def both(first: Symbol, second: Symbol) -> Symbol:
+    """Logical and of two conditions."""
+    if _is_casadi(first) or _is_casadi(second):
+        import casadi
+
+        return casadi.logic_and(first, second)
+    return np.logical_and(first, second)
