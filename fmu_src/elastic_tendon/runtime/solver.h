@@ -1,0 +1,64 @@
+/* Integration of the hybrid system between communication points or samples.
+ *
+ * Explicit Dormand-Prince 5(4), with a switch to Radau IIA (order 5) where stiffness limits the
+ * step. Events are located by bracketing with frozen modes. Forward sensitivities are carried
+ * along on request and jump at events. No allocation, no globals.
+ */
+#ifndef SOLVER_H
+#define SOLVER_H
+
+#include "model.h"
+
+/* Inputs as cubic polynomials of (t - origin). */
+typedef struct {
+  double origin;
+  double coefficient[N_INPUTS][4];
+} Signal;
+
+/* Everything that changes while integrating: plain data, copied to save and to roll back. */
+typedef struct {
+  double time;
+  double x[N_STATES];
+  double mode[N_MODES];
+  double step;   /* step size to try next, s; 0: not yet chosen */
+  int implicit;  /* 1 while Radau integrates */
+  int judged;    /* steps since the choice of method was last judged, */
+  double span;   /* and their sum, s */
+} Motion;
+
+typedef struct {
+  long long steps, implicit_steps, rejected, rates, events, grazing;
+} Statistics;
+
+typedef enum { SOLVED, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENTS_DO_NOT_SETTLE, NOT_FINITE } Outcome;
+
+typedef struct {
+  Motion motion;
+  Signal signal;
+  const double *p;
+  double tolerance;     /* relative, and absolute in units of the states' nominals */
+  int n_directions;     /* sensitivities: number of columns, */
+  const int *direction; /* for each the index in v, */
+  double *vector;       /* and SOLVER_MEMORY(n_directions) doubles, of which the first
+                           N_STATES * (1 + n_directions) are x, dx/dv_1, dx/dv_2, ... */
+  double *event_time;   /* optional record of the first event_capacity events, s */
+  long long event_capacity;
+  Statistics statistics;
+} Solver;
+
+/* Present and trial vector and seven stages. */
+#define SOLVER_MEMORY(directions) (9 * N_STATES * (1 + (directions)))
+
+static const char *outcome_text(Outcome outcome);
+
+/* Start afresh at a time, from the states in motion.x: modes and solver memory as at creation. */
+static void solver_restart(Solver *s, double time);
+
+/* Make modes and states consistent with inputs, parameters and states at the present time; call
+ * it after a restart and after every change of these. */
+static Outcome solver_settle(Solver *s);
+
+/* Integrate to exactly t_end. On failure the motion stays at the last good time. */
+static Outcome solver_advance(Solver *s, double t_end);
+
+#endif
