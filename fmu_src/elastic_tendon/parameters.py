@@ -183,7 +183,11 @@ def quantities(effect_ids: Iterable[str]) -> tuple[Quantity, ...]:
 
     The order is that of the declarations and of the catalogue, not of `effect_ids`.
     """
-    wanted = set(effect_ids)
+    return _quantities(frozenset(effect_ids))
+
+
+@lru_cache
+def _quantities(wanted: frozenset[str]) -> tuple[Quantity, ...]:
     if unknown := sorted(wanted - effects.BY_ID.keys()):
         raise KeyError(f"no effect named {', '.join(unknown)}")
     base = declared_in(Model, run_time_only=True)
@@ -217,6 +221,14 @@ def load_model(path_or_name: str | Path) -> Model:
 
     A bundled name means the bundled model also where a file is called the same; write
     ``./name`` for the file.
+
+    Parameters
+    ----------
+    path_or_name : path of a model.toml, or one of `bundled_models`
+
+    Returns
+    -------
+    Model
 
     Raises
     ------

@@ -39,6 +39,11 @@ class Variable:
     lower: float = -inf
     upper: float = inf
 
+    @property
+    def discrete(self) -> bool:
+        """Whether it changes at events only."""
+        return self.kind is not Kind.REAL
+
 
 @dataclass(frozen=True)
 class Mode:

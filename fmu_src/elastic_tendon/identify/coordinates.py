@@ -1,0 +1,140 @@
+"""The variables in which a fit moves, and the prior that holds them.
+
+Every free number is measured from its given value in units of its prior's one sigma. The Gaussian
+prior then is a unit circle, numbers of very different size become alike, and a damping or a
+friction torque can reach zero, which a logarithm would forbid.
+
+The pretension is free up to (27), and (27) moves with the stiffnesses. Its variable is therefore
+its share of (27), so that every point within the bounds is a model that exists.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.parameters import Model, quantities
+
+PRETENSION = "transmission.pretension_force"
+SPRINGS = ("transmission.upper_spring", "transmission.lower_spring")
+
+
+def free_parameters(model: Model) -> tuple[str, ...]:
+    """Dotted paths of the numbers that the prior does not call known."""
+    return tuple(
+        quantity.path
+        for quantity in quantities(model.effect_ids)
+        if not quantity.integer and model.uncertainty_of(quantity.path) > 0.0
+    )
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Way between the fit's variables x (m,) and the free numbers of a model.
+
+    `given` is the model that the prior is centred on; `paths` are the m free numbers; `sigma`
+    (m,) is the prior's one sigma in their units and `centre` (m,) their given values.
+    """
+
+    given: Model
+    paths: tuple[str, ...]
+    centre: Array
+    sigma: Array
+
+    @classmethod
+    def of(cls, given: Model, paths: Sequence[str]) -> "Coordinates":
+        """Coordinates for some of a model's numbers; each needs an uncertainty above zero."""
+        values = given.values()
+        return cls(
+            given=given,
+            paths=tuple(paths),
+            centre=np.array([values[path] for path in paths]),
+            sigma=np.array([given.uncertainty_of(path) for path in paths]),
+        )
+
+    def values(self, x: Array) -> Array:
+        """Free numbers (m,) at x (m,), each in its unit."""
+        values = self.centre + self.sigma * x
+        if PRETENSION in self.paths:
+            index = self.paths.index(PRETENSION)
+            limit = self._pretension_limit(dict(zip(self.paths, values, strict=True)))[0]
+            # rounding must not lift the pretension above its limit
+            values[index] = min(values[index] * limit / self._given_limit(), limit)
+        return values
+
+    def variables(self, values: Array) -> Array:
+        """Inverse of `values`."""
+        plain = np.array(values, dtype=np.float64)
+        if PRETENSION in self.paths:
+            index = self.paths.index(PRETENSION)
+            limit = self._pretension_limit(dict(zip(self.paths, values, strict=True)))[0]
+            plain[index] *= self._given_limit() / limit
+        return (plain - self.centre) / self.sigma
+
+    def derivatives(self, x: Array) -> Array:
+        """d values / d x, (m, m)."""
+        matrix = np.diag(self.sigma)
+        if PRETENSION in self.paths:
+            index = self.paths.index(PRETENSION)
+            values = self.centre + self.sigma * x
+            limit, slopes = self._pretension_limit(dict(zip(self.paths, values, strict=True)))
+            matrix[index, index] *= limit / self._given_limit()
+            for path, slope in slopes.items():
+                if path in self.paths:
+                    column = self.paths.index(path)
+                    matrix[index, column] = (
+                        values[index] / self._given_limit() * slope * self.sigma[column]
+                    )
+        return matrix
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest x, two (m,) arrays, from the bounds of the quantities and (27)."""
+        declared = {one.path: one for one in quantities(self.given.effect_ids)}
+        lower = np.array([declared[path].lower for path in self.paths])
+        upper = np.array([declared[path].upper for path in self.paths])
+        for index, path in enumerate(self.paths):
+            if path == PRETENSION:
+                upper[index] = min(upper[index], self._given_limit())
+            elif PRETENSION not in self.paths:
+                lower[index] = max(lower[index], self._least_for_pretension(path))
+        return (lower - self.centre) / self.sigma, (upper - self.centre) / self.sigma
+
+    def model(self, x: Array) -> Model:
+        """The model at x (m,).
+
+        Raises
+        ------
+        ModelError : the numbers together are no model
+        """
+        return self.given.with_values(dict(zip(self.paths, self.values(x).tolist(), strict=True)))
+
+    def _given_limit(self) -> float:
+        return self.given.transmission.largest_pretension
+
+    def _pretension_limit(self, free: Mapping[str, float]) -> tuple[float, dict[str, float]]:
+        """(27) in N, and its slope to the stiffness and deflection of the spring that sets it."""
+        values = self.given.values() | dict(free)
+        forces = {}
+        for spring in SPRINGS:
+            combined = values[f"{spring}.stiffness"] * values[f"{spring}.parallel"]
+            forces[spring] = combined * values[f"{spring}.max_deflection"]
+        weakest = min(forces, key=forces.__getitem__)
+        slopes = {
+            path: forces[weakest] / values[path]
+            for path in (f"{weakest}.stiffness", f"{weakest}.max_deflection")
+        }
+        return forces[weakest], slopes
+
+    def _least_for_pretension(self, path: str) -> float:
+        """Lowest stiffness or deflection at which a known pretension is borne, (27)."""
+        spring, _, name = path.rpartition(".")
+        if spring not in SPRINGS or name not in ("stiffness", "max_deflection"):
+            return -np.inf
+        values = self.given.values()
+        force = (
+            values[f"{spring}.stiffness"]
+            * values[f"{spring}.parallel"]
+            * values[f"{spring}.max_deflection"]
+        )
+        return values[path] * values[PRETENSION] / force

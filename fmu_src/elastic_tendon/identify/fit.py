@@ -1,0 +1,236 @@
+"""Fit a model's uncertain numbers to measurements.
+
+Least squares on whitened errors with the exact sensitivities of the compiled library. The prior
+of every number takes part, so that a direction which the data leave open stays where it was.
+
+How the data weigh against the prior is decided by the errors themselves (`effective_sigma`). With
+a sigma taken from the errors, minimising the sum of squares and renewing sigma in turn minimises
+N_eff log(sum of squares) + prior, so the rounds below converge.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from elastic_tendon.errors import SimulationError
+from elastic_tendon.identify.coordinates import free_parameters
+from elastic_tendon.identify.determinability import Findings, findings
+from elastic_tendon.identify.problem import Problem, Sigmas, problem_of
+from elastic_tendon.identify.residuals import Array, InitialState
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+
+Progress = Callable[[float], None]  # share of the work done, 0 to 1
+
+MAXIMUM_ROUNDS = 5
+SIGMA_TOLERANCE = 0.02  # sigmas that change less than this leave the optimum where it is
+SCOUTING_EVALUATIONS = 8  # enough to tell a good basin from a bad one
+POLISHED = 2  # so many of the scouted starts are followed to the end beside the best
+MAXIMUM_EVALUATIONS = 60
+COST_TOLERANCE = 1e-8
+# a number this close to its bound or its given value, in prior sigmas, is at it ...
+BOUND_TOLERANCE = 1e-5
+GIVEN_TOLERANCE = 1e-3
+# ... if putting it there raises the cost by no more than this share
+SETTLING_COST = 1e-6
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """A fitted model and what the data say about its numbers.
+
+    `model` carries the fitted values and still the given uncertainties; `given` is the model the
+    prior is centred on. `initial_states` has one entry for each recording. `cost` is half the sum
+    of squares of whitened errors and prior under `sigmas`, `start_cost` the least of it among the
+    starts. `interrupted`: stopped by the user, holds the best so far.
+    """
+
+    given: Model
+    model: Model
+    problem: Problem
+    vector: Array
+    sigmas: Sigmas
+    cost: float
+    start_cost: float
+    findings: Findings
+    evaluations: int
+    interrupted: bool
+
+    @property
+    def initial_states(self) -> list[InitialState]:
+        """Fitted state at the first sample of each recording, rad and rad/s."""
+        return self.problem.initial_states(self.vector)
+
+
+@dataclass
+class _Search:
+    """One run of the optimiser under given sigmas; remembers the best vector it has met."""
+
+    problem: Problem
+    sigmas: Sigmas
+    best: Array
+    best_cost: float = np.inf
+    evaluations: int = 0
+    lower: Array = field(init=False)
+    upper: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.lower, self.upper = self.problem.bounds()
+
+    def residuals(self, vector: Array) -> Array:
+        values = self.problem.residuals(vector, self.sigmas)
+        self.evaluations += 1
+        cost = 0.5 * float(values @ values)
+        if cost < self.best_cost:
+            self.best, self.best_cost = vector.copy(), cost
+        return values
+
+    def jacobian(self, vector: Array) -> Array:
+        return self.problem.jacobian(vector, self.sigmas)
+
+    def cost(self, vector: Array) -> float:
+        values = self.residuals(vector)
+        return 0.5 * float(values @ values)
+
+    def offer(self, vectors: Sequence[Array]) -> None:
+        """Let these take part in the choice of the best."""
+        for vector in vectors:
+            self.cost(np.clip(vector, self.lower, self.upper))
+
+    def renew(self) -> bool:
+        """Take the sigmas that the best vector calls for; false if they are the same already."""
+        sigmas = self.problem.sigmas(self.best)
+        ratios = [
+            new[name] / old[name]
+            for new, old in zip(sigmas, self.sigmas, strict=True)
+            for name in new
+        ]
+        self.sigmas = sigmas
+        self.best_cost = np.inf
+        self.cost(self.best)
+        return max(abs(ratio - 1.0) for ratio in ratios) > SIGMA_TOLERANCE
+
+    def descend(self, start: Array, evaluations: int) -> tuple[Array, float]:
+        """Local optimum near a start, or as far as this many evaluations lead."""
+        inside = np.clip(start, self.lower, self.upper)
+        if not np.isfinite(self.cost(inside)):
+            return inside, np.inf
+        try:
+            solution = least_squares(
+                self.residuals,
+                inside,
+                jac=self.jacobian,
+                bounds=(self.lower, self.upper),
+                method="trf",
+                x_scale="jac",
+                ftol=COST_TOLERANCE,
+                max_nfev=evaluations,
+            )
+        except SimulationError:  # derivatives can fail where the trajectory itself does not
+            return inside, np.inf
+        return solution.x, float(solution.cost)
+
+    def settle(self, vector: Array) -> Array:
+        """Put numbers exactly to their bound or given value where that costs nothing."""
+        coordinates = self.problem.coordinates
+        count = len(coordinates.paths)
+        numbers = vector[:count].copy()
+        for bound in (self.lower[:count], self.upper[:count]):
+            near = np.abs(numbers - bound) < BOUND_TOLERANCE
+            numbers[near] = bound[near]
+        values = coordinates.values(numbers)
+        kept = np.abs(values - coordinates.centre) < GIVEN_TOLERANCE * coordinates.sigma
+        values[kept] = coordinates.centre[kept]
+        settled = np.concatenate([coordinates.variables(values), vector[count:]])
+        allowed = self.cost(vector) * (1.0 + SETTLING_COST)
+        return settled if self.cost(settled) <= allowed else vector
+
+
+def fit(
+    given: Model,
+    measurements: Sequence[Measurement],
+    *,
+    free: Sequence[str] | None = None,
+    starts: Sequence[Model] = (),
+    progress: Progress = lambda _share: None,
+) -> FitResult:
+    """Fit free numbers and every recording's initial state.
+
+    The result is never worse, in cost, than any start.
+
+    Parameters
+    ----------
+    given : Model; centre of the prior and first start
+    measurements : sequence of Measurement, fitted together
+    free : dotted paths of the numbers to fit; None: all that have an uncertainty
+    starts : further models with the same effects to start from
+    progress : called with the share of the work done, 0 to 1
+
+    Returns
+    -------
+    FitResult
+
+    Raises
+    ------
+    SimulationError : not even the given model can be simulated
+    """
+    paths = free_parameters(given) if free is None else tuple(free)
+    problem = problem_of(given, measurements, paths)
+    vectors = [problem.start(given)]
+    for model in starts:
+        try:
+            vectors.append(problem.start(model))
+        except SimulationError:  # a start that cannot be simulated is no start
+            continue
+    search = _Search(problem, problem.sigmas(vectors[0], independent=True), vectors[0])
+    interrupted = False
+    try:
+        _run(search, vectors, progress)
+    except KeyboardInterrupt:
+        interrupted = True
+    vector = search.settle(search.best)
+    return FitResult(
+        given=given,
+        model=problem.model(vector),
+        problem=problem,
+        vector=vector,
+        sigmas=search.sigmas,
+        cost=search.cost(vector),
+        start_cost=min(search.cost(start) for start in vectors),
+        findings=findings(problem, vector, search.sigmas),
+        evaluations=search.evaluations,
+        interrupted=interrupted,
+    )
+
+
+def _run(search: _Search, starts: Sequence[Array], progress: Progress) -> None:
+    """Scout under samples taken as independent, then settle under what they really tell.
+
+    Scouting lets the data overrule the prior, so that a number that is far off is found; the
+    rounds then weigh data and prior honestly, and return what only the lack of fit had moved.
+    """
+    steps = len(starts) + POLISHED + 1 + MAXIMUM_ROUNDS
+    done = 0
+
+    def descend(start: Array, evaluations: int) -> tuple[Array, float]:
+        nonlocal done
+        found = search.descend(start, evaluations)
+        done += 1
+        progress(done / steps)
+        return found
+
+    search.offer(starts)
+    scouted = sorted((descend(one, SCOUTING_EVALUATIONS) for one in starts), key=lambda x: x[1])
+    descend(search.best, MAXIMUM_EVALUATIONS)
+    for index in range(MAXIMUM_ROUNDS):
+        if not search.renew():
+            break
+        # under new sigmas another vector may be the best
+        search.offer(starts)
+        if index == 0:
+            for vector, _ in scouted[:POLISHED]:
+                descend(vector, MAXIMUM_EVALUATIONS)
+        descend(search.best, MAXIMUM_EVALUATIONS)
+    progress(1.0)

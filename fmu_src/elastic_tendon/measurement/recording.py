@@ -1,0 +1,72 @@
+"""One recording as the rest of the program sees it: plain arrays in SI units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastic_tendon.errors import MeasurementError
+
+Array = NDArray[np.float64]
+
+# fewer samples than this cannot tell an initial state from noise
+MINIMUM_SAMPLES = 10
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One recorded experiment.
+
+    Parameters
+    ----------
+    name : str; what tables and figures call it
+    time : (n,) array, s; strictly increasing, starts where the file says
+    motor_position : (n,) array, rad at the motor pulley
+    signals : name of a model output -> (n,) array in its SI unit; what is compared with the model.
+        Holds ``joint_position`` (rad) wherever it is compared; ``joint_torque`` and
+        ``motor_torque`` (N·m) where measured
+    load_torque : (n,) array, N·m on the joint, or None: none acts
+    notes : what was ignored or converted on reading, one sentence each
+    """
+
+    name: str
+    time: Array
+    motor_position: Array
+    signals: Mapping[str, Array]
+    load_torque: Array | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    def window(self, start: float | None, end: float | None) -> "Measurement":
+        """Cut the samples with ``start <= time <= end``.
+
+        Parameters
+        ----------
+        start, end : float, s, in the time of the recording; None: its beginning, its end
+
+        Returns
+        -------
+        Measurement; its name carries the window
+
+        Raises
+        ------
+        MeasurementError : fewer than ten samples lie in the window
+        """
+        lower = self.time[0] if start is None else start
+        upper = self.time[-1] if end is None else end
+        keep = (self.time >= lower) & (self.time <= upper)
+        text = f"[{'' if start is None else f'{start:g}'}:{'' if end is None else f'{end:g}'}]"
+        if np.count_nonzero(keep) < MINIMUM_SAMPLES:
+            raise MeasurementError(
+                f"{self.name}{text}: the window holds {np.count_nonzero(keep)} samples and needs "
+                f"{MINIMUM_SAMPLES}; the recording runs from {self.time[0]:g} s to "
+                f"{self.time[-1]:g} s"
+            )
+        return Measurement(
+            name=self.name + text,
+            time=self.time[keep],
+            motor_position=self.motor_position[keep],
+            signals={name: values[keep] for name, values in self.signals.items()},
+            load_torque=None if self.load_torque is None else self.load_torque[keep],
+            notes=self.notes,
+        )

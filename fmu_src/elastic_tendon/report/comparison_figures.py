@@ -1,0 +1,212 @@
+"""Figures of a comparison and of the ladder of errors; nothing is computed here."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from elastic_tendon.identify.compare import Comparison, FileComparison
+from elastic_tendon.identify.ladder import Rung, Step
+from elastic_tendon.output import OutputError
+from elastic_tendon.report.units import shown
+
+# Okabe and Ito: told apart with every kind of colour vision
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
+
+STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
+
+
+def overlay(comparison: Comparison) -> Figure:
+    """Measured and simulated signals over time, the residual below each.
+
+    Parameters
+    ----------
+    comparison : Comparison
+
+    Returns
+    -------
+    matplotlib.figure.Figure; one pair of axes for each recording and signal
+    """
+    pairs = [(file, name) for file in comparison.files for name in file.signals]
+    figure = Figure(figsize=(8.0, 0.4 + 3.9 * len(pairs)), layout="constrained")
+    figure.suptitle(f"{comparison.model.name}: measured and simulated")
+    parts = figure.subfigures(len(pairs), 1, squeeze=False)
+    for part, (file, name) in zip(parts.flat, pairs, strict=True):
+        _overlay_one(part, file, name)
+    return figure
+
+
+def _overlay_one(part: SubFigure, file: FileComparison, name: str) -> None:
+    quantity = shown(name)
+    error = file.signals[name]
+    time = file.measurement.time
+    measured = file.measurement.signals[name]
+    simulated = file.trajectory[name]
+    upper, lower = part.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
+    upper.plot(time, measured, color=BLACK, linewidth=1.6, label="measured")
+    upper.plot(time, simulated, color=VERMILLION, linewidth=1.1, label="simulated")
+    upper.set_ylabel(f"{quantity.words} ({quantity.unit})")
+    fit = "" if error.fit_percent is None else f", fit {error.fit_percent:.1f} %"
+    upper.set_title(
+        f"{file.measurement.name}: RMSE {error.rmse * quantity.small:.3g} {quantity.small_unit}"
+        f" = {error.noise_ratio:.3g} × noise{fit}",
+        fontsize="medium",
+    )
+    upper.legend(loc="best", frameon=False)
+    lower.plot(time, quantity.small * (simulated - measured), color=BLUE, linewidth=0.9)
+    band = quantity.small * error.noise.sigma
+    lower.axhspan(-2.0 * band, 2.0 * band, color="0.8", label="± 2 × noise")
+    lower.axhline(0.0, color="0.5", linewidth=0.8)
+    lower.set_ylabel(f"error ({quantity.small_unit})")
+    lower.set_xlabel("time (s)")
+    lower.legend(loc="best", frameon=False)
+    _tidy(upper)
+    _tidy(lower)
+
+
+def ladder(rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
+    """Error after each step on fitted and held-out data, beside the noise floor.
+
+    Parameters
+    ----------
+    rungs : entries of the ladder, the model as given first
+    signal : name of the signal
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    axes = figure.subplots()
+    _draw_ladder(axes, rungs, signal)
+    figure.suptitle("Error after each step")
+    return figure
+
+
+def _draw_ladder(axes: Axes, rungs: Sequence[Rung], signal: str) -> None:
+    quantity = shown(signal)
+    places = np.arange(len(rungs))
+    lines = [("fitted data", BLUE, "o", [one.rmse[signal] for one in rungs])]
+    if all(signal in one.heldout_rmse for one in rungs):
+        heldout = [one.heldout_rmse[signal] for one in rungs]
+        lines.append(("held-out data", VERMILLION, "s", heldout))
+    labels: list[list[tuple[float, str]]] = [[] for _ in rungs]
+    for label, colour, marker, values in lines:
+        small = quantity.small * np.array(values)
+        axes.plot(places, small, marker=marker, color=colour, label=label, linewidth=1.6)
+        for place, value in enumerate(small.tolist()):
+            labels[place].append((value, colour))
+    for place, found in enumerate(labels):
+        # the lines fall: there is room above on the right and below on the left
+        _annotate(axes, place, max(found), offset=(7.0, 5.0), corner=("left", "bottom"))
+        if len(found) > 1:
+            _annotate(axes, place, min(found), offset=(-7.0, -5.0), corner=("right", "top"))
+    floor = quantity.small * rungs[0].rmse[signal] / rungs[0].noise_ratio[signal]
+    axes.axhline(floor, color="0.4", linestyle="--", linewidth=1.2, label="noise floor")
+    axes.set_yscale("log")
+    axes.margins(y=0.15)
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.set_xticks(places, [one.title for one in rungs])
+    axes.set_xlim(-0.4, len(rungs) - 0.6)
+    axes.set_ylabel(f"RMS error, {quantity.words} ({quantity.small_unit})")
+    axes.legend(frameon=False)
+    _tidy(axes)
+
+
+def _annotate(
+    axes: Axes,
+    place: int,
+    label: tuple[float, str],
+    *,
+    offset: tuple[float, float],
+    corner: tuple[str, str],
+) -> None:
+    value, colour = label
+    axes.annotate(
+        f"{value:.3g}",
+        (place, value),
+        offset,
+        textcoords="offset points",
+        ha=corner[0],
+        va=corner[1],
+        color=colour,
+    )
+
+
+def story(steps: Sequence[Step], rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
+    """The whole way in one picture: the ladder, the final overlay, the errors of all steps.
+
+    Parameters
+    ----------
+    steps : models on the way, each with its comparison; the first recording is drawn
+    rungs : entries of the ladder, one for each step
+    signal : name of the signal
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    quantity = shown(signal)
+    figure = Figure(figsize=(9.0, 9.5), layout="constrained")
+    top, middle, bottom = figure.subplots(3, 1, gridspec_kw={"height_ratios": [3, 3, 3]})
+    _draw_ladder(top, rungs, signal)
+    top.set_title("Error after each step", loc="left", fontsize="medium")
+    final = (steps[-1].heldout or steps[-1].comparison).files[0]
+    kind = "held-out" if steps[-1].heldout else "fitted"
+    first = (steps[0].heldout or steps[0].comparison).files[0]
+    time = final.measurement.time
+    middle.plot(time, final.measurement.signals[signal], color=BLACK, lw=2.4, label="measured")
+    colours = STEP_COLOURS[: len(steps)]
+    middle.plot(time, first.trajectory[signal], color=colours[0], lw=1.0, label=steps[0].title)
+    middle.plot(time, final.trajectory[signal], color=colours[-1], lw=1.0, label=steps[-1].title)
+    middle.set_ylabel(f"{quantity.words} ({quantity.unit})")
+    middle.set_title(
+        f"{final.measurement.name} ({kind} data)", loc="left", pad=24.0, fontsize="medium"
+    )
+    for step, colour in zip(steps, colours, strict=True):
+        file = (step.heldout or step.comparison).files[0]
+        error = quantity.small * (file.trajectory[signal] - file.measurement.signals[signal])
+        bottom.plot(time, error, color=colour, linewidth=1.0, label=step.title)
+    bottom.axhline(0.0, color="0.5", linewidth=0.8)
+    bottom.set_ylabel(f"error ({quantity.small_unit})")
+    bottom.set_xlabel("time (s)")
+    bottom.set_title("simulated less measured", loc="left", pad=24.0, fontsize="medium")
+    middle.sharex(bottom)
+    for axes in (middle, bottom):
+        # above the axes, below their title: the curves fill them
+        axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 0.98), ncols=3)
+        _tidy(axes)
+    return figure
+
+
+def save(figure: Figure, path: Path, software: str = "elastic-tendon") -> None:
+    """Write a figure; the suffix of the path chooses the format.
+
+    Parameters
+    ----------
+    figure : Figure
+    path : file with a suffix that matplotlib knows, such as .png, .svg, .pdf
+    software : noted in a PNG's metadata
+
+    Raises
+    ------
+    OutputError : the suffix is not known
+    """
+    known = figure.canvas.get_supported_filetypes()
+    kind = path.suffix.lstrip(".").lower()
+    if kind not in known:
+        raise OutputError(
+            f"{path.name}: no picture is written with this suffix; use .png, .svg or .pdf"
+        )
+    metadata = {"Software": software} if kind == "png" else None
+    figure.savefig(path, dpi=130, metadata=metadata)
+
+
+def _tidy(axes: Axes) -> None:
+    axes.grid(visible=True, color="0.92")
+    axes.spines[["top", "right"]].set_visible(False)

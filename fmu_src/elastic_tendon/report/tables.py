@@ -1,0 +1,239 @@
+"""Tables and sentences for the terminal; numbers come ready from `design` and `identify`."""
+
+from collections.abc import Iterator, Sequence
+from math import floor, log10, nan
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from elastic_tendon.design import DesignTable
+from elastic_tendon.effects.base import Effect
+from elastic_tendon.identify.add import Addition
+from elastic_tendon.identify.compare import Comparison
+from elastic_tendon.identify.determinability import Findings
+from elastic_tendon.identify.ladder import Rung
+from elastic_tendon.report.units import shown
+
+# bins are told to stand out only where they are this many standard errors above the noise
+STANDING_OUT = 3.0
+
+NEXT_AFTER_DEMO = """
+Try next, with your own recording (columns time_s, motor_position_rad, joint_position_rad):
+  elastic-tendon compare biorob_x4_joint_3 recording.csv
+  elastic-tendon effects"""
+
+
+def design_table(name: str, table: DesignTable) -> Table:
+    """Design numbers with symbol, equation of the paper and unit."""
+    shown_table = Table(title=f"{name}: design by the paper's equations")
+    for heading, justify in (("quantity", "left"), ("symbol", "left"), ("equation", "left")):
+        shown_table.add_column(heading, justify=justify)  # type: ignore[arg-type]
+    shown_table.add_column("value", justify="right")
+    shown_table.add_column("unit")
+    for row in table.rows():
+        value = f"{row.value:.4g}"
+        shown_table.add_row(row.name, row.symbol, row.equation, value, row.unit.replace(".", "·"))
+    return shown_table
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """Error of each recording and signal."""
+    table = Table(
+        title=f"{comparison.model.name} beside the measurements",
+        caption="error = simulated − measured; fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %",
+    )
+    table.add_column("measurement", overflow="fold")
+    table.add_column("signal")
+    for heading in ("RMS\nerror", "largest", "bias", "fit %", "RMS /\nnoise"):
+        table.add_column(heading, justify="right")
+    for file in comparison.files:
+        for name, error in file.signals.items():
+            quantity = shown(name)
+            fit = "-" if error.fit_percent is None else f"{error.fit_percent:.1f}"
+            table.add_row(
+                file.measurement.name,
+                quantity.words,
+                *(
+                    f"{value * quantity.small:.3g} {quantity.small_unit}"
+                    for value in (error.rmse, error.max_abs, error.bias)
+                ),
+                fit,
+                f"{error.noise_ratio:.3g}",
+            )
+    return table
+
+
+def where_tables(comparison: Comparison) -> Iterator[Table]:
+    """Error by slack state, direction and deflection, one table for each recording and signal."""
+    for file in comparison.files:
+        for name, error in file.signals.items():
+            quantity = shown(name)
+            table = Table(
+                title=f"{file.measurement.name}: where the {quantity.words} error lies",
+                caption=f"* above the noise by more than {STANDING_OUT:g} standard errors",
+            )
+            table.add_column("by")
+            table.add_column("where")
+            table.add_column("RMS error", justify="right")
+            table.add_column("share", justify="right")
+            table.add_column("")
+            for one in error.where:
+                sure = one.significance is not None and one.significance > STANDING_OUT
+                table.add_row(
+                    one.by.replace("_", " "),
+                    one.bin,
+                    f"{one.rmse * quantity.small:.3g} {quantity.small_unit}",
+                    f"{100.0 * one.share:.0f} %",
+                    "*" if sure else "",
+                )
+            yield table
+
+
+def ladder_table(rungs: Sequence[Rung]) -> Table:
+    """RMS error after each step, in words; one section for each signal."""
+    heldout = any(rung.heldout_rmse for rung in rungs)
+    table = Table(title="The error after each step (RMS)")
+    table.add_column("signal")
+    table.add_column("step", no_wrap=True)
+    table.add_column("fitted data", justify="right")
+    if heldout:
+        table.add_column("held-out data", justify="right")
+    table.add_column("times the noise", justify="right")
+    for name in rungs[0].rmse:
+        quantity = shown(name)
+        for index, rung in enumerate(rungs):
+            errors = [rung.rmse[name]]
+            if heldout:
+                errors.append(rung.heldout_rmse.get(name, nan))
+            table.add_row(
+                "" if index else quantity.words,
+                rung.title,
+                *(f"{quantity.small * error:.3g} {quantity.small_unit}" for error in errors),
+                f"{rung.noise_ratio[name]:.3g}",
+            )
+        table.add_section()
+    return table
+
+
+def estimates_table(findings: Findings) -> Table:
+    """Fitted numbers with interval; those the data leave open are said to be so."""
+    table = Table(title="What was fitted, with 95 % intervals", box=SIMPLE_HEAD)
+    table.add_column("number", no_wrap=True)
+    table.add_column("given", justify="right", no_wrap=True)
+    table.add_column("fitted", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for one in findings.estimates:
+        fitted = _with_interval(one.fitted, one.interval)
+        if not one.determined:
+            fitted = f"{one.fitted:.4g} (open)"
+        table.add_row(
+            one.path.removeprefix("transmission.").removeprefix("effects."),
+            f"{one.given:.4g}",
+            fitted,
+            one.unit.replace(".", "·"),
+        )
+    if not all(one.determined for one in findings.estimates):
+        table.caption = "open: not determined by these data, held by what was given"
+    return table
+
+
+def ratios_table(findings: Findings) -> Table:
+    """What the data determine where they leave a common scale open; J is the link's inertia."""
+    table = Table(title="Determined as ratios only, with 95 % intervals", box=SIMPLE_HEAD)
+    table.add_column("ratio", no_wrap=True)
+    table.add_column("fitted")
+    table.add_column("unit", no_wrap=True)
+    for ratio in findings.ratios:
+        table.add_row(
+            ratio.name.removeprefix("transmission."),
+            _with_interval(ratio.value, ratio.interval),
+            ratio.unit.replace(".", "·"),
+        )
+    return table
+
+
+def _with_interval(value: float, interval: tuple[float, float]) -> str:
+    """Value and half width with two digits of the latter; both ends where they differ in width."""
+    below, above = value - interval[0], interval[1] - value
+    if above <= 0.0 or abs(above - below) > 0.01 * above:
+        return f"{value:.3g} ({interval[0]:.3g} to {interval[1]:.3g})"
+    decimals = max(0, 1 - floor(log10(above)))
+    if decimals > 7:
+        return f"{value:.4g} ± {above:.2g}"
+    return f"{value:.{decimals}f} ± {above:.{decimals}f}"
+
+
+def addition_sentences(addition: Addition) -> list[str]:
+    """What adding the effect did, in words."""
+    sentences = []
+    first, last = addition.ladder[0], addition.ladder[-1]
+    for name, rmse in last.rmse.items():
+        quantity = shown(name)
+        text = (
+            f"The {quantity.words} error fell from {first.rmse[name] * quantity.small:.3g} to "
+            f"{rmse * quantity.small:.3g} {quantity.small_unit}"
+        )
+        if name in last.heldout_rmse:
+            text += (
+                f", and from {first.heldout_rmse[name] * quantity.small:.3g} to "
+                f"{last.heldout_rmse[name] * quantity.small:.3g} {quantity.small_unit} on data "
+                "that no fit has seen"
+            )
+        sentences.append(text + f"; {last.noise_ratio[name]:.1f} times the noise is left.")
+    if last.added is not None:
+        sentences += _verdict(addition.ladder[-2], last)
+    else:
+        sentences.append(f"Stopped before {addition.effect_id} was fitted: it is not in the model.")
+    return sentences
+
+
+def _verdict(before: Rung, after: Rung) -> list[str]:
+    sentences = []
+    if after.bic >= before.bic:
+        sentences.append(
+            f"These data do not ask for {after.added}: its gain over refitted parameters is no "
+            "more than its additional freedom explains."
+        )
+    worse = [
+        name for name, value in after.heldout_rmse.items() if value > before.heldout_rmse[name]
+    ]
+    if worse:
+        sentences.append(
+            f"On held-out data {after.added} makes {', '.join(worse)} worse than refitted "
+            "parameters alone; do not trust it."
+        )
+    return sentences
+
+
+def effects_table(effects: Sequence[Effect]) -> Table:
+    """Catalogue of effects."""
+    table = Table(title="Effects that can be added to a model")
+    table.add_column("id")
+    table.add_column("what it is")
+    table.add_column("parameters")
+    for effect in effects:
+        names = ", ".join(f"{one.name} ({one.unit})" for one in effect.parameters)
+        table.add_row(effect.id, effect.title, names)
+    return table
+
+
+def effect_page(effect: Effect) -> str:
+    """One effect in full, as plain text from its declaration."""
+    lines = [
+        f"{effect.title} ({effect.id})",
+        "",
+        effect.physics,
+        "",
+        f"In data: {effect.in_data}",
+        "",
+        "Parameters:",
+    ]
+    for one in effect.parameters:
+        scale = "" if one.scale.name == "ONE" else f" x {one.scale.value}"
+        lines.append(
+            f"  effects.{effect.id}.{one.name} ({one.unit}): {one.meaning}; "
+            f"{one.lower:g} to {one.upper:g}, without effect {one.null:g}, "
+            f"typical {one.typical:g}{scale}"
+        )
+    lines += ["", f"Reference: {effect.reference}"]
+    return "\n".join(lines)

@@ -1,0 +1,70 @@
+"""Simulated trajectories as tables with the measurement contract's column names."""
+
+import pandas as pd
+
+from elastic_tendon.compiled import Trajectory, simulate
+from elastic_tendon.excitation import default_excitation
+from elastic_tendon.identify.initial_state import estimate_initial_state
+from elastic_tendon.identify.residuals import Array, InitialState, simulate_measurement
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+from elastic_tendon.variables import INPUTS, interface
+
+_SUFFIXES = {"rad": "_rad", "rad/s": "_rad_per_s", "N.m": "_Nm", "N": "_N", "1": ""}
+
+
+def default_table(model: Model) -> pd.DataFrame:
+    """Simulate the default excitation from rest.
+
+    Parameters
+    ----------
+    model : Model
+
+    Returns
+    -------
+    DataFrame; SI units, as the columns' suffixes say
+    """
+    excitation = default_excitation(model)
+    trajectory = simulate(model, excitation.time, excitation.motor_position, excitation.load_torque)
+    return _table(model, trajectory, excitation.motor_position, excitation.load_torque)
+
+
+def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
+    """Simulate the motor motion and load of a measurement.
+
+    The initial state is estimated on the first 0.1 s; where the joint was not measured it is
+    the equilibrium of the springs, at rest.
+
+    Parameters
+    ----------
+    model : Model
+    measurement : Measurement
+
+    Returns
+    -------
+    DataFrame; SI units, as the columns' suffixes say
+    """
+    transmission = model.transmission
+    ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius  # 1/n_t, (10)
+    if "joint_position" in measurement.signals:
+        initial = estimate_initial_state(model, measurement)
+    else:
+        initial = InitialState(ratio * float(measurement.motor_position[0]), 0.0)
+    trajectory = simulate_measurement(model, measurement, initial)
+    return _table(model, trajectory, measurement.motor_position, measurement.load_torque)
+
+
+def _table(
+    model: Model, trajectory: Trajectory, motor_position: Array, load_torque: Array | None
+) -> pd.DataFrame:
+    inputs = {"motor_position": motor_position, "load_torque": load_torque}
+    columns = {"time_s": trajectory.time}
+    for variable in (*INPUTS, *interface(model.effect_ids).outputs):
+        name = variable.name + _SUFFIXES[variable.unit]
+        if variable.name in trajectory.output_names:
+            columns[name] = trajectory[variable.name]
+        elif (values := inputs.get(variable.name)) is not None:
+            columns[name] = values
+    return pd.DataFrame(columns).astype(
+        {output.name: int for output in interface(model.effect_ids).outputs if output.discrete}
+    )

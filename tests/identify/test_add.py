@@ -1,0 +1,154 @@
+"""Adding an effect: the error falls, the cost never rises, the model can be kept."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from elastic_tendon.compiled import simulate
+from elastic_tendon.effects import BY_ID
+from elastic_tendon.errors import ModelError
+from elastic_tendon.excitation import default_excitation
+from elastic_tendon.identify.add import add, add_typical
+from elastic_tendon.identify.compare import compare
+from elastic_tendon.identify.fit import fit
+from elastic_tendon.measurement import Measurement, read_measurement
+from elastic_tendon.parameters import load_model, parse_model
+
+RUNG_KEYS = {"title", "added", "rmse", "heldout_rmse", "noise_ratio", "bic", "p_value"}
+TORQUE = "effects.coulomb_friction.torque"
+DATA = Path(__file__).parents[3] / "shared" / "data"
+
+
+@pytest.fixture(scope="module")
+def friction(sticking):
+    known, recording, validation = sticking
+    return add(known.model, "coulomb_friction", [recording], [validation])
+
+
+def test_ladder_falls_to_the_noise_on_fitted_and_held_out_data(friction, sticking) -> None:
+    noise = sticking[0].noise
+    fitted = [rung.rmse["joint_position"] for rung in friction.ladder]
+    heldout = [rung.heldout_rmse["joint_position"] for rung in friction.ladder]
+    assert fitted == sorted(fitted, reverse=True)
+    assert heldout == sorted(heldout, reverse=True)
+    assert fitted[1] > 5.0 * noise
+    assert fitted[2] == pytest.approx(noise, rel=0.1)
+    assert heldout[2] == pytest.approx(noise, rel=0.2)
+
+
+def test_strength_is_found_and_the_evidence_is_for_it(friction, sticking) -> None:
+    torque = friction.model.values()[TORQUE]
+    assert torque == pytest.approx(sticking[0].truth[TORQUE], rel=0.02)
+    assert friction.ladder[2].p_value < 1e-6
+    assert friction.ladder[2].bic < friction.ladder[1].bic < friction.ladder[0].bic
+    assert [rung.added for rung in friction.ladder] == [None, None, "coulomb_friction"]
+
+
+def test_ladder_is_what_compare_says_of_the_saved_model(friction, sticking) -> None:
+    _, recording, _ = sticking
+    saved = parse_model(tomllib.loads(friction.model.to_toml()), "new.toml")
+    assert compare(saved, [recording]).rmse() == pytest.approx(friction.ladder[-1].rmse)
+
+
+def test_intervals_become_the_uncertainty(friction) -> None:
+    for one in friction.findings.estimates:
+        assert friction.model.uncertainty_of(one.path) == pytest.approx(one.sigma)
+
+
+@pytest.mark.parametrize("effect_id", BY_ID)
+@pytest.mark.parametrize("kind", ["sticking", "frictionless"])
+def test_adding_never_increases_the_cost(request, effect_id: str, kind: str) -> None:
+    known, recording, *_ = request.getfixturevalue(kind)
+    result = add(known.model, effect_id, [recording])
+    base, fitted = result.fits
+    # the refitted model with the effect at its null, under the weights of the richer fit
+    problem = fitted.problem
+    null = problem.start(base.model.with_effect(effect_id, None))
+    residuals = problem.residuals(null, fitted.sigmas)
+    assert fitted.cost <= 0.5 * float(residuals @ residuals)
+    assert fitted.cost <= fitted.start_cost
+
+
+def test_effect_that_is_not_there_is_not_asked_for(frictionless) -> None:
+    known, recording = frictionless
+    result = add(known.model, "coulomb_friction", [recording])
+    assert result.ladder[2].p_value > 0.01
+    assert result.ladder[2].bic > result.ladder[1].bic - 2.0
+    # a hundredth of what the sticking machine has
+    assert result.model.values()[TORQUE] < 0.0035
+
+
+def test_json_has_the_ladder_of_the_contract(friction) -> None:
+    content = json.loads(json.dumps(friction.to_json(), allow_nan=False))
+    assert all(set(rung) == RUNG_KEYS for rung in content["ladder"])
+    assert {"path", "given", "fitted", "interval", "determined"} <= set(content["parameters"][0])
+    assert parse_model(content["model"], "json") == friction.model
+
+
+def test_recording_that_is_met_exactly_is_no_trouble() -> None:
+    believed = load_model("biorob_x4_joint_3")
+    excitation = default_excitation(believed)
+    inputs = (excitation.time, excitation.motor_position, excitation.load_torque)
+    # a typical strength is one of the starts, so the error there is zero
+    trajectory = simulate(add_typical(believed, "coulomb_friction"), *inputs)
+    recording = Measurement(
+        name="exact",
+        time=excitation.time,
+        motor_position=excitation.motor_position,
+        signals={"joint_position": trajectory["joint_position"]},
+        load_torque=excitation.load_torque,
+    )
+    ladder = add(believed, "coulomb_friction", [recording]).ladder
+    assert ladder[2].rmse["joint_position"] < 1e-7
+    assert ladder[2].bic < ladder[1].bic
+
+
+def test_typical_values_without_data() -> None:
+    model = add_typical(load_model("biorob_x4_joint_3"), "coulomb_friction")
+    # 3 % of R k l_max
+    expected = 0.03 * 0.03 * 2 * 11580.0 * 0.015
+    assert model.values()[TORQUE] == pytest.approx(expected)
+
+
+def test_unknown_and_present_effects_are_refused() -> None:
+    model = load_model("biorob_x4_joint_3")
+    with pytest.raises(ModelError, match="there is no effect 'magic'; choose one of"):
+        add_typical(model, "magic")
+    with pytest.raises(ModelError, match="has the effect coulomb_friction already"):
+        add(add_typical(model, "coulomb_friction"), "coulomb_friction", [])
+
+
+def test_refit_stops_where_the_user_stops_it(sticking, monkeypatch) -> None:
+    known, recording, _ = sticking
+    from elastic_tendon.identify import add as module
+
+    def stopped(*args, **kwargs):
+        object.__setattr__(result := fit(*args, **kwargs), "interrupted", True)
+        return result
+
+    monkeypatch.setattr(module, "fit", stopped)
+    result = add(known.model, "coulomb_friction", [recording])
+    assert result.interrupted
+    assert [step.title for step in result.steps] == ["as given", "parameters refitted"]
+
+
+# mrad RMS seen in a trial: 28 / 25 as given, 23 / 23 refitted, 13 to 14 / 7 to 9 with friction
+BENCH_RANGES = {"fitted": [(20, 30), (20, 26), (10, 14)], "heldout": [(20, 30), (20, 26), (5, 9)]}
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the bench recordings are not at hand")
+def test_bench_recordings() -> None:
+    tracking = read_measurement(str(DATA / "muir_position_loop_tracking.csv"))
+    disturbed = read_measurement(str(DATA / "muir_position_loop_disturbed_by_hand.csv[3.3:15]"))
+    result = add(load_model("bench_actuator"), "coulomb_friction", [tracking], [disturbed])
+    fitted = [1e3 * rung.rmse["joint_position"] for rung in result.ladder]
+    heldout = [1e3 * rung.heldout_rmse["joint_position"] for rung in result.ladder]
+    assert fitted == sorted(fitted, reverse=True)
+    assert heldout == sorted(heldout, reverse=True)
+    for values, ranges in ((fitted, BENCH_RANGES["fitted"]), (heldout, BENCH_RANGES["heldout"])):
+        for value, (low, high) in zip(values, ranges, strict=True):
+            assert low < value < high
+    assert "determine only ratios" in result.findings.sentences[0]
+    assert {"K/J", "link.damping/J"} <= {one.name for one in result.findings.ratios}

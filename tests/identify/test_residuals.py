@@ -1,0 +1,82 @@
+"""Residuals, their derivatives, and how many facts a series of errors holds."""
+
+import numpy as np
+import pytest
+
+from elastic_tendon.identify.initial_state import estimate_initial_state
+from elastic_tendon.identify.residuals import (
+    InitialState,
+    autocorrelation_time,
+    effective_sigma,
+    residuals_of,
+    sensitivity,
+    simulate_measurement,
+)
+
+# central differences with a step of 1e-4 of the value, across slack crossings
+DIFFERENCE_TOLERANCE = 1e-3
+
+
+def autoregressive(rng: np.random.Generator, n: int, correlation: float) -> np.ndarray:
+    values = rng.standard_normal(n)
+    for index in range(1, n):
+        values[index] += correlation * values[index - 1]
+    return values
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
+def test_autocorrelation_time_of_an_autoregressive_series(correlation: float) -> None:
+    series = autoregressive(np.random.default_rng(1), 100_000, correlation)
+    exact = (1.0 + correlation) / (1.0 - correlation)
+    # the truncated sum scatters by about sqrt(window / n)
+    assert autocorrelation_time(series) == pytest.approx(exact, rel=0.1)
+
+
+def test_constant_error_is_about_one_fact() -> None:
+    n = 1000
+    assert autocorrelation_time(np.ones(n)) > n / 3
+    assert autocorrelation_time(np.zeros(n)) == 1.0
+
+
+def test_effective_sigma_is_the_noise_where_the_model_is_right() -> None:
+    noise = 0.1 * np.random.default_rng(2).standard_normal(20_000)
+    assert effective_sigma(noise, 0.1) == pytest.approx(0.1, rel=0.1)
+    assert effective_sigma(0.01 * noise, 0.1) >= 0.1
+
+
+def test_derivatives_agree_with_differences(frictionless) -> None:
+    known, recording = frictionless
+    initial = InitialState(0.01, 0.1)
+    path = "link.inertia"
+    exact = sensitivity(known.model, recording, initial, [path]).derivatives["joint_position"]
+    step = 1e-4 * known.model.values()[path]
+
+    def position(model, state):
+        trajectory = simulate_measurement(model, recording, state)
+        return residuals_of(trajectory, recording)["joint_position"]
+
+    value = known.model.values()[path]
+    by_inertia = (
+        position(known.model.with_values({path: value + step}), initial)
+        - position(known.model.with_values({path: value - step}), initial)
+    ) / (2.0 * step)
+    by_velocity = (
+        position(known.model, InitialState(0.01, 0.101))
+        - position(known.model, InitialState(0.01, 0.099))
+    ) / 0.002
+    for column, difference in ((0, by_inertia), (2, by_velocity)):
+        scale = np.max(np.abs(difference))
+        error = np.max(np.abs(exact[:, column] - difference))
+        assert error < DIFFERENCE_TOLERANCE * scale
+
+
+def test_initial_state_in_motion_is_found(frictionless) -> None:
+    known, recording = frictionless
+    model = known.model.with_values(known.truth)
+    middle = recording.window(2.0, None)
+    found = estimate_initial_state(model, middle)
+    trajectory = simulate_measurement(model, recording, estimate_initial_state(model, recording))
+    index = int(np.searchsorted(recording.time, middle.time[0]))
+    # 26 samples of 0.2 mrad noise over 0.1 s: about 0.1 mrad and a few mrad/s
+    assert found.position == pytest.approx(trajectory["joint_position"][index], abs=5e-4)
+    assert found.velocity == pytest.approx(trajectory["joint_velocity"][index], abs=2e-2)

@@ -1,0 +1,265 @@
+"""The command line: exit status, one line for what is wrong, nothing overwritten unasked."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from elastic_tendon import cli
+from elastic_tendon.compiled import simulate
+from elastic_tendon.effects import CATALOGUE
+from elastic_tendon.parameters import load_model
+
+MODEL = "biorob_x4_joint_3"
+RATE = 200  # Hz
+
+
+@pytest.fixture
+def run(monkeypatch, tmp_path: Path):
+    """Call the command in an empty folder; both streams come back apart."""
+    monkeypatch.chdir(tmp_path)
+    runner = CliRunner()
+
+    def run(*arguments: str):
+        return runner.invoke(cli.app, list(arguments), env={"COLUMNS": "100"})
+
+    return run
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> str:
+    """Two seconds of a machine with a heavier link than the model, without noise."""
+    model = load_model(MODEL)
+    heavier = model.with_values({"link.inertia": 1.1 * model.link.inertia})
+    time = np.arange(2 * RATE) / RATE
+    motion = 0.3 * np.sin(7.0 * time) * np.minimum(time, 1.0)
+    trajectory = simulate(heavier, time, motion)
+    columns = {
+        "time_s": time,
+        "motor_position_rad": motion,
+        "joint_position_rad": trajectory["joint_position"].round(6),
+    }
+    path = tmp_path / "run.csv"
+    pd.DataFrame(columns).to_csv(path, index=False)
+    return str(path)
+
+
+def only_line(result) -> str:
+    """The one line on stderr; there must be no other and nothing on stdout."""
+    assert result.stdout == ""
+    (line,) = result.stderr.strip().splitlines()
+    return line
+
+
+def test_help_lists_the_commands(run) -> None:
+    result = run("--help")
+    assert result.exit_code == 0
+    for command in ("demo", "simulate", "export", "design", "compare", "add", "effects", "cache"):
+        assert command in result.stdout
+
+
+def test_help_imports_nothing_heavy() -> None:
+    script = (
+        "import sys; from elastic_tendon import cli; "
+        "print(sorted({'numpy', 'scipy', 'casadi', 'pandas', 'matplotlib'} & sys.modules.keys()))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_compare_writes_contract_and_picture(run, recording: str) -> None:
+    result = run("compare", MODEL, recording, "--json", "c.json", "--plot", "c.png")
+    assert result.exit_code == 0
+    assert "run.csv" in result.stdout
+    content = json.loads(Path("c.json").read_text())
+    assert content["schema"] == "elastic-tendon/comparison/1"
+    assert Path("c.png").read_bytes().startswith(b"\x89PNG")
+    assert sorted(path.name for path in Path().iterdir()) == ["c.json", "c.png", "run.csv"]
+
+
+def test_add_writes_a_model_that_compares_better(run, recording: str) -> None:
+    done = run(
+        *("add", MODEL, "coulomb_friction", recording, "--validate", f"{recording}[0.5:1.5]"),
+        *("-o", "new.toml", "--json", "a.json", "--plot", "a.svg"),
+    )
+    assert done.exit_code == 0
+    assert "held-out" in done.stdout
+    ladder = json.loads(Path("a.json").read_text())["ladder"]
+    assert [rung["added"] for rung in ladder] == [None, None, "coulomb_friction"]
+    assert ladder[1]["rmse"]["joint_position"] < 0.1 * ladder[0]["rmse"]["joint_position"]
+    assert "coulomb_friction" in load_model(Path("new.toml")).effect_ids
+    assert run("compare", "new.toml", recording).exit_code == 0
+
+
+def test_add_without_data_takes_typical_values(run) -> None:
+    result = run("add", MODEL, "overstretch_protection", "-o", "new.toml")
+    assert result.exit_code == 0
+    assert "nothing was fitted" in result.stdout.replace("\n", " ")
+    values = load_model(Path("new.toml")).values()
+    assert values["effects.overstretch_protection.stiffness"] > 0.0
+
+
+def test_simulate_without_data_crosses_into_slack_and_can_be_compared(run) -> None:
+    assert run("simulate", MODEL, "-o", "out.csv").exit_code == 0
+    table = pd.read_csv("out.csv")
+    assert set(table["slack_state"]) == {1.0, 2.0, 3.0}
+    result = run("compare", MODEL, "out.csv", "--json", "c.json")
+    assert result.exit_code == 0
+    (file,) = json.loads(Path("c.json").read_text())["files"]
+    assert set(file["signals"]) == {"joint_position", "joint_torque", "motor_torque"}
+    # the same model on its own table: only the estimate of the initial state differs
+    assert file["signals"]["joint_position"]["rmse"] < 1e-6
+
+
+def test_simulate_with_motor_motion_alone_starts_at_rest(run, recording: str) -> None:
+    table = pd.read_csv(recording).drop(columns="joint_position_rad")
+    table["motor_position_rad"] += 0.2
+    table.to_csv("motor.csv", index=False)
+    assert run("simulate", MODEL, "motor.csv", "-o", "out.csv").exit_code == 0
+    out = pd.read_csv("out.csv")
+    assert len(out) == len(table)
+    assert out["joint_position_rad"][0] == pytest.approx(0.2)
+    assert out["joint_torque_Nm"][0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_design_prints_the_papers_numbers(run) -> None:
+    result = run("design", MODEL, "--plot", "curves.png")
+    assert result.exit_code == 0
+    assert "41.69" in result.stdout
+    assert "173.7" in result.stdout
+    assert Path("curves.png").stat().st_size > 10_000
+
+
+def test_effects_come_from_the_catalogue(run) -> None:
+    listed = run("effects").stdout
+    for effect in CATALOGUE:
+        assert effect.id in listed
+        page = run("effects", effect.id).stdout.replace("\n", " ")
+        assert effect.title in page
+        assert all(f"effects.{effect.id}.{one.name}" in page for one in effect.parameters)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fragment"),
+    [
+        (("compare", "no_model", "run.csv"), "no_model: there is no such file"),
+        (("compare", MODEL, "none.csv"), "none.csv: there is no such file"),
+        (("compare", MODEL, "run.csv[7:9]"), "the recording runs from 0 s to 1.995 s"),
+        (("compare", MODEL, "run.csv", "--map", "elbow=q"), "there is no signal 'elbow'"),
+        (
+            ("compare", MODEL, "run.csv", "--plot", "c.xyz"),
+            "no picture is written with this suffix",
+        ),
+        (("add", MODEL, "magic", "run.csv", "-o", "new.toml"), "there is no effect 'magic'"),
+        (("simulate", MODEL, "none.csv", "-o", "o.csv"), "none.csv: there is no such file"),
+        (("simulate", MODEL, "-o", "no/o.csv"), "there is no folder no; create it first"),
+        (("design", "no_model"), "no_model: there is no such file"),
+        (("effects", "magic"), "there is no effect 'magic'"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line_and_status_1(
+    run, recording: str, arguments: tuple[str, ...], fragment: str
+) -> None:
+    assert Path(recording).is_file()
+    before = sorted(path.name for path in Path().iterdir())
+    result = run(*arguments)
+    assert result.exit_code == 1
+    assert fragment in only_line_at_end(result)
+    assert "Traceback" not in result.output
+    assert sorted(path.name for path in Path().iterdir()) == before
+
+
+def only_line_at_end(result) -> str:
+    line = result.stderr.strip().splitlines()[-1]
+    assert line.startswith("elastic-tendon: ")
+    return line
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("compare", MODEL),
+        ("compare",),
+        ("simulate", MODEL),
+        ("add", MODEL, "coulomb_friction"),
+        ("nonsense",),
+        ("cache", "--nonsense"),
+        ("add", MODEL, "coulomb_friction", "-o", "new.toml", "--json", "a.json"),
+    ],
+)
+def test_wrong_usage_is_status_2(run, arguments: tuple[str, ...]) -> None:
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "target"),
+    [
+        (("simulate", MODEL, "-o", "out.csv"), "out.csv"),
+        (("add", MODEL, "coulomb_friction", "-o", "new.toml"), "new.toml"),
+        (("compare", MODEL, "run.csv", "--json", "c.json"), "c.json"),
+        (("design", MODEL, "--plot", "d.png"), "d.png"),
+        (("demo",), "elastic_tendon_demo.png"),
+    ],
+)
+def test_nothing_is_overwritten_unasked(
+    run, recording: str, arguments: tuple[str, ...], target: str
+) -> None:
+    assert Path(recording).is_file()
+    Path(target).write_text("mine")
+    result = run(*arguments)
+    assert result.exit_code == 1
+    assert f"{target}: the file exists already" in only_line(result)
+    assert Path(target).read_text() == "mine"
+    if target != "elastic_tendon_demo.png":
+        assert run(*arguments, "--force").exit_code == 0
+        assert Path(target).read_bytes() != b"mine"
+
+
+def test_failure_while_writing_leaves_nothing(run, monkeypatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    result = run("add", MODEL, "coulomb_friction", "-o", "new.toml")
+    assert result.exit_code == 1
+    assert "new.toml: cannot be written (No space left on device)" in only_line(result)
+    assert not list(Path().iterdir())
+
+
+def test_interrupt_is_one_line(run, monkeypatch) -> None:
+    def interrupted(_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_load", interrupted)
+    result = run("design", MODEL)
+    assert result.exit_code == cli.INTERRUPTED
+    assert only_line(result) == "elastic-tendon: stopped, nothing was written"
+
+
+def test_demo_falls_to_the_noise_and_knows_its_own_picture(run) -> None:
+    first = run("demo")
+    assert first.exit_code == 0
+    assert "+ Coulomb friction" in first.stdout
+    picture = Path("elastic_tendon_demo.png")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert "The picture of this is elastic_tendon_demo.png" in first.stdout
+    second = run("demo")
+    assert second.exit_code == 0
+    # figures of fits are the same from run to run
+    assert second.stdout == first.stdout
+
+
+def test_cache_shows_its_folder(run, monkeypatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("ELASTIC_TENDON_CACHE", str(tmp_path / "libraries"))
+    result = run("cache", "--clear")
+    assert result.exit_code == 0
+    assert "0 compiled libraries deleted" in result.stdout
+    assert "libraries" in result.stdout
