@@ -1,0 +1,43 @@
+"""The README's commands and code, run in order in an empty folder as a newcomer would."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+BLOCK = re.compile(r"^```(sh|python|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def _blocks() -> list[tuple[str, str]]:
+    return [(kind, text) for kind, text in BLOCK.findall((ROOT / "README.md").read_text())]
+
+
+def test_tour_runs_as_printed(tmp_path):
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    ran = 0
+    for kind, text in _blocks():
+        if kind == "toml":
+            (tmp_path / "my_joint.toml").write_text(text)
+        elif text.startswith("pip install"):
+            continue  # the set-up commands, which .ci/run runs
+        else:
+            command = ["bash", "-ec", text] if kind == "sh" else [sys.executable, "-c", text]
+            run = subprocess.run(
+                command,
+                cwd=tmp_path,
+                env=os.environ | {"PATH": path, "MPLBACKEND": "Agg"},
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            assert run.returncode == 0, f"{text}\n{run.stdout}\n{run.stderr}"
+            ran += 1
+    assert ran >= 6
+
+
+def test_pictures_exist():
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", (ROOT / "README.md").read_text())
+    assert pictures
+    assert all((ROOT / picture).is_file() for picture in pictures)
