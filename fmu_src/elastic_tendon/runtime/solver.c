@@ -33,7 +33,7 @@ static void solver_restart(Solver *s, double time) {
 }
 
 /* First step: a hundredth of the time in which the states change by their own size. */
-static double initial_step(const Solver *s, const double *x, const double *x_rate) {
+static double initial_step(const double *x, const double *x_rate) {
   double fastest = 0.0;
   for (int i = 0; i < N_STATES; i++)
     fastest = fmax(fastest, fabs(x_rate[i]) / (state_nominal[i] + fabs(x[i])));
@@ -115,7 +115,7 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
   int at_one_time = 0;
   Motion *motion = &s->motion;
   Outcome outcome = refresh(s, m, k, start);
-  if (motion->step <= 0.0) motion->step = initial_step(s, y, k);
+  if (motion->step <= 0.0) motion->step = initial_step(y, k);
 
   for (long long count = 0; outcome == SOLVED && motion->time < t_end; count++) {
     const double remaining = t_end - motion->time;

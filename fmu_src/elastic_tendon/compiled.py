@@ -1,0 +1,408 @@
+"""The compiled library of a structure: built once, cached, called with numpy arrays.
+
+A structure is a set of effects. Every number of a model is a run-time argument, so fitting and
+screening never compile; the cache's key needs no CasADi, so a cached library loads at once.
+"""
+
+import ctypes
+import hashlib
+import inspect
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import platformdirs
+from numpy.typing import ArrayLike, NDArray
+
+from elastic_tendon import compiler
+from elastic_tendon.errors import BuildError, SimulationError
+from elastic_tendon.fmu.layout import default_layout
+from elastic_tendon.parameters import Model
+from elastic_tendon.variables import interface
+
+Array = NDArray[np.float64]
+Interpolation = Literal["hold", "linear", "cubic"]
+
+_INTERPOLATIONS: tuple[Interpolation, ...] = ("hold", "linear", "cubic")
+_PACKAGE = Path(__file__).parent
+# everything from which the C is made; effects are added by structure
+_SOURCES = (
+    *("model.py", "codegen.py", "symbolic.py", "transmission.py", "variables.py"),
+    *("parameters.py", "sections.py", "quantity.py", "effects/base.py", "fmu/layout.py"),
+)
+
+DEFAULT_TOLERANCE = 1e-8
+
+
+# ---- cache ---------------------------------------------------------------------------------
+
+
+def cache_folder() -> Path:
+    """Folder of the compiled libraries: ELASTIC_TENDON_CACHE, else the user's cache folder."""
+    chosen = os.environ.get("ELASTIC_TENDON_CACHE")
+    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("elastic-tendon"))
+
+
+def clear_cache() -> int:
+    """Delete all cached libraries; returns how many there were."""
+    libraries = [path for path in cache_folder().glob("*-*") if path.is_file()]
+    for path in libraries:
+        path.unlink(missing_ok=True)
+    _load.cache_clear()
+    return len(libraries)
+
+
+def structure_key(effect_ids: tuple[str, ...]) -> str:
+    """Hash of the sources and tools from which the library of a structure is made."""
+    effects = interface(effect_ids).effects
+    sources = [_PACKAGE / name for name in _SOURCES]
+    sources += sorted(compiler.RUNTIME.glob("*.[ch]"))
+    sources += [Path(inspect.getfile(effect.equations)) for effect in effects]
+    digest = hashlib.sha256(compiler.toolchain().encode())
+    digest.update(compiler.host_platform().target.encode())
+    digest.update(" ".join(effect.id for effect in effects).encode())
+    for source in sources:
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:32]
+
+
+def _content_hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:32]
+
+
+def _cached(key: str) -> Path | None:
+    """The cached library of this key whose content is what its name says; damaged ones go."""
+    for path in cache_folder().glob(f"{key}-*"):
+        if path.stem.split("-")[1] == _content_hash(path):
+            return path
+        path.unlink(missing_ok=True)
+    return None
+
+
+def _build(effect_ids: tuple[str, ...], key: str) -> Path:
+    """Compile the structure into the cache; a rename makes it appear whole or not at all."""
+    from elastic_tendon.fmu.binary import compile_binary
+    from elastic_tendon.model import build
+
+    target = compiler.host_platform()
+    folder = cache_folder()
+    variables = default_layout(interface(effect_ids))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder) as work:
+            library = Path(work) / f"library{target.suffix}"
+            compile_binary(
+                *(build(effect_ids), variables, library, target),
+                token=key,
+                tolerance=DEFAULT_TOLERANCE,
+            )
+            path = folder / f"{key}-{_content_hash(library)}{target.suffix}"
+            os.replace(library, path)
+    except OSError as error:
+        raise BuildError(
+            f"the cache folder {folder} cannot be written ({error.strerror}); "
+            "set ELASTIC_TENDON_CACHE to a folder that can"
+        ) from error
+    return path
+
+
+def library_path(effect_ids: tuple[str, ...]) -> Path:
+    """Path of the shared library of a structure, compiled if it is not in the cache.
+
+    Raises
+    ------
+    BuildError
+        where the compiler refuses or the cache folder cannot be written
+    """
+    key = structure_key(effect_ids)
+    return _cached(key) or _build(effect_ids, key)
+
+
+@lru_cache
+def _load(effect_ids: tuple[str, ...]) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(library_path(effect_ids)))
+    library.elastic_tendon_simulate.argtypes = [ctypes.POINTER(_Simulation)]
+    library.elastic_tendon_outcome.restype = ctypes.c_char_p
+    return library
+
+
+# ---- calls ---------------------------------------------------------------------------------
+
+_EVENT_CAPACITY = 4096
+_STATISTICS = ("steps", "implicit_steps", "rejected", "rates", "events", "grazing")
+
+
+class _Statistics(ctypes.Structure):
+    _fields_ = [(name, ctypes.c_longlong) for name in _STATISTICS]
+
+
+class _Simulation(ctypes.Structure):
+    """Mirror of `Simulation` in runtime/simulate.c."""
+
+    _fields_ = [
+        ("n_samples", ctypes.c_longlong),
+        ("time", ctypes.c_void_p),
+        ("motor_position", ctypes.c_void_p),
+        ("load_torque", ctypes.c_void_p),
+        ("position_slope", ctypes.c_void_p),
+        ("load_slope", ctypes.c_void_p),
+        ("interpolation", ctypes.c_longlong),
+        ("parameters", ctypes.c_void_p),
+        ("initial_state", ctypes.c_void_p),
+        ("tolerance", ctypes.c_double),
+        ("n_directions", ctypes.c_longlong),
+        ("direction", ctypes.c_void_p),
+        ("states", ctypes.c_void_p),
+        ("outputs", ctypes.c_void_p),
+        ("output_derivatives", ctypes.c_void_p),
+        ("event_time", ctypes.c_void_p),
+        ("event_capacity", ctypes.c_longlong),
+        ("statistics", _Statistics),
+        ("failure_time", ctypes.c_double),
+    ]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Simulated states and outputs at the sample times.
+
+    `time` (n,), s; `states` (n, n_states) and `outputs` (n, n_outputs) in the order of
+    `state_names` and `output_names`, units as in `variables`. `event_times` (k,), s: when a
+    tendon went slack or taut, or another mode changed, between samples; the first 4096.
+    `statistics` counts steps, right-hand sides (`rates`), events...
+    """
+
+    time: Array
+    states: Array
+    outputs: Array
+    state_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    event_times: Array
+    statistics: Mapping[str, int]
+
+    def __getitem__(self, name: str) -> Array:
+        """Column (n,) of an output or state by name."""
+        if name in self.output_names:
+            return self.outputs[:, self.output_names.index(name)]
+        if name in self.state_names:
+            return self.states[:, self.state_names.index(name)]
+        raise KeyError(
+            f"no output or state {name!r}; there are "
+            + ", ".join(dict.fromkeys(self.output_names + self.state_names))
+        )
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """A trajectory with the derivatives of its outputs.
+
+    `output_derivatives` (n, n_outputs, m): by each of `names` (parameters, then initial states),
+    in unit of the output per unit of the parameter or state.
+    """
+
+    trajectory: Trajectory
+    output_derivatives: Array
+    names: tuple[str, ...]
+
+    def of(self, output: str) -> Array:
+        """Derivatives (n, m) of one output."""
+        return self.output_derivatives[:, self.trajectory.output_names.index(output), :]
+
+
+def _samples(name: str, values: ArrayLike | None, n: int) -> Array:
+    if values is None:
+        return np.zeros(n)
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != (n,):
+        raise ValueError(f"{name} has shape {array.shape}, but time has {n} samples")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} is not finite at sample {int(np.argmin(np.isfinite(array)))}")
+    return array
+
+
+def _time(values: ArrayLike) -> Array:
+    time = np.ascontiguousarray(values, dtype=np.float64)
+    if time.ndim != 1 or time.size < 2:
+        raise ValueError(f"time needs at least two samples in one row, its shape is {time.shape}")
+    steps = time[1:] - time[:-1]
+    if not (steps > 0).all():
+        raise ValueError(f"time does not increase after sample {int(np.argmin(steps > 0))}")
+    return time
+
+
+def _slopes(time: Array, samples: Array) -> Array:
+    """Derivatives at the samples of the twice continuously differentiable cubic spline."""
+    from scipy.interpolate import CubicSpline
+
+    if not samples.any():
+        return samples
+    return np.ascontiguousarray(CubicSpline(time, samples)(time, 1))
+
+
+def _address(array: Array | NDArray[np.int32] | None) -> int | None:
+    return None if array is None else array.ctypes.data
+
+
+def _initial_state(model: Model, given: Mapping[str, float] | None) -> Array:
+    states = interface(model.effect_ids).states
+    unknown = set(given or {}) - {state.name for state in states}
+    if unknown:
+        raise ValueError(
+            f"no state {', '.join(sorted(unknown))}; there are "
+            + ", ".join(state.name for state in states)
+        )
+    start = np.array([(given or {}).get(state.name, state.start) for state in states])
+    for state, value in zip(states, start, strict=True):
+        if not np.isfinite(value):
+            raise ValueError(f"the initial {state.name} is not finite")
+    return start
+
+
+def _run(
+    model: Model,
+    time: ArrayLike,
+    motor_position: ArrayLike,
+    load_torque: ArrayLike | None,
+    directions: Sequence[int],
+    initial_state: Mapping[str, float] | None,
+    interpolation: Interpolation,
+    tolerance: float,
+) -> tuple[Trajectory, Array]:
+    variables = interface(model.effect_ids)
+    time = _time(time)
+    n, m = time.size, len(directions)
+    position = _samples("motor_position", motor_position, n)
+    load = _samples("load_torque", load_torque, n)
+    if interpolation not in _INTERPOLATIONS:
+        raise ValueError(f"interpolation {interpolation!r} is none of {', '.join(_INTERPOLATIONS)}")
+    if not 1e-14 <= tolerance <= 1e-2:
+        raise ValueError(f"tolerance {tolerance} is outside 1e-14 to 1e-2")
+    cubic = interpolation == "cubic"
+    slopes = [_slopes(time, samples) if cubic else None for samples in (position, load)]
+    parameters = np.array(list(model.values().values()))
+    start = _initial_state(model, initial_state)
+    direction = np.array(directions, dtype=np.int32)
+    states = np.empty((n, len(variables.states)))
+    outputs = np.empty((n, len(variables.outputs)))
+    derivatives = np.empty((n, len(variables.outputs), m))
+    event_time = np.empty(_EVENT_CAPACITY)
+    call = _Simulation(
+        n_samples=n,
+        time=_address(time),
+        motor_position=_address(position),
+        load_torque=_address(load),
+        position_slope=_address(slopes[0]),
+        load_slope=_address(slopes[1]),
+        interpolation=_INTERPOLATIONS.index(interpolation),
+        parameters=_address(parameters),
+        initial_state=_address(start),
+        tolerance=tolerance,
+        n_directions=m,
+        direction=_address(direction),
+        states=_address(states),
+        outputs=_address(outputs),
+        output_derivatives=_address(derivatives),
+        event_time=_address(event_time),
+        event_capacity=_EVENT_CAPACITY,
+    )
+    library = _load(model.effect_ids)
+    outcome = library.elastic_tendon_simulate(ctypes.byref(call))
+    if outcome != 0:
+        reason = library.elastic_tendon_outcome(outcome).decode()
+        raise SimulationError(f"{model.name}: stopped at {call.failure_time:.6g} s: {reason}")
+    statistics = {name: int(getattr(call.statistics, name)) for name in _STATISTICS}
+    names = (variables.state_names, variables.output_names)
+    event_times = event_time[: statistics["events"]].copy()
+    return Trajectory(time, states, outputs, *names, event_times, statistics), derivatives
+
+
+def simulate(
+    model: Model,
+    time: ArrayLike,
+    motor_position: ArrayLike,
+    load_torque: ArrayLike | None = None,
+    *,
+    initial_state: Mapping[str, float] | None = None,
+    interpolation: Interpolation = "linear",
+    tolerance: float = DEFAULT_TOLERANCE,
+) -> Trajectory:
+    """Simulate the actuator for a given motor motion and load, in one call of the library.
+
+    Parameters
+    ----------
+    model : Model
+    time : (n,) array, s; increasing
+    motor_position : (n,) array, rad at the motor pulley
+    load_torque : (n,) array, N·m on the joint, optional; none acts where it is missing
+    initial_state : mapping of state names to values, optional; start values where missing
+    interpolation : "hold", "linear" or "cubic" (spline) between the samples
+    tolerance : relative, and absolute in units of the states' nominals; 1e-14 to 1e-2
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    SimulationError
+        where the solver cannot go on; the message names the time and the reason
+    ValueError
+        where an argument has the wrong shape or is not finite
+    """
+    trajectory, _ = _run(
+        model, time, motor_position, load_torque, (), initial_state, interpolation, tolerance
+    )
+    return trajectory
+
+
+def sensitivities(
+    model: Model,
+    time: ArrayLike,
+    motor_position: ArrayLike,
+    load_torque: ArrayLike | None = None,
+    *,
+    parameters: Sequence[str],
+    initial_states: Sequence[str] = (),
+    initial_state: Mapping[str, float] | None = None,
+    interpolation: Interpolation = "linear",
+    tolerance: float = DEFAULT_TOLERANCE,
+) -> Sensitivities:
+    """Simulate, with exact derivatives of the outputs, correct across events.
+
+    Parameters
+    ----------
+    parameters : dotted paths of the parameters to derive by
+    initial_states : names of the states by whose initial values to derive
+    model, time, motor_position, load_torque, initial_state, interpolation, tolerance :
+        as in `simulate`
+
+    Returns
+    -------
+    Sensitivities
+
+    Raises
+    ------
+    SimulationError, ValueError
+        as `simulate`; ValueError also for a name that the model does not have
+    """
+    variables = interface(model.effect_ids)
+    index: dict[str, int] = {}
+    offset = len(variables.states) + len(variables.inputs)
+    index.update({path: offset + i for i, path in enumerate(variables.parameter_names)})
+    states = {name: i for i, name in enumerate(variables.state_names)}
+    unknown = [p for p in parameters if p not in index] + [
+        s for s in initial_states if s not in states
+    ]
+    if unknown:
+        raise ValueError(f"the model has no {', '.join(unknown)}")
+    directions = [index[p] for p in parameters] + [states[s] for s in initial_states]
+    inputs = (time, motor_position, load_torque)
+    trajectory, derivatives = _run(
+        model, *inputs, directions, initial_state, interpolation, tolerance
+    )
+    return Sensitivities(trajectory, derivatives, (*parameters, *initial_states))

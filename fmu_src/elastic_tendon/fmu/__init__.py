@@ -1,0 +1,1 @@
+"""FMUs of a model: description, binary, packing."""

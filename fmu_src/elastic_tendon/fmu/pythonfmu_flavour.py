@@ -1,0 +1,102 @@
+"""The pythonfmu flavour: an FMI 2.0 co-simulation FMU whose slave is a Python script.
+
+The script (`pythonfmu_slave.py`) passes every call to the same compiled library, packed in the
+resources. On the target it needs the platform it was built for (Linux or Windows on x86_64, for
+which pythonfmu ships its wrapper) and Python 3.11 or newer as the process that loads the FMU:
+the wrapper takes Python from there. No packages: pythonfmu packs itself into the FMU.
+
+Beside the plain FMU it lacks model exchange, directional derivatives and derivatives of inputs
+and outputs, which pythonfmu does not have.
+"""
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from elastic_tendon import compiler
+from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
+from elastic_tendon.errors import BuildError
+from elastic_tendon.fmu import description
+from elastic_tendon.fmu.binary import compile_binary
+from elastic_tendon.fmu.export import describe
+from elastic_tendon.model import build
+from elastic_tendon.output import check_writable, write_file
+from elastic_tendon.parameters import Model
+
+_SLAVE = Path(__file__).parent / "pythonfmu_slave.py"
+CO_SIMULATION = description.CO_SIMULATION | {
+    "needsExecutionTool": "true",
+    "canInterpolateInputs": "false",
+    "maxOutputDerivativeOrder": "0",
+    "providesDirectionalDerivative": "false",
+}
+
+
+def _write_resources(model: Model, folder: Path) -> list[Path]:
+    """Description and library of the model."""
+    system = build(model.effect_ids)
+    described = describe(model, system, co_simulation=CO_SIMULATION, model_exchange=None)
+    root = description.model_description(described)
+    token = description.seal(root, structure_key(model.effect_ids))
+    target = compiler.host_platform()
+    library = folder / f"elastic_tendon{target.suffix}"
+    compile_binary(
+        *(system, described.variables, library, target), token=token, tolerance=DEFAULT_TOLERANCE
+    )
+    text = folder / "description.xml"
+    text.write_bytes(description.to_bytes(root))
+    return [text, library]
+
+
+@contextmanager
+def _imports_undone(module: str) -> Iterator[None]:
+    """The builder imports the slave's script from its folder; here nothing of it shall stay."""
+    search_path = list(sys.path)
+    before = sys.modules.pop(module, None)
+    try:
+        yield
+    finally:
+        sys.path[:] = search_path
+        sys.modules.pop(module, None)
+        if before is not None:
+            sys.modules[module] = before
+
+
+def export_pythonfmu(model: Model, path: Path, *, overwrite: bool = False) -> Path:
+    """Write the pythonfmu flavour of a model's FMU.
+
+    Parameters
+    ----------
+    model : Model
+    path : of the file, ending in .fmu
+    overwrite : whether an existing file may be replaced
+
+    Returns
+    -------
+    Path, that of the file
+
+    Raises
+    ------
+    OutputError
+        where the file exists or cannot be written
+    BuildError
+        where the compiler refuses, or pythonfmu has no wrapper for this platform
+    """
+    from pythonfmu.builder import FmuBuilder
+
+    check_writable(path, force=overwrite)
+    if not FmuBuilder.has_binary():
+        raise BuildError("pythonfmu has no wrapper for this platform; export the plain FMU instead")
+    with _imports_undone(_SLAVE.stem), tempfile.TemporaryDirectory() as work:
+        folder = Path(work)
+        script = Path(shutil.copy(_SLAVE, folder))
+        resources = _write_resources(model, folder)
+
+        def write(target: Path) -> None:
+            FmuBuilder.build_FMU(script, dest=target, project_files=resources)
+
+        write_file(path, write, force=overwrite)
+    return path

@@ -1,0 +1,248 @@
+/* Life of an instance, its variables by value reference, and what follows from its state. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "instance.h"
+
+#define MESSAGE_SIZE 512
+
+/* ---- log ------------------------------------------------------------------------------------- */
+
+static void log_text(Instance *instance, Status status, Category category, const char *format,
+                     va_list arguments) {
+  char message[MESSAGE_SIZE], text[MESSAGE_SIZE + 256];
+  vsnprintf(message, sizeof message, format, arguments);
+  snprintf(text, sizeof text, "%.100s: %s at %.9g s: %s", instance->name, instance->call,
+           instance->state.motion.time, message);
+  instance->sink(instance, status, category, text);
+}
+
+static Status report(Instance *instance, Status status, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  log_text(instance, status,
+           status == STATUS_ERROR     ? LOG_ERROR
+           : status == STATUS_DISCARD ? LOG_DISCARD
+                                      : LOG_WARNING,
+           format, arguments);
+  va_end(arguments);
+  return status;
+}
+
+static void log_event(Instance *instance, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* For debugging: only where the importer asked for it. */
+static void log_event(Instance *instance, const char *format, ...) {
+  if (!instance->log_events) return;
+  va_list arguments;
+  va_start(arguments, format);
+  log_text(instance, STATUS_OK, LOG_EVENTS, format, arguments);
+  va_end(arguments);
+}
+
+static void log_mode_changes(Instance *instance, const double *before, const double *after) {
+  for (int i = 0; i < N_MODES; i++)
+    if (before[i] != after[i])
+      log_event(instance, "%s %g -> %g", mode_name[i], before[i], after[i]);
+}
+
+/* ---- life ------------------------------------------------------------------------------------ */
+
+/* Variables that must be as a model's binary has them from the start, whatever came before. */
+static void instance_reset(Instance *instance) {
+  State *state = &instance->state;
+  memset(state, 0, sizeof *state);
+  instance->view.valid = 0;
+  for (unsigned i = 0; i < N_VARIABLES; i++) store(instance, i, variables[i].start);
+  memcpy(instance->solver.motion.x, state->motion.x, sizeof state->motion.x);
+  solver_restart(&instance->solver, 0.0);
+  memcpy(&state->motion, &instance->solver.motion, sizeof state->motion);
+  state->stop_time = INFINITY;
+  state->tolerance = MODEL_TOLERANCE;
+  state->phase = INSTANTIATED;
+}
+
+static Instance *instance_create(const char *name, int interface) {
+  const size_t length = strlen(name) + 1;
+  Instance *instance = calloc(1, sizeof *instance + length);
+  if (!instance) return NULL;
+  memcpy(instance->name, name, length);
+  instance->interface = interface;
+  instance->call = "";
+  instance_reset(instance);
+  return instance;
+}
+
+static Status set_experiment(Instance *instance, const double *tolerance, double start,
+                             const double *stop) {
+  State *state = &instance->state;
+  if (!isfinite(start))
+    return report(instance, STATUS_ERROR, "startTime = %g is not finite", start);
+  if (stop && !(isfinite(*stop) && *stop > start))
+    return report(instance, STATUS_ERROR, "stopTime = %g is not after startTime = %g", *stop,
+                  start);
+  if (tolerance && !(*tolerance > 0 && isfinite(*tolerance)))
+    return report(instance, STATUS_ERROR, "tolerance = %g is not positive", *tolerance);
+  state->start_time = state->motion.time = start;
+  state->stop_time = stop ? *stop : INFINITY;
+  state->tolerance = tolerance ? fmin(fmax(*tolerance, 1e-14), 1e-2) : MODEL_TOLERANCE;
+  state->experiment_defined = 1;
+  instance->view.valid = 0;
+  if (tolerance && *tolerance != state->tolerance)
+    return report(instance, STATUS_WARNING, "tolerance = %g is outside 1e-14 to 1e-2; %g is used",
+                  *tolerance, state->tolerance);
+  return STATUS_OK;
+}
+
+/* ---- variables ------------------------------------------------------------------------------- */
+
+static const char *phase_name(int phase) {
+  switch (phase) {
+    case INSTANTIATED: return "before initialisation";
+    case INITIALISATION: return "in initialisation mode";
+    case EVENT: return "in event mode";
+    case CONTINUOUS: return "in continuous-time mode";
+    case STEP_COMPLETE: return "between steps";
+    case STEP_FAILED: return "after a failed step";
+    default: return "after termination";
+  }
+}
+
+/* Phases in which a variable of a role may be set. */
+static int settable(Role role) {
+  switch (role) {
+    case ROLE_INPUT: return INSTANTIATED | INITIALISATION | EVENT | CONTINUOUS | STEP_COMPLETE;
+    case ROLE_STATE:
+    case ROLE_PARAMETER:
+    case ROLE_OPTION: return INSTANTIATED | INITIALISATION;
+    default: return 0;
+  }
+}
+
+static Status check_reference(Instance *instance, unsigned reference, Type type) {
+  static const char *const type_name[] = {"Real", "Integer", "Boolean", "Enumeration"};
+  if (reference >= N_VARIABLES)
+    return report(instance, STATUS_ERROR, "there is no value reference %u", reference);
+  const VariableInfo *variable = &variables[reference];
+  /* every version of FMI sets and gets enumerations as integers */
+  const int matches = variable->type == type ||
+                      (variable->type == TYPE_ENUMERATION && type == TYPE_INTEGER);
+  if (!matches)
+    return report(instance, STATUS_ERROR, "%s is of type %s, not %s", variable->name,
+                  type_name[variable->type], type_name[type]);
+  return STATUS_OK;
+}
+
+static Status check_set(Instance *instance, unsigned reference, Type type, double value) {
+  if (check_reference(instance, reference, type) != STATUS_OK) return STATUS_ERROR;
+  const VariableInfo *variable = &variables[reference];
+  if (!(settable(variable->role) & instance->state.phase))
+    return report(instance, STATUS_ERROR, "%s cannot be set %s (to %g)", variable->name,
+                  phase_name(instance->state.phase), value);
+  if (!isfinite(value))
+    return report(instance, STATUS_ERROR, "%s = %g is not finite", variable->name, value);
+  if (value < variable->lower || value > variable->upper)
+    return report(instance, STATUS_ERROR, "%s = %g is outside %g to %g", variable->name, value,
+                  variable->lower, variable->upper);
+  return STATUS_OK;
+}
+
+static void store(Instance *instance, unsigned reference, double value) {
+  State *state = &instance->state;
+  const int i = variables[reference].index;
+  switch (variables[reference].role) {
+    case ROLE_INPUT: state->input[i] = value; break;
+    case ROLE_STATE: state->motion.x[i] = value; break;
+    case ROLE_PARAMETER: state->parameter[i] = value; break;
+    case ROLE_OPTION: state->motor_velocity_connected = value != 0; break;
+    default: return;
+  }
+  instance->view.valid = 0;
+}
+
+static Status check_input_rate(Instance *instance, unsigned reference, int order, double value) {
+  if (check_reference(instance, reference, TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
+  const char *name = variables[reference].name;
+  if (variables[reference].role != ROLE_INPUT)
+    return report(instance, STATUS_ERROR, "%s is no input", name);
+  if (order != 1)
+    return report(instance, STATUS_ERROR, "derivative of order %d of %s: only order 1 is used",
+                  order, name);
+  if (!isfinite(value))
+    return report(instance, STATUS_ERROR, "the derivative %g of %s is not finite", value, name);
+  return STATUS_OK;
+}
+
+static void store_input_rate(Instance *instance, unsigned reference, double value) {
+  instance->state.input_rate[variables[reference].index] = value;
+  instance->view.valid = 0;
+}
+
+static Status get(Instance *instance, unsigned reference, double *value) {
+  const State *state = &instance->state;
+  const VariableInfo *variable = &variables[reference];
+  const int i = variable->index;
+  switch (variable->role) {
+    case ROLE_TIME: *value = state->motion.time; return STATUS_OK;
+    case ROLE_INPUT: *value = state->input[i]; return STATUS_OK;
+    case ROLE_STATE: *value = state->motion.x[i]; return STATUS_OK;
+    case ROLE_PARAMETER: *value = state->parameter[i]; return STATUS_OK;
+    case ROLE_OPTION: *value = state->motor_velocity_connected; return STATUS_OK;
+    case ROLE_DERIVATIVE:
+    case ROLE_OUTPUT: break;
+  }
+  if (look(instance) != STATUS_OK) return STATUS_ERROR;
+  *value = variable->role == ROLE_OUTPUT ? instance->view.outputs[i] : instance->view.rates[i];
+  return STATUS_OK;
+}
+
+/* ---- what follows from the state ------------------------------------------------------------- */
+
+/* Hand the state to the solver. Inputs run on with their rates from `origin`. A motor velocity
+ * that is not connected is the rate of the motor position. */
+static void load(Instance *instance, double origin) {
+  const State *state = &instance->state;
+  Solver *solver = &instance->solver;
+  Signal *signal = &solver->signal;
+  memcpy(&solver->motion, &state->motion, sizeof solver->motion);
+  solver->p = state->parameter;
+  solver->tolerance = state->tolerance;
+  solver->vector = instance->memory;
+  memset(signal, 0, sizeof *signal);
+  signal->origin = origin;
+  for (int i = 0; i < N_INPUTS; i++) {
+    signal->coefficient[i][0] = state->input[i];
+    signal->coefficient[i][1] = state->input_rate[i];
+  }
+  if (!state->motor_velocity_connected) {
+    signal->coefficient[MOTOR_VELOCITY][0] = state->input_rate[MOTOR_POSITION];
+    signal->coefficient[MOTOR_VELOCITY][1] = 0.0;
+  }
+}
+
+/* Modes are frozen in model exchange, where events decide. Otherwise the view shows what the
+ * modes will be with the inputs of now, without deciding it: looking has no consequences.
+ * Never inlined, or each of its callers gets its own copy of the equations. */
+static __attribute__((noinline)) Status look(Instance *instance) {
+  View *view = &instance->view;
+  Solver *solver = &instance->solver;
+  if (view->valid) return STATUS_OK;
+  const double time = instance->state.motion.time;
+  load(instance, time);
+  if (instance->state.phase & (INITIALISATION | STEP_COMPLETE | STEP_FAILED)) {
+    const Outcome outcome = solver_settle(solver);
+    if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
+  }
+  memcpy(view->x, solver->motion.x, sizeof view->x);
+  memcpy(view->mode, solver->motion.mode, sizeof view->mode);
+  signal_at(&solver->signal, time, view->u);
+  signal_rate(&solver->signal, time, view->u_rate);
+  model_rates(view->x, view->u, solver->p, view->mode, view->rates);
+  model_outputs(view->x, view->u, solver->p, view->mode, view->outputs);
+  view->valid = 1;
+  return STATUS_OK;
+}

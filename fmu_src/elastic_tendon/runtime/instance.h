@@ -1,0 +1,163 @@
+/* One instance of the model, as any version of FMI sees it.
+ *
+ * An instance is configuration plus one plain-data State, which is copied to save and to roll
+ * back. Variables are addressed by value reference in the generated table `variables`. Calls
+ * report through `report`, which names instance, call and time; a call that fails changes nothing.
+ */
+#ifndef INSTANCE_H
+#define INSTANCE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "solver.h"
+
+/* ---- the generated table --------------------------------------------------------------------- */
+
+typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_BOOLEAN, TYPE_ENUMERATION } Type;
+
+typedef enum {
+  ROLE_TIME,
+  ROLE_INPUT,
+  ROLE_STATE,
+  ROLE_DERIVATIVE,
+  ROLE_OUTPUT,
+  ROLE_PARAMETER,
+  ROLE_OPTION /* motor_velocity_connected */
+} Role;
+
+typedef struct {
+  const char *name;
+  Type type;
+  Role role;
+  int index;     /* within its role */
+  int is_output; /* also of states */
+  double start, lower, upper;
+} VariableInfo;
+
+/* ---- life of an instance --------------------------------------------------------------------- */
+
+typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR } Status;
+
+/* Bits, so that the calls allowed can be masks. */
+typedef enum { MODEL_EXCHANGE = 1, CO_SIMULATION = 2 } Interface;
+enum { ANY_INTERFACE = MODEL_EXCHANGE | CO_SIMULATION };
+
+typedef enum {
+  INSTANTIATED = 1,
+  INITIALISATION = 2,
+  EVENT = 4,
+  CONTINUOUS = 8,
+  STEP_COMPLETE = 16,
+  STEP_FAILED = 32,
+  TERMINATED = 64
+} Phase;
+enum { ANY_PHASE = 127 };
+
+typedef struct {
+  Motion motion;               /* time, states, modes and memory of the solver */
+  double input[N_INPUTS];
+  double input_rate[N_INPUTS]; /* unit of the input per second; co-simulation only */
+  double parameter[N_PARAMETERS];
+  double start_time, stop_time; /* s; stop_time infinite where there is none */
+  double tolerance;
+  int experiment_defined;
+  int motor_velocity_connected;
+  int jumped; /* a state has jumped since event mode was entered */
+  int last_step; /* Status of the last step */
+  int phase;
+} State;
+
+/* Everything calculated from a State. */
+typedef struct {
+  int valid;
+  double x[N_STATES], mode[N_MODES], u[N_INPUTS], u_rate[N_INPUTS];
+  double rates[N_STATES], outputs[N_OUTPUTS];
+} View;
+
+typedef struct Instance Instance;
+
+typedef enum { LOG_WARNING, LOG_DISCARD, LOG_ERROR, LOG_EVENTS, N_CATEGORIES } Category;
+static const char *const category_name[N_CATEGORIES] = {"logStatusWarning", "logStatusDiscard",
+                                                        "logStatusError", "logEvents"};
+/* Takes the finished text; the façade passes it on in its version's manner. */
+typedef void LogSink(const Instance *instance, Status status, Category category, const char *text);
+
+struct Instance {
+  State state;
+  Solver solver; /* its motion and signal are scratch: loaded from the state before use */
+  double memory[SOLVER_MEMORY(0)];
+  View view;
+  int interface;
+  const char *call; /* the façade's function being executed, for messages */
+  LogSink *sink;
+  void *environment;
+  void (*callback)(void); /* the importer's logger, of the façade's type */
+  int log_events;
+  char name[]; /* last: its length is the importer's choice */
+};
+
+/* What event iteration found. */
+typedef struct {
+  int again, jumped;
+} EventOutcome;
+
+/* ---- calls ----------------------------------------------------------------------------------- */
+
+/* NULL where memory is short. The only allocation of an instance. */
+static Instance *instance_create(const char *name, int interface);
+static void instance_reset(Instance *instance);
+
+/* Log and return the status, so that a call ends with `return report(...)`. */
+static Status report(Instance *instance, Status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Whether the reference exists and is of the type. */
+static Status check_reference(Instance *instance, unsigned reference, Type type);
+/* Whether, besides, the value may be set now. Storing after a check cannot fail. */
+static Status check_set(Instance *instance, unsigned reference, Type type, double value);
+static void store(Instance *instance, unsigned reference, double value);
+/* The same for the time derivative of an input. */
+static Status check_input_rate(Instance *instance, unsigned reference, int order, double value);
+static void store_input_rate(Instance *instance, unsigned reference, double value);
+/* Value of an existing reference. */
+static Status get(Instance *instance, unsigned reference, double *value);
+/* Make view hold what follows from the state. */
+static Status look(Instance *instance);
+
+static Status set_experiment(Instance *instance, const double *tolerance, double start,
+                             const double *stop);
+static Status enter_initialisation(Instance *instance);
+static Status exit_initialisation(Instance *instance);
+
+/* Model exchange. */
+static Status set_time(Instance *instance, double time);
+static Status set_states(Instance *instance, const double *x);
+static Status iterate_events(Instance *instance, EventOutcome *outcome);
+
+/* Co-simulation: integrate from a communication point to exactly from + h. */
+static Status step(Instance *instance, double from, double h);
+
+/* Derivatives of unknowns (outputs, derivatives) along a direction in the knowns (inputs, states;
+ * while initialising also parameters). */
+static Status directional(Instance *instance, const unsigned *unknown, size_t n_unknowns,
+                          const unsigned *known, size_t n_knowns, const double *seed,
+                          double *result);
+/* First time derivatives of outputs, from the derivatives of states and inputs. */
+static Status output_rates(Instance *instance, const unsigned *output, size_t n, double *result);
+
+/* A State with what tells whether it belongs to this model and kind of instance. */
+typedef struct {
+  uint32_t magic, version;
+  uint64_t size;
+  char token[sizeof MODEL_TOKEN];
+  int interface;
+  State state;
+} Snapshot;
+
+static void snapshot_take(const Instance *instance, Snapshot *snapshot);
+static Status snapshot_check(Instance *instance, const Snapshot *snapshot);
+/* Copies; the snapshot stays as it is. */
+static void snapshot_restore(Instance *instance, const Snapshot *snapshot);
+
+#endif

@@ -1,0 +1,23 @@
+/* The whole library as one translation unit, so that the compiler sees the model's equations
+ * where the solver calls them. */
+#include "model.c"
+
+#include "solver.c"
+
+#include "simulate.c"
+
+#include "variables.c"
+
+#include "instance.c"
+
+#include "stepping.c"
+
+#include "directional.c"
+
+#include "snapshot.c"
+
+#include "fmi2.c"
+
+#include "fmi2_model_exchange.c"
+
+#include "fmi2_co_simulation.c"

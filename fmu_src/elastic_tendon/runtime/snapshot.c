@@ -1,0 +1,41 @@
+/* The state of an instance as plain data, for roll-back and for storage. */
+#include <string.h>
+
+#include "instance.h"
+
+#define SNAPSHOT_MAGIC 0x45544E44u /* also tells the byte order */
+#define SNAPSHOT_VERSION 1u
+
+static void snapshot_take(const Instance *instance, Snapshot *snapshot) {
+  memset(snapshot, 0, sizeof *snapshot); /* padding too, so that equal states are equal bytes */
+  snapshot->magic = SNAPSHOT_MAGIC;
+  snapshot->version = SNAPSHOT_VERSION;
+  snapshot->size = sizeof *snapshot;
+  memcpy(snapshot->token, MODEL_TOKEN, sizeof snapshot->token);
+  snapshot->interface = instance->interface;
+  memcpy(&snapshot->state, &instance->state, sizeof snapshot->state);
+}
+
+static int phase_fits(int phase, int interface) {
+  const int of_interface = interface == MODEL_EXCHANGE ? EVENT | CONTINUOUS
+                                                       : STEP_COMPLETE | STEP_FAILED;
+  const int one_bit = phase > 0 && (phase & (phase - 1)) == 0;
+  return one_bit && (phase & (of_interface | INSTANTIATED | INITIALISATION | TERMINATED));
+}
+
+static Status snapshot_check(Instance *instance, const Snapshot *snapshot) {
+  if (snapshot->magic != SNAPSHOT_MAGIC || snapshot->version != SNAPSHOT_VERSION ||
+      snapshot->size != sizeof *snapshot)
+    return report(instance, STATUS_ERROR, "this is no state of an instance of this version");
+  if (memcmp(snapshot->token, MODEL_TOKEN, sizeof snapshot->token) != 0)
+    return report(instance, STATUS_ERROR, "the state belongs to another model");
+  if (snapshot->interface != instance->interface ||
+      !phase_fits(snapshot->state.phase, instance->interface))
+    return report(instance, STATUS_ERROR, "the state belongs to another kind of instance");
+  return STATUS_OK;
+}
+
+static void snapshot_restore(Instance *instance, const Snapshot *snapshot) {
+  memcpy(&instance->state, &snapshot->state, sizeof instance->state);
+  instance->view.valid = 0;
+}

@@ -1,0 +1,159 @@
+/* Initialisation, events of model exchange, steps of co-simulation. */
+#include <math.h>
+#include <string.h>
+
+#include "instance.h"
+
+/* Importers add up their communication points: equal times may differ in rounding. */
+static double time_slack(double time) { return 1e-9 * (1.0 + fabs(time)); }
+
+static const char *state_name(int state) {
+  for (unsigned i = 0; i < N_VARIABLES; i++)
+    if (variables[i].role == ROLE_STATE && variables[i].index == state) return variables[i].name;
+  return "";
+}
+
+/* ---- initialisation -------------------------------------------------------------------------- */
+
+static int any_in_column(const Pattern *pattern, const double *nonzeros, int column) {
+  for (int k = pattern->columns[column]; k < pattern->columns[column + 1]; k++)
+    if (nonzeros[k] != 0) return 1;
+  return 0;
+}
+
+static int uses_motor_velocity(const Instance *instance, const double *mode) {
+  const int column = V_INPUTS + MOTOR_VELOCITY;
+  const View *view = &instance->view;
+  const double *p = instance->state.parameter;
+  double rates[N_RATES_JACOBIAN], outputs[N_OUTPUTS_JACOBIAN];
+  model_rates_jacobian(view->x, view->u, p, mode, rates);
+  model_outputs_jacobian(view->x, view->u, p, mode, outputs);
+  return any_in_column(&rates_jacobian_pattern, rates, column) ||
+         any_in_column(&outputs_jacobian_pattern, outputs, column);
+}
+
+static Status enter_initialisation(Instance *instance) {
+  if (!instance->state.experiment_defined)
+    return report(instance, STATUS_ERROR, "the experiment has not been set up");
+  instance->state.phase = INITIALISATION;
+  instance->view.valid = 0;
+  return STATUS_OK;
+}
+
+static Status exit_initialisation(Instance *instance) {
+  State *state = &instance->state;
+  if (look(instance) != STATUS_OK) return STATUS_ERROR;
+  const View *view = &instance->view;
+  for (int i = 0; i < N_STATES; i++)
+    if (!isfinite(view->rates[i]))
+      return report(instance, STATUS_ERROR, "the derivative of %s is not finite", state_name(i));
+  state->jumped = memcmp(state->motion.x, view->x, sizeof view->x) != 0;
+  /* a tendon that starts slack may need the velocity once it is taut */
+  const int lacks_velocity = !state->motor_velocity_connected &&
+                             (uses_motor_velocity(instance, view->mode) ||
+                              uses_motor_velocity(instance, mode_start));
+  memcpy(state->motion.x, view->x, sizeof view->x);
+  memcpy(state->motion.mode, view->mode, sizeof view->mode);
+  state->phase = instance->interface == MODEL_EXCHANGE ? EVENT : STEP_COMPLETE;
+  instance->view.valid = 0;
+  if (!lacks_velocity) return STATUS_OK;
+  return report(instance, STATUS_WARNING,
+                "the model needs motor_velocity but motor_velocity_connected is false: %s",
+                instance->interface == MODEL_EXCHANGE
+                    ? "the velocity is taken as 0"
+                    : "the velocity is the derivative of motor_position where that is set, else 0");
+}
+
+/* ---- model exchange -------------------------------------------------------------------------- */
+
+/* No look at stop_time: integrators try times beyond the end of their step. */
+static Status set_time(Instance *instance, double time) {
+  State *state = &instance->state;
+  if (!isfinite(time) || time < state->start_time - time_slack(state->start_time))
+    return report(instance, STATUS_ERROR, "time = %g is not finite or before the start", time);
+  state->motion.time = time;
+  instance->view.valid = 0;
+  return STATUS_OK;
+}
+
+static Status set_states(Instance *instance, const double *x) {
+  for (int i = 0; i < N_STATES; i++)
+    if (!isfinite(x[i]))
+      return report(instance, STATUS_ERROR, "%s = %g is not finite", state_name(i), x[i]);
+  memcpy(instance->state.motion.x, x, sizeof instance->state.motion.x);
+  instance->view.valid = 0;
+  return STATUS_OK;
+}
+
+static int past_stop(const Instance *instance, double time) {
+  const double stop = instance->state.stop_time;
+  return time > stop + time_slack(stop);
+}
+
+/* `jumped` stays until event mode is entered anew: importers look at it after the last call. */
+static Status iterate_events(Instance *instance, EventOutcome *result) {
+  State *state = &instance->state;
+  Motion *motion = &instance->solver.motion;
+  if (past_stop(instance, state->motion.time))
+    return report(instance, STATUS_ERROR, "the time is past stopTime = %g s", state->stop_time);
+  load(instance, state->motion.time);
+  const Outcome outcome = solver_settle(&instance->solver);
+  if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
+  const int jumped = memcmp(motion->x, state->motion.x, sizeof motion->x) != 0;
+  const int changed = memcmp(motion->mode, state->motion.mode, sizeof motion->mode) != 0;
+  log_mode_changes(instance, state->motion.mode, motion->mode);
+  memcpy(&state->motion, motion, sizeof *motion);
+  state->jumped |= jumped;
+  instance->view.valid = 0;
+  result->again = changed || jumped;
+  result->jumped = state->jumped;
+  return STATUS_OK;
+}
+
+/* ---- co-simulation --------------------------------------------------------------------------- */
+
+static Status check_step(Instance *instance, double from, double h) {
+  const State *state = &instance->state;
+  const double time = state->motion.time;
+  if (!isfinite(from) || fabs(from - time) > time_slack(time))
+    return report(instance, STATUS_ERROR, "the step starts at %.9g s, which is another time", from);
+  if (!(h > 0 && isfinite(h)))
+    return report(instance, STATUS_ERROR, "the step size %g s is not positive", h);
+  if (past_stop(instance, from + h))
+    return report(instance, STATUS_ERROR, "the step to %.9g s is past stopTime = %g s", from + h,
+                  state->stop_time);
+  return STATUS_OK;
+}
+
+/* The solver's motion becomes the state; the inputs are where their rates have brought them. */
+static void take_over(Instance *instance, double from) {
+  State *state = &instance->state;
+  const Motion *motion = &instance->solver.motion;
+  double before[N_MODES];
+  memcpy(before, state->motion.mode, sizeof before);
+  memcpy(&state->motion, motion, sizeof *motion);
+  log_mode_changes(instance, before, motion->mode);
+  const double h = motion->time - from;
+  for (int i = 0; i < N_INPUTS; i++) state->input[i] += state->input_rate[i] * h;
+  instance->view.valid = 0;
+}
+
+static Status step(Instance *instance, double from, double h) {
+  State *state = &instance->state;
+  Solver *solver = &instance->solver;
+  if (check_step(instance, from, h) != STATUS_OK) return STATUS_ERROR;
+  load(instance, from);
+  const long long events = solver->statistics.events;
+  Outcome outcome = solver_settle(solver);
+  if (outcome == SOLVED) {
+    outcome = solver_advance(solver, from + h);
+    if (outcome == SOLVED) solver->motion.time = from + h; /* also where h is below resolution */
+    take_over(instance, from);
+    if (solver->statistics.events > events)
+      log_event(instance, "%lld events in the step", solver->statistics.events - events);
+  }
+  state->phase = outcome == SOLVED ? STEP_COMPLETE : STEP_FAILED;
+  state->last_step = outcome == SOLVED ? STATUS_OK : STATUS_DISCARD;
+  if (outcome == SOLVED) return STATUS_OK;
+  return report(instance, STATUS_DISCARD, "no step to %.9g s: %s", from + h, outcome_text(outcome));
+}

@@ -1,0 +1,213 @@
+"""The file: description, units, structure, archive, binary."""
+
+import re
+import subprocess
+import zipfile
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from fmpy.validation import validate_fmu
+from fmu_cases import MODELS
+from lxml import etree
+
+from elastic_tendon import compiler
+from elastic_tendon.errors import BuildError, ElasticTendonError
+from elastic_tendon.fmu.export import export_fmu, model_identifier
+from elastic_tendon.fmu.layout import rate_unit
+from elastic_tendon.fmu.units import base_exponents
+from elastic_tendon.variables import interface
+
+
+def _root(fmu):
+    with zipfile.ZipFile(fmu.path) as archive:
+        return etree.fromstring(archive.read("modelDescription.xml"))
+
+
+def _unknowns(fmu, group):
+    """Dependencies by unknown, by name."""
+    names = [one.name for one in fmu.description.modelVariables]
+    return {
+        names[int(one.get("index")) - 1]: {
+            names[int(i) - 1] for i in one.get("dependencies").split()
+        }
+        for one in _root(fmu).find(f"ModelStructure/{group}")
+    }
+
+
+def test_fmpy_finds_no_problem(fmus, name):
+    assert validate_fmu(str(fmus(name).path)) == []
+
+
+def test_description_follows_the_schema(fmus, name):
+    schema = Path(find_spec("fmpy").origin).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
+    root = _root(fmus(name))
+    etree.XMLSchema(etree.parse(str(schema))).assertValid(root)
+    assert root.get("fmiVersion") == "2.0"
+
+
+def test_variables_are_those_of_the_model(fmus, name):
+    model, fmu = MODELS[name], fmus(name)
+    variables = interface(model.effect_ids)
+    found = {}
+    for one in fmu.description.modelVariables:
+        found.setdefault(one.causality, []).append(one.name)
+    assert found["input"] == [one.name for one in variables.inputs]
+    assert found["output"] == [one.name for one in variables.outputs]
+    assert found["parameter"] == [*variables.parameter_names, "motor_velocity_connected"]
+    assert found["independent"] == ["time"]
+    references = [one.valueReference for one in fmu.description.modelVariables]
+    assert len(set(references)) == len(references)
+
+
+def test_every_start_is_within_its_bounds(fmus, name):
+    bounded = [one for one in fmus(name).description.modelVariables if one.min is not None]
+    assert len(bounded) > 10
+    for one in bounded:
+        assert float(one.min) <= float(one.start) <= float(one.max), one.name
+
+
+def test_binary_starts_with_the_values_of_the_description(fmus, instances, name):
+    fmu = fmus(name)
+    slave = instances(fmu.slave())
+    slave.set_up()
+    values = MODELS[name].values()
+    for one in fmu.description.modelVariables:
+        if one.start is not None:
+            start = {"true": 1.0, "false": 0.0}.get(one.start)
+            assert slave.get(one.name) == (float(one.start) if start is None else start), one.name
+        if one.name in values:
+            assert slave.get(one.name) == values[one.name]
+
+
+def test_derivatives_name_their_states(fmus, name):
+    for unknown in fmus(name).description.derivatives:
+        assert unknown.variable.name == f"der({unknown.variable.derivative.name})"
+
+
+def test_dependencies_of_outputs(fmus):
+    """All that the equations let through, through whatever mode, and nothing else."""
+    found = _unknowns(fmus("base"), "Outputs")
+    motion = {"motor_position", "joint_position"}
+    rates = {"motor_velocity", "joint_velocity"}
+    assert found["joint_torque"] == found["slack_state"] == motion | rates
+    assert found["deflection"] == found["overstretched"] == motion
+    assert found["joint_position"] == {"joint_position"}
+
+
+def test_dependencies_pass_through_modes(fmus):
+    """Whether the joint sticks depends on the load, so its rate does."""
+    assert "load_torque" not in _unknowns(fmus("base"), "Derivatives")["der(joint_position)"]
+    assert "load_torque" in _unknowns(fmus("effects"), "Derivatives")["der(joint_position)"]
+
+
+def test_initial_unknowns_depend_on_parameters_too(fmus):
+    found = _unknowns(fmus("base"), "InitialUnknowns")
+    assert "joint_position" not in found
+    assert "link.inertia" in found["der(joint_velocity)"]
+    assert "link.inertia" not in found["joint_torque"]
+    assert "motor_velocity_connected" in found["joint_torque"]
+    assert "motor_velocity_connected" not in found["deflection"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "exponents"),
+    [
+        ("N.m.s/rad", {"kg": 1, "m": 2, "s": -1, "rad": -1}),
+        ("kg.m2", {"kg": 1, "m": 2}),
+        ("1", {}),
+        ("1/s", {"s": -1}),
+        ("N/(m.s)", {"kg": 1, "s": -3}),
+    ],
+)
+def test_units_in_base_units(unit, exponents):
+    assert base_exponents(unit) == exponents
+
+
+def test_units_of_rates():
+    assert [rate_unit(unit) for unit in ("rad", "rad/s", "N/m", "1")] == [
+        *("rad/s", "rad/s2", "N/(m.s)", "1/s")
+    ]
+
+
+def test_an_unknown_unit_is_refused():
+    with pytest.raises(BuildError, match="furlong"):
+        base_exponents("furlong/s")
+
+
+def test_two_exports_are_the_same_bytes(fmus, tmp_path):
+    again = export_fmu(MODELS["effects"], tmp_path / "another_name.fmu")
+    assert again.read_bytes() == fmus("effects").path.read_bytes()
+
+
+def test_another_number_gives_another_token(fmus, tmp_path):
+    other = MODELS["base"].with_values({"link.inertia": 0.031})
+    path = export_fmu(other, tmp_path / "x.fmu")
+    with zipfile.ZipFile(path) as archive:
+        root = etree.fromstring(archive.read("modelDescription.xml"))
+    assert root.get("guid") != fmus("base").description.guid
+
+
+def test_generation_time_comes_from_the_environment(fmus, tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    path = export_fmu(MODELS["base"], tmp_path / "x.fmu")
+    with zipfile.ZipFile(path) as archive:
+        assert b'generationDateAndTime="1970-01-02T00:00:00Z"' in archive.read(
+            "modelDescription.xml"
+        )
+    assert fmus("base").description.generationDateAndTime is None
+
+
+def test_an_existing_file_is_replaced_only_when_told(tmp_path):
+    path = tmp_path / "x.fmu"
+    path.write_text("precious")
+    with pytest.raises(ElasticTendonError, match=r"x\.fmu"):
+        export_fmu(MODELS["base"], path)
+    assert path.read_text() == "precious"
+    export_fmu(MODELS["base"], path, overwrite=True)
+    assert zipfile.is_zipfile(path)
+    assert [one.name for one in tmp_path.iterdir()] == ["x.fmu"]
+
+
+@pytest.mark.parametrize(
+    ("name", "identifier"),
+    [
+        ("a_1", "a_1"),
+        ("3rd joint", "model_3rd_joint"),
+        ("Gelenk-ü", "Gelenk__"),
+        ("_x", "model__x"),
+    ],
+)
+def test_identifier_is_a_c_name(name, identifier):
+    assert model_identifier(name) == identifier
+
+
+def test_any_name_can_be_exported(tmp_path):
+    model = MODELS["base"].model_copy(update={"name": '3rd "joint" <ü> & %s'})
+    assert validate_fmu(str(export_fmu(model, tmp_path / "x.fmu"))) == []
+
+
+def test_binary_shows_the_interface_and_nothing_else(base):
+    header = (compiler.fmi_headers() / "fmi2Functions.h").read_text()
+    expected = set(re.findall(r"FMI2_Export\s+\w+TYPE\s+(\w+);", header))
+    assert len(expected) == 44
+    (library,) = Path(base.folder).glob("binaries/linux64/*.so")
+    listed = subprocess.run(
+        ["nm", "-D", "--defined-only", str(library)], capture_output=True, text=True, check=True
+    )
+    shown = {line.split()[-1] for line in listed.stdout.splitlines()}
+    assert {one for one in shown if not one.startswith("elastic_tendon_")} == expected
+
+
+def test_sources_have_no_writable_globals(base):
+    """Instances run in parallel threads: all that the runtime keeps is in the instance."""
+    (library,) = Path(base.folder).glob("binaries/linux64/*.so")
+    sections = subprocess.run(
+        ["readelf", "-S", "-W", str(library)], capture_output=True, text=True, check=True
+    ).stdout
+    sizes = {
+        match[1]: int(match[2], 16)
+        for match in re.finditer(r"\] (\.\w+)\s+\w+\s+\w+ \w+ (\w+) ", sections)
+    }
+    assert ".text" in sizes
+    assert sizes.get(".data", 0) + sizes.get(".bss", 0) <= 64  # the C run-time's own few bytes
