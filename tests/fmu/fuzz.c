@@ -91,6 +91,7 @@ static fmi2Status call(Target *t, unsigned which) {
   fmi2Boolean flag;
   fmi2EventInfo info;
   fmi2Status status;
+  double h;
   const size_t n = 1 + draw(2);
   for (int i = 0; i < LENGTH; i++) {
     vr[i] = draw(REFERENCES);
@@ -143,8 +144,9 @@ static fmi2Status call(Target *t, unsigned which) {
     case 38: case 39: return fmi2SetRealInputDerivatives(c, other, n, order, real);
     case 40: return fmi2GetRealOutputDerivatives(c, vr, 1, order, result);
     case 41: case 42:
-      status = fmi2DoStep(c, t->time, 1e-3 * real[0], 1);
-      if (status == fmi2OK) t->time += 1e-3 * real[0];
+      h = fabs(real[0]) < 2 || !isfinite(real[0]) ? 1e-3 * real[0] : 0.1; /* 1e300 s take long */
+      status = fmi2DoStep(c, t->time, h, 1);
+      if (status == fmi2OK) t->time += h;
       return status;
     case 43:
       fmi2CancelStep(c);

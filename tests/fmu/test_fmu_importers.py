@@ -69,8 +69,8 @@ def test_pythonfmu_flavour_gives_the_same_numbers(flavour, fmus):
     assert (found == expected).all()
 
 
-def test_pythonfmu_flavour_keeps_states_and_refuses_nonsense(flavour, instances):
-    slave = instances(flavour.slave(logging=True))
+def test_pythonfmu_flavour_keeps_states(flavour, instances):
+    slave = instances(flavour.slave())
     slave.begin({"motor_position": 0.2, "motor_velocity_connected": True})
     data = slave.snapshot()
     slave.fmu.doStep(0.0, 0.1)
@@ -79,6 +79,15 @@ def test_pythonfmu_flavour_keeps_states_and_refuses_nonsense(flavour, instances)
     assert slave.get("time") == 0.0
     slave.fmu.doStep(0.0, 0.1)
     assert slave.everything() == first
+
+
+@pytest.mark.skipif(
+    sys.version_info >= (3, 13),
+    reason="pythonfmu 0.7 calls the logger with a Python error set, which Python 3.13 refuses",
+)
+def test_pythonfmu_flavour_refuses_nonsense(flavour, instances):
+    slave = instances(flavour.slave(logging=True))
+    slave.begin({"motor_position": 0.2})
     with pytest.raises(Exception, match="fmi2SetReal"):
         slave.set("load_torque", float("nan"))
     assert [m.status for m in slave.log if "load_torque = nan" in m.text] == [ERROR]
