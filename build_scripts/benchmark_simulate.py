@@ -22,8 +22,9 @@ from scipy.interpolate import CubicSpline
 
 from benchmarking import Row, at_least, at_most, fastest, print_table
 from elastic_tendon import compiler
-from elastic_tendon.codegen import generate
-from elastic_tendon.compiled import Interpolation, simulate
+from elastic_tendon.compiled import DEFAULT_TOLERANCE, Interpolation, simulate
+from elastic_tendon.fmu.binary import write_sources
+from elastic_tendon.fmu.layout import default_layout
 from elastic_tendon.model import build
 from elastic_tendon.parameters import Model, load_model
 
@@ -116,7 +117,9 @@ def ours_fastest(
 def rates_time(model: Model) -> float:
     """Time of one compiled right-hand side, s."""
     with tempfile.TemporaryDirectory() as work:
-        (Path(work) / "model.c").write_text(generate(build(model.effect_ids)))
+        system = build(model.effect_ids)
+        variables = default_layout(system.interface)
+        write_sources(Path(work), system, variables, token="", tolerance=DEFAULT_TOLERANCE)
         program = Path(work) / "time_rates"
         source = Path(__file__).with_name("time_rates.c")
         subprocess.run(
@@ -130,7 +133,7 @@ def rates_time(model: Model) -> float:
                     compiler.host_platform().target,
                 ),
                 *("-std=c11", "-O2", "-ffp-contract=off", "-Wno-unused-function", "-D_GNU_SOURCE"),
-                *(f"-I{folder}" for folder in (work, compiler.RUNTIME)),
+                *(f"-I{folder}" for folder in (work, compiler.RUNTIME, compiler.fmi_headers())),
                 *(str(source), "-o", str(program), "-lm"),
             ],
             check=True,

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import benchmark_accuracy as accuracy
+import benchmark_simulate
 from elastic_tendon.compiled import sensitivities, simulate
 from elastic_tendon.errors import SimulationError
+from elastic_tendon.model import HYSTERESIS
 from elastic_tendon.parameters import load_model
 
 TIME = np.arange(0.0, 2.0, 0.002)
@@ -169,6 +172,39 @@ def test_wrong_arguments_are_refused_in_one_sentence(model, arguments, sentence)
         simulate(model, **call)
 
 
+def test_velocity_of_a_joint_that_starts_stuck_is_forgotten(model):
+    """Below the dead band the joint sticks at once: no trace of its velocity, nor sensitivity."""
+    stuck = model.with_effect("coulomb_friction", {"torque": 1.0})
+    for velocity in (0.0, 0.5 * HYSTERESIS):
+        motion = sensitivities(
+            *(stuck, TIME, 0 * TIME, 4.0 * TIME),
+            parameters=[],
+            initial_states=["joint_velocity"],
+            initial_state={"joint_velocity": velocity},
+        )
+        assert not motion.trajectory["joint_velocity"][TIME < 0.25].any()
+        assert motion.trajectory["joint_velocity"].any()
+        assert not motion.of("joint_position").any()
+
+
+def test_a_stuck_joint_breaks_away_inside_a_curved_interval(model):
+    """The load exceeds the friction between two samples only, by the spline through them."""
+    stuck = model.with_effect("coulomb_friction", {"torque": 1.0})
+    coarse = np.array([0.0, 1.0, 2.0, 3.0])
+    load = np.array([0.0, 0.95, 0.95, 0.0])
+    fine = np.linspace(0.0, 3.0, 3001)
+    spline = CubicSpline(coarse, load)(fine)
+    assert spline.max() > 1.0 > load.max()
+    few = simulate(stuck, coarse, 0 * coarse, load, interpolation="cubic", tolerance=1e-10)
+    many = simulate(stuck, fine, 0 * fine, spline, interpolation="cubic", tolerance=1e-10)
+    assert many["joint_position"][-1] > 1e-4
+    assert np.allclose(few["joint_position"], many["joint_position"][::1000], atol=1e-8)
+
+
+def test_right_hand_side_of_the_benchmark_compiles_and_takes_time(model):
+    assert 0.0 < benchmark_simulate.rates_time(model) < 1e-3
+
+
 def test_unknown_names_are_refused(model):
     with pytest.raises(ValueError, match=r"the model has no link\.mass, speed"):
         sensitivities(
@@ -176,3 +212,5 @@ def test_unknown_names_are_refused(model):
         )
     with pytest.raises(KeyError, match="no output or state 'torque'"):
         simulate(model, TIME, THROUGH_SLACK)["torque"]
+    with pytest.raises(ValueError, match="a name stands twice"):
+        sensitivities(model, TIME, THROUGH_SLACK, parameters=["link.inertia"] * 2000)

@@ -9,6 +9,7 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
@@ -56,6 +57,19 @@ MapOption = Annotated[
         metavar="SIGNAL=COLUMN",
         help="signal=column[:unit][*scale][+offset], e.g. joint_position=enc2:deg*-1; repeatable.",
     ),
+]
+
+
+class Interpolation(StrEnum):
+    """Choices of --interpolation."""
+
+    HOLD = "hold"
+    LINEAR = "linear"
+    CUBIC = "cubic"
+
+
+InterpolationOption = Annotated[
+    Interpolation, typer.Option(help="Of motor position and load between the samples.")
 ]
 ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 JsonOption = Annotated[
@@ -125,6 +139,7 @@ def simulate(
         typer.Argument(metavar="[DATA]", help="Motor position and load; without: a smooth motion."),
     ] = None,
     mapping: MapOption = None,
+    interpolation: InterpolationOption = Interpolation.LINEAR,
     force: ForceOption = False,
 ) -> None:
     """Simulate a model and write a table.
@@ -142,7 +157,9 @@ def simulate(
     else:
         from elastic_tendon.measurement import read_measurement
 
-        measurement = read_measurement(data, mapping or (), joint_required=False)
+        measurement = read_measurement(
+            data, mapping or (), interpolation=interpolation.value, joint_required=False
+        )
         table = simulated.measured_table(loaded, measurement)
     write_text(out, table.to_csv(index=False), force=force)
     output.print(f"{len(table)} samples in {out}", highlight=False)
@@ -186,6 +203,7 @@ def compare(
     model: ModelArgument,
     data: DataArgument,
     mapping: MapOption = None,
+    interpolation: InterpolationOption = Interpolation.LINEAR,
     json_file: JsonOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -196,7 +214,7 @@ def compare(
 
     _check_outputs(json_file, plot, force=force)
     loaded = _load(model)
-    comparison = compare_with(loaded, _read(data, mapping))
+    comparison = compare_with(loaded, _read(data, mapping, interpolation))
     # files first: a reader that closes the pipe must not cost the user a result
     _save_json(comparison.to_json(), json_file, force)
     if plot is not None:
@@ -223,6 +241,7 @@ def add(
         typer.Option("--validate", metavar="DATA", help="Never fitted, only judges; repeatable."),
     ] = None,
     mapping: MapOption = None,
+    interpolation: InterpolationOption = Interpolation.LINEAR,
     json_file: JsonOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -239,7 +258,10 @@ def add(
         return
     from elastic_tendon.identify.add import add as add_to
 
-    measurements, heldout = _read(data, mapping), _read(validate or [], mapping)
+    measurements, heldout = (
+        _read(data, mapping, interpolation),
+        _read(validate or [], mapping, interpolation),
+    )
     with _progress() as report:
         addition = add_to(loaded, effect, measurements, heldout, report)
     write_text(out, addition.model.to_toml(), force=force)
@@ -291,10 +313,14 @@ def _load(source: str) -> "Model":
     return model
 
 
-def _read(data: list[str], mapping: list[str] | None) -> list["Measurement"]:
+def _read(
+    data: list[str], mapping: list[str] | None, interpolation: Interpolation
+) -> list["Measurement"]:
     from elastic_tendon.measurement import read_measurement
 
-    measurements = [read_measurement(one, mapping or ()) for one in data]
+    measurements = [
+        read_measurement(one, mapping or (), interpolation=interpolation.value) for one in data
+    ]
     for measurement in measurements:
         for note in measurement.notes:
             notice.print(f"note: {measurement.name}: {note}", markup=False, soft_wrap=True)

@@ -400,9 +400,12 @@ def sensitivities(
     ]
     if unknown:
         raise ValueError(f"the model has no {', '.join(unknown)}")
+    names = (*parameters, *initial_states)
+    if len(set(names)) < len(names):
+        raise ValueError(f"a name stands twice among {', '.join(names)}")
     directions = [index[p] for p in parameters] + [states[s] for s in initial_states]
     inputs = (time, motor_position, load_torque)
     trajectory, derivatives = _run(
         model, *inputs, directions, initial_state, interpolation, tolerance
     )
-    return Sensitivities(trajectory, derivatives, (*parameters, *initial_states))
+    return Sensitivities(trajectory, derivatives, names)

@@ -8,6 +8,8 @@ from elastic_tendon.errors import SimulationError
 from elastic_tendon.identify import residuals
 from elastic_tendon.identify.determinability import find_open_directions
 from elastic_tendon.identify.fit import fit
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import load_model
 
 # intervals are 95 %; for all of six numbers at once a wider margin is right
 MARGIN = 2.0
@@ -35,6 +37,18 @@ def test_cost_falls_and_numbers_start_from_the_given(frictionless, result) -> No
     assert result.cost < result.start_cost
     assert result.given == known.model
     assert not result.interrupted
+
+
+def test_a_start_on_a_bound_does_not_stall_the_fit() -> None:
+    """Dampings of 0 lie on their bound; a joint at rest gives the optimiser a first step of 0."""
+    truth = load_model("biorob_x4_joint_3").with_effect("coulomb_friction", {"torque": 0.5})
+    time = np.arange(0.0, 3.0, 0.002)
+    motor = np.where(time < 0.2, 0.0, 0.4 * np.sin(6 * (time - 0.2)))
+    load = np.where(time < 0.3, 0.0, 2.0 * np.sin(4 * (time - 0.3)))
+    position = compiled.simulate(truth, time, motor, load)["joint_position"]
+    recording = Measurement("made", time, motor, {"joint_position": position}, load)
+    found = fit(truth.with_values({"link.inertia": 0.034}), [recording])
+    assert found.model.link.inertia == pytest.approx(truth.link.inertia, rel=1e-4)
 
 
 def test_right_model_is_weighed_with_its_noise(frictionless, result) -> None:

@@ -30,6 +30,9 @@ SCOUTING_EVALUATIONS = 8  # enough to tell a good basin from a bad one
 POLISHED = 2  # so many of the scouted starts are followed to the end beside the best
 MAXIMUM_EVALUATIONS = 60
 COST_TOLERANCE = 1e-8
+# a start on a bound is moved inside so far, in prior sigmas: there trf's first step would be cut
+# to nothing and taken for convergence
+START_MARGIN = 1e-2
 # a number this close to its bound or its given value, in prior sigmas, is at it ...
 BOUND_TOLERANCE = 1e-5
 GIVEN_TOLERANCE = 1e-3
@@ -114,7 +117,8 @@ class _Search:
 
     def descend(self, start: Array, evaluations: int) -> tuple[Array, float]:
         """Local optimum near a start, or as far as this many evaluations lead."""
-        inside = np.clip(start, self.lower, self.upper)
+        margin = np.minimum(START_MARGIN, 0.1 * (self.upper - self.lower))
+        inside = np.clip(start, self.lower + margin, self.upper - margin)
         if not np.isfinite(self.cost(inside)):
             return inside, np.inf
         try:

@@ -66,6 +66,7 @@ def simulate_measurement(
         measurement.motor_position,
         measurement.load_torque,
         initial_state=initial.as_dict(),
+        interpolation=measurement.interpolation,
     )
 
 
@@ -102,6 +103,7 @@ def sensitivity(
         parameters=tuple(parameters),
         initial_states=INITIAL_STATES,
         initial_state=initial.as_dict(),
+        interpolation=measurement.interpolation,
     )
     return Sensitivity(
         residuals=residuals_of(result.trajectory, measurement),

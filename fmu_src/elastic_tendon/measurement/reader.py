@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from elastic_tendon.compiled import Interpolation
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.columns import REQUIRED, Column, find_columns, parse_map
 from elastic_tendon.measurement.recording import MINIMUM_SAMPLES, Array, Measurement
@@ -17,7 +18,11 @@ _FIRST_ROW = 2
 
 
 def read_measurement(
-    data: str, mapping: Sequence[str] = (), *, joint_required: bool = True
+    data: str,
+    mapping: Sequence[str] = (),
+    *,
+    interpolation: Interpolation = "linear",
+    joint_required: bool = True,
 ) -> Measurement:
     """Read one recording.
 
@@ -25,6 +30,8 @@ def read_measurement(
     ----------
     data : str; ``file.csv``, or ``file.csv[start:end]`` for a window in s
     mapping : items ``signal=column[:unit][*scale][+offset]``, see `columns.parse_map`
+    interpolation : of motor position and load between the samples; "cubic" suits smooth inputs,
+        "linear" and "hold" those that step or are coarsely rounded
     joint_required : false where only the motor's motion and the load are wanted
 
     Returns
@@ -49,6 +56,7 @@ def read_measurement(
         time=time,
         motor_position=arrays.pop("motor_position"),
         load_torque=arrays.pop("load_torque", None),
+        interpolation=interpolation,
         notes=_notes(table, columns),
         signals={name: values for name, values in arrays.items() if name != "motor_velocity"},
     )

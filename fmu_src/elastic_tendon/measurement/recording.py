@@ -1,11 +1,12 @@
 """One recording as the rest of the program sees it: plain arrays in SI units."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.compiled import Interpolation
 from elastic_tendon.errors import MeasurementError
 
 Array = NDArray[np.float64]
@@ -27,6 +28,7 @@ class Measurement:
         Holds ``joint_position`` (rad) wherever it is compared; ``joint_torque`` and
         ``motor_torque`` (N·m) where measured
     load_torque : (n,) array, N·m on the joint, or None: none acts
+    interpolation : of motor position and load between the samples, as in `compiled.simulate`
     notes : what was ignored or converted on reading, one sentence each
     """
 
@@ -35,6 +37,7 @@ class Measurement:
     motor_position: Array
     signals: Mapping[str, Array]
     load_torque: Array | None = None
+    interpolation: Interpolation = "linear"
     notes: tuple[str, ...] = field(default=())
 
     def window(self, start: float | None, end: float | None) -> "Measurement":
@@ -62,11 +65,11 @@ class Measurement:
                 f"{MINIMUM_SAMPLES}; the recording runs from {self.time[0]:g} s to "
                 f"{self.time[-1]:g} s"
             )
-        return Measurement(
+        return replace(
+            self,
             name=self.name + text,
             time=self.time[keep],
             motor_position=self.motor_position[keep],
             signals={name: values[keep] for name, values in self.signals.items()},
             load_torque=None if self.load_torque is None else self.load_torque[keep],
-            notes=self.notes,
         )

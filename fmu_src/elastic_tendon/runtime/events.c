@@ -74,7 +74,8 @@ static Outcome settle(Solver *s, int fired, double *dt) {
     model_next_modes(s->vector, u, s->p, s->motion.mode, next);
     int same = 1;
     for (int r = 0; r < N_MODES; r++) same &= next[r] == s->motion.mode[r];
-    if (same) return SOLVED;
+    if (same && !s->motion.fresh) return SOLVED;
+    s->motion.fresh = 0;
     model_reset(s->vector, u, s->p, s->motion.mode, next, x_next);
     if (s->n_directions > 0) {
       if (i == 0) event_time_derivatives(s, fired, dt);

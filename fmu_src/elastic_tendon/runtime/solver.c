@@ -10,6 +10,7 @@
 #define MAX_STEPS 10000000
 #define MAX_EVENTS_AT_ONE_TIME 64
 #define LONG_STEP 0.005 /* squared error of a step two thirds of what accuracy allows */
+#define NO_ERROR 1e-20   /* squared error of a motion that the method integrates exactly */
 #define STEPS_TO_JUDGE 20 /* before the choice of method is judged */
 
 static const char *outcome_text(Outcome outcome) {
@@ -25,6 +26,7 @@ static const char *outcome_text(Outcome outcome) {
 
 static void solver_restart(Solver *s, double time) {
   s->motion.time = time;
+  s->motion.fresh = 1;
   s->motion.step = 0.0;
   s->motion.implicit = 0;
   s->motion.judged = 0;
@@ -134,10 +136,12 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     s->statistics.steps++;
     if (!to_end) motion->step = h * step_factor(error, implicit);
 
-    /* in a step as long as accuracy allows, an indicator may change and change back */
+    /* in a step as long as accuracy allows, and in one without error, as while the joint sticks,
+     * an indicator may change and change back */
     indicators_at(s, motion->time + h, trial, z);
     double part = any_change(start, z);
-    if (part == 0.0 && error > LONG_STEP) part = change_inside(s, h, k, start);
+    if (part == 0.0 && (error > LONG_STEP || error < NO_ERROR))
+      part = change_inside(s, h, k, start);
     if (part > 0.0) {
       const double before = motion->time;
       outcome = handle_event(s, part * h, start, k, trial);
@@ -160,9 +164,9 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
 }
 
 static Outcome solver_settle(Solver *s) {
-  double dt[N_STATES + N_PARAMETERS];
+  double *work = s->vector + LENGTH(s->n_directions);
   memcpy(s->vector, s->motion.x, sizeof s->motion.x);
-  const Outcome outcome = settle(s, -1, dt);
+  const Outcome outcome = settle(s, -1, work);
   memcpy(s->motion.x, s->vector, sizeof s->motion.x);
   return outcome;
 }

@@ -20,6 +20,7 @@ typedef struct {
   double time;
   double x[N_STATES];
   double mode[N_MODES];
+  int fresh;     /* 1 until states have been made consistent with the modes after a restart */
   double step;   /* step size to try next, s; 0: not yet chosen */
   int implicit;  /* 1 while Radau integrates */
   int judged;    /* steps since the choice of method was last judged, */

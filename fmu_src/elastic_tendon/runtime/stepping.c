@@ -115,10 +115,10 @@ static Status iterate_events(Instance *instance, EventOutcome *result) {
 static Status check_step(Instance *instance, double from, double h) {
   const State *state = &instance->state;
   const double time = state->motion.time;
-  if (!isfinite(from) || fabs(from - time) > time_slack(time))
-    return report(instance, STATUS_ERROR, "the step starts at %.9g s, which is another time", from);
   if (!(h > 0 && isfinite(h)))
     return report(instance, STATUS_ERROR, "the step size %g s is not positive", h);
+  if (!(fabs(from - time) <= fmin(time_slack(time), 0.01 * h)))
+    return report(instance, STATUS_ERROR, "the step starts at %.9g s, which is another time", from);
   if (past_stop(instance, from + h))
     return report(instance, STATUS_ERROR, "the step to %.9g s is past stopTime = %g s", from + h,
                   state->stop_time);
