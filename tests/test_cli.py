@@ -85,7 +85,8 @@ def test_compare_writes_contract_and_picture(run, recording: str) -> None:
 
 def test_add_writes_a_model_that_compares_better(run, recording: str) -> None:
     done = run(
-        *("add", MODEL, "coulomb_friction", recording, "--validate", f"{recording}[0.5:1.5]"),
+        *("add", MODEL, "coulomb_friction", f"{recording}[0:1.4]"),
+        *("--validate", f"{recording}[1.4:2]", "--interpolation", "cubic"),
         *("-o", "new.toml", "--json", "a.json", "--plot", "a.svg"),
     )
     assert done.exit_code == 0

@@ -48,7 +48,7 @@ ModelArgument = Annotated[
     str, typer.Argument(metavar="MODEL", help="A model.toml, or the name of a bundled model.")
 ]
 DataArgument = Annotated[
-    list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv[start:end] in s.")
+    list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")
 ]
 MapOption = Annotated[
     list[str] | None,
@@ -188,9 +188,11 @@ def design(model: ModelArgument, plot: PlotOption = None, force: ForceOption = F
     from elastic_tendon.design import design as design_of
     from elastic_tendon.report import tables
 
-    _check_outputs(plot, force=force)
+    _check_outputs(picture=plot, force=force)
     loaded = _load(model)
     output.print(tables.design_table(loaded.name, design_of(loaded)))
+    if loaded.effect_ids:
+        output.print("The paper's equations leave out the effects of this model.", highlight=False)
     if plot is not None:
         from elastic_tendon.report.figures import characteristic_curves
 
@@ -212,7 +214,7 @@ def compare(
     from elastic_tendon.identify.compare import compare as compare_with
     from elastic_tendon.report import tables
 
-    _check_outputs(json_file, plot, force=force)
+    _check_outputs(json_file, picture=plot, force=force)
     loaded = _load(model)
     comparison = compare_with(loaded, _read(data, mapping, interpolation))
     # files first: a reader that closes the pipe must not cost the user a result
@@ -234,7 +236,7 @@ def add(
     out: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.toml", help="New model.")],
     data: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[DATA...]", help="Fitted; file.csv or file.csv[start:end] in s."),
+        typer.Argument(metavar="[DATA...]", help="Fitted; file.csv or file.csv\\[start:end] in s."),
     ] = None,
     validate: Annotated[
         list[str] | None,
@@ -251,7 +253,7 @@ def add(
     Without DATA the effect comes in at its typical values. Ctrl-C stops the fit and keeps the
     best so far.
     """
-    _check_outputs(out, json_file, plot, force=force)
+    _check_outputs(out, json_file, picture=plot, force=force)
     loaded = _load(model)
     if not data:
         _add_typical(loaded, effect, out, bool(validate or json_file or plot), force)
@@ -343,8 +345,6 @@ def _add_typical(model: "Model", effect: str, out: Path, more: bool, force: bool
 def _show_addition(addition: "Addition") -> None:
     from elastic_tendon.report import tables
 
-    if addition.interrupted:
-        notice.print("stopped: this is the best so far")
     output.print(tables.ladder_table(addition.ladder))
     output.print(tables.estimates_table(addition.findings))
     if addition.findings.ratios:
@@ -368,8 +368,12 @@ def _progress() -> Iterator["Report"]:
         yield report
 
 
-def _check_outputs(*paths: Path | None, force: bool) -> None:
-    for path in paths:
+def _check_outputs(*paths: Path | None, picture: Path | None, force: bool) -> None:
+    if picture is not None:
+        from elastic_tendon.report.comparison_figures import check_picture
+
+        check_picture(picture)
+    for path in (*paths, picture):
         if path is not None:
             check_writable(path, force=force)
 
@@ -388,6 +392,10 @@ def _save_json(content: dict[str, Any], path: Path | None, force: bool) -> None:
 
 def _stop_if(interrupted: bool) -> None:
     if interrupted:
+        notice.print(
+            "elastic-tendon: stopped before the fit had converged; these numbers and intervals "
+            "are only the best so far"
+        )
         raise typer.Exit(INTERRUPTED)
 
 

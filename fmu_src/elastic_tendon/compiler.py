@@ -97,7 +97,10 @@ def compile_library(
         *(str(source), "-o", str(output)),
         *target.flags,
     ]
-    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise BuildError(f"the compiler cannot be started: {error.strerror}") from error
     if run.returncode != 0:
         errors = [line for line in run.stderr.splitlines() if "error" in line]
         raise BuildError(

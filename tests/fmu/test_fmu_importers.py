@@ -69,6 +69,23 @@ def test_pythonfmu_flavour_gives_the_same_numbers(flavour, fmus):
     assert (found == expected).all()
 
 
+@pytest.mark.parametrize("interval", [0.002, 0.01])
+def test_fmpy_integrates_model_exchange_with_moving_inputs_by_default(fmus, interval):
+    """fmpy applies inputs in its root function only, so its integrator sees them jump."""
+    inputs = np.zeros(2001, dtype=[("time", float), ("motor_position", float)])
+    inputs["time"] = np.linspace(0.0, 2.0, 2001)
+    inputs["motor_position"] = 0.4 * np.sin(8.0 * inputs["time"])
+    motion = simulate_fmu(
+        str(fmus("base").path),
+        fmi_type="ModelExchange",
+        stop_time=2.0,
+        output_interval=interval,
+        input=inputs,
+    )
+    assert motion["time"][-1] == pytest.approx(2.0)
+    assert np.abs(motion["joint_position"]).max() < 0.6
+
+
 def test_pythonfmu_flavour_keeps_states(flavour, instances):
     slave = instances(flavour.slave())
     slave.begin({"motor_position": 0.2, "motor_velocity_connected": True})

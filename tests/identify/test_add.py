@@ -8,7 +8,7 @@ import pytest
 
 from elastic_tendon.compiled import simulate
 from elastic_tendon.effects import BY_ID
-from elastic_tendon.errors import ModelError
+from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.excitation import default_excitation
 from elastic_tendon.identify.add import add, add_typical
 from elastic_tendon.identify.compare import compare
@@ -152,3 +152,10 @@ def test_bench_recordings() -> None:
             assert low < value < high
     assert "determine only ratios" in result.findings.sentences[0]
     assert {"K/J", "link.damping/J"} <= {one.name for one in result.findings.ratios}
+
+
+def test_held_out_data_must_not_be_fitted_too(sticking) -> None:
+    known, recording, other = sticking
+    with pytest.raises(MeasurementError, match=r"\[1:3\]: it is held out but shares samples"):
+        add(known.model, "coulomb_friction", [recording], [other, recording.window(1.0, 3.0)])
+    assert not recording.window(0.0, 2.0).shares_samples(recording.window(2.5, 4.0))

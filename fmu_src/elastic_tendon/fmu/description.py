@@ -30,6 +30,8 @@ LOG_CATEGORIES = (
 )
 STOP_TIME = 10.0  # s
 STEP_SIZE = 1e-3  # s
+# of the importer's integrator; a tighter one stalls integrators that see inputs jump, as in fmpy
+TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,6 @@ class Description:
     interface: Interface
     variables: tuple[FmuVariable, ...]
     dependencies: Dependencies
-    tolerance: float
     co_simulation: dict[str, str] | None
     model_exchange: dict[str, str] | None
 
@@ -280,7 +281,7 @@ def model_description(description: Description) -> Element:
         "DefaultExperiment",
         startTime="0.0",
         stopTime=repr(STOP_TIME),
-        tolerance=repr(description.tolerance),
+        tolerance=repr(TOLERANCE),
         stepSize=repr(STEP_SIZE),
     )
     _variables(root, description.variables)

@@ -13,7 +13,7 @@ from elastic_tendon.fmu.binary import compile_binary
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.layout import layout
 from elastic_tendon.model import HybridSystem, build
-from elastic_tendon.output import check_writable, write_file
+from elastic_tendon.output import OutputError, check_writable, write_file
 from elastic_tendon.parameters import Model
 
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest a zip can hold: equal models give equal files
@@ -39,7 +39,6 @@ def describe(
         interface=system.interface,
         variables=layout(system.interface, model.values()),
         dependencies=dependencies(system),
-        tolerance=DEFAULT_TOLERANCE,
         co_simulation=co_simulation,
         model_exchange=model_exchange,
     )
@@ -80,7 +79,7 @@ def _write_zip(path: Path, contents: Mapping[str, bytes]) -> None:
             archive.writestr(entry, content)
 
 
-def export_fmu(model: Model, path: Path, *, overwrite: bool = False) -> Path:
+def export_fmu(model: Model, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write the FMU of a model; the file appears whole or not at all.
 
     Parameters
@@ -96,10 +95,13 @@ def export_fmu(model: Model, path: Path, *, overwrite: bool = False) -> Path:
     Raises
     ------
     OutputError
-        where the file exists or cannot be written
+        where the file exists, cannot be written or does not end in .fmu
     BuildError
         where the compiler refuses
     """
+    path = Path(path)
+    if path.suffix != ".fmu":
+        raise OutputError(f"{path}: importers want the suffix .fmu; write {path.stem}.fmu")
     check_writable(path, force=overwrite)
     contents = _contents(model)
     write_file(path, lambda target: _write_zip(target, contents), force=overwrite)

@@ -7,7 +7,7 @@ from typing import Any
 
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.effects.base import Effect, Parameter
-from elastic_tendon.errors import ModelError
+from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.determinability import Estimate, Findings
 from elastic_tendon.identify.fit import FitResult, fit
@@ -103,9 +103,11 @@ def add(
     Raises
     ------
     ModelError : no such effect, or the model has it already
+    MeasurementError : a recording is both fitted and held out
     SimulationError : the model as given cannot be simulated
     """
     _check_absent(model, effect_id)
+    _check_apart(measurements, validation)
 
     def step(title: str, added: str | None, result: FitResult | None) -> Step:
         reached = model if result is None else result.model
@@ -186,6 +188,16 @@ def _check_absent(model: Model, effect_id: str) -> None:
             model.name,
             [f"it has the effect {effect_id} already; name another one, or the model without it"],
         )
+
+
+def _check_apart(fitted: Sequence[Measurement], heldout: Sequence[Measurement]) -> None:
+    for judge in heldout:
+        for one in fitted:
+            if judge.shares_samples(one):
+                raise MeasurementError(
+                    f"{judge.name}: it is held out but shares samples with {one.name}, which is "
+                    "fitted; give another recording, or windows that do not overlap"
+                )
 
 
 def _typical(model: Model, parameter: Parameter) -> float:

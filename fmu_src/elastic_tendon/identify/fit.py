@@ -32,11 +32,11 @@ MAXIMUM_EVALUATIONS = 60
 COST_TOLERANCE = 1e-8
 # a start on a bound is moved inside so far, in prior sigmas: there trf's first step would be cut
 # to nothing and taken for convergence
-START_MARGIN = 1e-2
+START_MARGIN = 1e-6
 # a number this close to its bound or its given value, in prior sigmas, is at it ...
 BOUND_TOLERANCE = 1e-5
 GIVEN_TOLERANCE = 1e-3
-# ... if putting it there raises the cost by no more than this share
+# ... if putting it there raises the cost by no more than this, and this share of it
 SETTLING_COST = 1e-6
 
 
@@ -148,7 +148,7 @@ class _Search:
         kept = np.abs(values - coordinates.centre) < GIVEN_TOLERANCE * coordinates.sigma
         values[kept] = coordinates.centre[kept]
         settled = np.concatenate([coordinates.variables(values), vector[count:]])
-        allowed = self.cost(vector) * (1.0 + SETTLING_COST)
+        allowed = self.cost(vector) * (1.0 + SETTLING_COST) + SETTLING_COST
         return settled if self.cost(settled) <= allowed else vector
 
 

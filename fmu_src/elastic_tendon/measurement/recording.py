@@ -40,6 +40,13 @@ class Measurement:
     interpolation: Interpolation = "linear"
     notes: tuple[str, ...] = field(default=())
 
+    def shares_samples(self, other: "Measurement") -> bool:
+        """Whether the two are of one recording and overlap in time: equal at all common times."""
+        _, mine, theirs = np.intersect1d(self.time, other.time, return_indices=True)
+        if len(mine) < MINIMUM_SAMPLES or np.ptp(self.motor_position[mine]) == 0.0:
+            return False
+        return bool(np.array_equal(self.motor_position[mine], other.motor_position[theirs]))
+
     def window(self, start: float | None, end: float | None) -> "Measurement":
         """Cut the samples with ``start <= time <= end``.
 

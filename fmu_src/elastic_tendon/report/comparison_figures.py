@@ -17,6 +17,7 @@ from elastic_tendon.report.units import shown
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
+PICTURES = (".png", ".svg", ".pdf")
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
 
 
@@ -184,26 +185,34 @@ def story(steps: Sequence[Step], rungs: Sequence[Rung], signal: str = "joint_pos
     return figure
 
 
+def check_picture(path: Path) -> None:
+    """Refuse a file name whose suffix is no format of pictures.
+
+    Raises
+    ------
+    OutputError : the suffix is none of `PICTURES`
+    """
+    if path.suffix.lower() not in PICTURES:
+        raise OutputError(
+            f"{path}: no picture is written with this suffix; use {', '.join(PICTURES)}"
+        )
+
+
 def save(figure: Figure, path: Path, software: str = "elastic-tendon") -> None:
     """Write a figure; the suffix of the path chooses the format.
 
     Parameters
     ----------
     figure : Figure
-    path : file with a suffix that matplotlib knows, such as .png, .svg, .pdf
+    path : file with a suffix of `PICTURES`
     software : noted in a PNG's metadata
 
     Raises
     ------
     OutputError : the suffix is not known
     """
-    known = figure.canvas.get_supported_filetypes()
-    kind = path.suffix.lstrip(".").lower()
-    if kind not in known:
-        raise OutputError(
-            f"{path.name}: no picture is written with this suffix; use .png, .svg or .pdf"
-        )
-    metadata = {"Software": software} if kind == "png" else None
+    check_picture(path)
+    metadata = {"Software": software} if path.suffix.lower() == ".png" else None
     figure.savefig(path, dpi=130, metadata=metadata)
 
 

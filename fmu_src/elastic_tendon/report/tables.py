@@ -17,6 +17,9 @@ from elastic_tendon.report.units import shown
 # bins are told to stand out only where they are this many standard errors above the noise
 STANDING_OUT = 3.0
 
+# relative change of a held-out error that is worth a word
+NOTICEABLE = 1e-3
+
 NEXT_AFTER_DEMO = """
 Try next, with your own recording (columns time_s, motor_position_rad, joint_position_rad):
   elastic-tendon compare biorob_x4_joint_3 recording.csv
@@ -195,7 +198,9 @@ def _verdict(before: Rung, after: Rung) -> list[str]:
             "more than its additional freedom explains."
         )
     worse = [
-        name for name, value in after.heldout_rmse.items() if value > before.heldout_rmse[name]
+        name
+        for name, value in after.heldout_rmse.items()
+        if value > (1.0 + NOTICEABLE) * before.heldout_rmse[name]
     ]
     if worse:
         sentences.append(
