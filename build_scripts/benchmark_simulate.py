@@ -4,8 +4,8 @@
 
 12 s of motor position sampled at 500 Hz, with the rounding of a 14-bit encoder ("measured") and
 without ("smooth"). Scipy gets a right-hand side in plain Python floats, the fastest form it can
-call, and every method and tolerance that might win; the fastest whose largest error is at most
-1e-7 rad counts.
+call, and every method and tolerance that might win. On both sides the fastest run whose largest
+error is at most 1e-7 rad counts.
 """
 
 import subprocess
@@ -34,6 +34,7 @@ Rates = Callable[[float, list[float]], list[float]]
 RATE = 500.0  # Hz
 ERROR = 1e-7  # rad
 ENCODER_STEP = 2 * np.pi / 2**14  # rad
+OUR_TOLERANCES = (DEFAULT_TOLERANCE, 1e-7, 1e-6, 1e-5)
 CANDIDATES = [
     *(("LSODA", tolerance) for tolerance in (1e-7, 3e-8, 1e-8, 3e-9, 1e-9)),
     *(("RK45", tolerance) for tolerance in (1e-7, 1e-8, 1e-9)),
@@ -105,13 +106,19 @@ def scipy_fastest(rates: Any, time: Array, reference: Array) -> tuple[float, str
 def ours_fastest(
     model: Model, time: Array, position: Array, kind: Interpolation, reference: Array
 ) -> tuple[float, float]:
-    """Time (s) and error (rad) of `simulate` at its default tolerance."""
-    error = float(
-        np.abs(
-            simulate(model, time, position, interpolation=kind)["joint_position"] - reference
-        ).max()
-    )
-    return fastest(lambda: simulate(model, time, position, interpolation=kind), 200), error
+    """Time (s) and error (rad) of the fastest `simulate` whose error is at most ERROR."""
+    runs = []
+    for tolerance in OUR_TOLERANCES:
+
+        def run(tolerance: float = tolerance) -> Array:
+            return simulate(model, time, position, interpolation=kind, tolerance=tolerance)[
+                "joint_position"
+            ]
+
+        error = float(np.abs(run() - reference).max())
+        if error <= ERROR:
+            runs.append((fastest(run, 100), error))
+    return min(runs)
 
 
 def rates_time(model: Model) -> float:
