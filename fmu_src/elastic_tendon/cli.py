@@ -175,9 +175,8 @@ def export(
     """Export a model as an FMU (FMI 2.0, co-simulation and model exchange)."""
     from elastic_tendon.fmu.export import export_fmu
 
-    check_writable(out, force=force)
     loaded = _load(model)
-    write_file(out, lambda path: export_fmu(loaded, path), force=force)
+    export_fmu(loaded, out, overwrite=force)
     output.print(f"{loaded.name} is in {out}", highlight=False)
 
 

@@ -33,7 +33,7 @@ def _differences(instance, name):
     return (values[1] - values[0]) / (points[1] - points[0])
 
 
-def _agree(instance, knowns):
+def _check_agreement(instance, knowns):
     checked = 0
     for known in knowns:
         expected = _differences(instance, known)
@@ -55,7 +55,7 @@ def test_while_initialising_by_inputs_states_and_parameters(fmus, instances, nam
         for one in fmu.description.modelVariables
         if one.causality == "parameter" and one.type == "Real"
     ]
-    _agree(instance, INPUTS + STATES + parameters)
+    _check_agreement(instance, INPUTS + STATES + parameters)
 
 
 @pytest.mark.parametrize("motor_position", [0.1, 0.5, -0.5])
@@ -64,13 +64,13 @@ def test_between_steps_by_inputs_in_each_slack_state(fmus, instances, motor_posi
     slave.begin({"motor_velocity_connected": True})
     slave.set("motor_position", motor_position)
     slave.fmu.doStep(0.0, 0.01)
-    _agree(slave, INPUTS)
+    _check_agreement(slave, INPUTS)
 
 
 def test_in_continuous_time_by_inputs(fmus, instances):
     model = instances(fmus("damped").model())
     model.begin(START | {"motor_velocity_connected": True})
-    _agree(model, INPUTS)
+    _check_agreement(model, INPUTS)
 
 
 def test_in_continuous_time_by_states(fmus, instances):

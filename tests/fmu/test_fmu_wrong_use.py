@@ -31,7 +31,7 @@ def running(base, instances, kind):
     return instance
 
 
-def _is_refused(instance, function, *arguments, telling=()):
+def _check_refused(instance, function, *arguments, telling=()):
     before, messages = instance.snapshot(), len(instance.log)
     assert instance.status(function, *arguments) == ERROR
     assert instance.snapshot() == before
@@ -42,9 +42,9 @@ def _is_refused(instance, function, *arguments, telling=()):
         assert part in message.text
 
 
-def _set(instance, name, value, *, number=c_double, function="fmi2SetReal", **expected):
+def _check_set(instance, name, value, *, number=c_double, function="fmi2SetReal", **expected):
     reference = (c_uint * 1)(instance.reference(name))
-    _is_refused(instance, function, reference, 1, (number * 1)(value), **expected)
+    _check_refused(instance, function, reference, 1, (number * 1)(value), **expected)
 
 
 @pytest.mark.parametrize(
@@ -76,14 +76,14 @@ def _set(instance, name, value, *, number=c_double, function="fmi2SetReal", **ex
     ],
 )
 def test_calls_out_of_place_are_refused(running, function, arguments):
-    _is_refused(running, function, *arguments)
+    _check_refused(running, function, *arguments)
 
 
 def test_message_names_instance_call_time_variable_and_value(base, instances):
     slave = instances(base.slave(name="arm 100%"))
     slave.begin()
     slave.fmu.doStep(0.0, 0.25)
-    _set(slave, "motor_position", nan)
+    _check_set(slave, "motor_position", nan)
     message = slave.log[-1]
     assert message.instance == "arm 100%"
     # doubled, because importers print it as a format
@@ -93,12 +93,12 @@ def test_message_names_instance_call_time_variable_and_value(base, instances):
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
 def test_inputs_that_are_not_finite_are_refused(running, value):
-    _set(running, "load_torque", value, telling=["load_torque"])
+    _check_set(running, "load_torque", value, telling=["load_torque"])
 
 
 @pytest.mark.parametrize("name", ["link.inertia", "joint_position", "joint_torque", "time"])
 def test_what_is_not_an_input_cannot_be_set_while_running(running, kind, name):
-    _set(running, name, 1.0, telling=[name, BETWEEN[kind]])
+    _check_set(running, name, 1.0, telling=[name, BETWEEN[kind]])
 
 
 @pytest.mark.parametrize(
@@ -107,14 +107,14 @@ def test_what_is_not_an_input_cannot_be_set_while_running(running, kind, name):
 )
 def test_parameters_outside_their_bounds_are_refused(base, instances, kind, name, value):
     instance = instances(getattr(base, kind)())
-    _set(instance, name, value, telling=[name, f"{value:g}"])
+    _check_set(instance, name, value, telling=[name, f"{value:g}"])
 
 
 def test_whole_numbers_have_bounds_and_type(base, instances):
     slave = instances(base.slave())
     name = "transmission.upper_spring.parallel"
-    _set(slave, name, 0, number=c_int, function="fmi2SetInteger", telling=[name, "1 to 100"])
-    _set(slave, name, 2.0, telling=["Integer"])
+    _check_set(slave, name, 0, number=c_int, function="fmi2SetInteger", telling=[name, "1 to 100"])
+    _check_set(slave, name, 2.0, telling=["Integer"])
     slave.set(name, 3)
     slave.set_up()
     assert slave.get(name) == 3
@@ -123,7 +123,7 @@ def test_whole_numbers_have_bounds_and_type(base, instances):
 def test_one_bad_value_among_good_ones_sets_none(running):
     references = [running.reference(name) for name in ("motor_position", "load_torque")]
     values = (c_double * 2)(0.7, nan)
-    _is_refused(running, "fmi2SetReal", (c_uint * 2)(*references), 2, values)
+    _check_refused(running, "fmi2SetReal", (c_uint * 2)(*references), 2, values)
     assert running.get("motor_position") == 0.1
 
 
@@ -131,9 +131,9 @@ def test_calls_of_the_other_interface_are_refused(base, instances):
     slave, model = instances(base.slave()), instances(base.model())
     for instance in (slave, model):
         instance.set_up()
-    _is_refused(slave, "fmi2GetContinuousStates", (c_double * 2)(), 2, telling=["co-simulation"])
+    _check_refused(slave, "fmi2GetContinuousStates", (c_double * 2)(), 2, telling=["co-simulation"])
     rates = ((c_uint * 1)(1), 1, (c_int * 1)(1), (c_double * 1)(0.0))
-    _is_refused(model, "fmi2SetRealInputDerivatives", *rates, telling=["model exchange"])
+    _check_refused(model, "fmi2SetRealInputDerivatives", *rates, telling=["model exchange"])
 
 
 @pytest.mark.parametrize(("order", "value"), [(0, 1.0), (2, 1.0), (1, nan)])
@@ -141,17 +141,17 @@ def test_only_finite_first_derivatives_of_inputs(base, instances, order, value):
     slave = instances(base.slave())
     slave.begin()
     arguments = ((c_uint * 1)(1), 1, (c_int * 1)(order), (c_double * 1)(value))
-    _is_refused(slave, "fmi2SetRealInputDerivatives", *arguments, telling=["motor_position"])
+    _check_refused(slave, "fmi2SetRealInputDerivatives", *arguments, telling=["motor_position"])
 
 
 def test_outputs_cannot_be_read_before_initialisation(base, instances, kind):
     instance = instances(getattr(base, kind)())
-    _is_refused(instance, "fmi2GetReal", (c_uint * 1)(4), 1, (c_double * 1)())
+    _check_refused(instance, "fmi2GetReal", (c_uint * 1)(4), 1, (c_double * 1)())
 
 
 def test_initialisation_needs_an_experiment(base, instances, kind):
     instance = instances(getattr(base, kind)())
-    _is_refused(instance, "fmi2EnterInitializationMode")
+    _check_refused(instance, "fmi2EnterInitializationMode")
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_initialisation_needs_an_experiment(base, instances, kind):
     [(0, 0.0, nan, 0, 0.0), (0, 0.0, 1.0, 1, 1.0), (1, 0.0, 0.0, 0, 0.0), (1, nan, 0.0, 0, 0.0)],
 )
 def test_experiments_that_cannot_be_are_refused(base, instances, experiment):
-    _is_refused(instances(base.slave()), "fmi2SetupExperiment", *experiment)
+    _check_refused(instances(base.slave()), "fmi2SetupExperiment", *experiment)
 
 
 def test_steps_past_the_stop_time_are_refused(base, instances):
@@ -167,7 +167,7 @@ def test_steps_past_the_stop_time_are_refused(base, instances):
     slave.begin(stop_time=0.3)
     slave.fmu.doStep(0.0, 0.1)
     slave.fmu.doStep(0.1, 0.3 - 0.1 + 1e-13)  # rounding is no crime
-    _is_refused(slave, "fmi2DoStep", 0.3, 0.1, 1, telling=["stopTime"])
+    _check_refused(slave, "fmi2DoStep", 0.3, 0.1, 1, telling=["stopTime"])
 
 
 def test_communication_points_may_be_off_by_rounding(base, instances):

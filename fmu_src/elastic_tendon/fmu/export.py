@@ -79,6 +79,15 @@ def _write_zip(path: Path, contents: Mapping[str, bytes]) -> None:
             archive.writestr(entry, content)
 
 
+def checked_path(path: str | Path, *, overwrite: bool) -> Path:
+    """Path of an FMU to write; OutputError where it cannot be written or has another suffix."""
+    path = Path(path)
+    if path.suffix != ".fmu":
+        raise OutputError(f"{path}: importers want the suffix .fmu; write {path.stem}.fmu")
+    check_writable(path, force=overwrite)
+    return path
+
+
 def export_fmu(model: Model, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write the FMU of a model; the file appears whole or not at all.
 
@@ -99,10 +108,7 @@ def export_fmu(model: Model, path: str | Path, *, overwrite: bool = False) -> Pa
     BuildError
         where the compiler refuses
     """
-    path = Path(path)
-    if path.suffix != ".fmu":
-        raise OutputError(f"{path}: importers want the suffix .fmu; write {path.stem}.fmu")
-    check_writable(path, force=overwrite)
+    path = checked_path(path, overwrite=overwrite)
     contents = _contents(model)
     write_file(path, lambda target: _write_zip(target, contents), force=overwrite)
     return path

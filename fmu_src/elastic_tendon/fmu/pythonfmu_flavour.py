@@ -21,9 +21,9 @@ from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu import description
 from elastic_tendon.fmu.binary import compile_binary
-from elastic_tendon.fmu.export import describe
+from elastic_tendon.fmu.export import checked_path, describe
 from elastic_tendon.model import build
-from elastic_tendon.output import check_writable, write_file
+from elastic_tendon.output import write_file
 from elastic_tendon.parameters import Model
 
 _SLAVE = Path(__file__).parent / "pythonfmu_slave.py"
@@ -65,7 +65,7 @@ def _imports_undone(module: str) -> Iterator[None]:
             sys.modules[module] = before
 
 
-def export_pythonfmu(model: Model, path: Path, *, overwrite: bool = False) -> Path:
+def export_pythonfmu(model: Model, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write the pythonfmu flavour of a model's FMU.
 
     Parameters
@@ -81,13 +81,13 @@ def export_pythonfmu(model: Model, path: Path, *, overwrite: bool = False) -> Pa
     Raises
     ------
     OutputError
-        where the file exists or cannot be written
+        where the file exists, cannot be written or does not end in .fmu
     BuildError
         where the compiler refuses, or pythonfmu has no wrapper for this platform
     """
     from pythonfmu.builder import FmuBuilder
 
-    check_writable(path, force=overwrite)
+    path = checked_path(path, overwrite=overwrite)
     if not FmuBuilder.has_binary():
         raise BuildError("pythonfmu has no wrapper for this platform; export the plain FMU instead")
     with _imports_undone(_SLAVE.stem), tempfile.TemporaryDirectory() as work:
