@@ -235,6 +235,16 @@ def test_failure_while_writing_leaves_nothing(run, monkeypatch) -> None:
     assert not list(Path().iterdir())
 
 
+def test_design_draws_unasked_and_replaces_only_its_own_picture(run) -> None:
+    picture = Path("characteristic_curves.png")
+    for _ in range(2):
+        assert run("design", MODEL).exit_code == 0
+        assert picture.read_bytes().startswith(b"\x89PNG")
+    picture.write_text("a user's own")
+    assert "exists already" in only_line(run("design", MODEL))
+    assert picture.read_text() == "a user's own"
+
+
 def test_interrupt_is_one_line(run, monkeypatch) -> None:
     def interrupted(_: object) -> None:
         raise KeyboardInterrupt

@@ -111,9 +111,10 @@ def demo() -> None:
     """
     from elastic_tendon import demo as bundled
     from elastic_tendon.report import tables
+    from elastic_tendon.report.comparison_figures import is_ours
 
     picture = Path(bundled.PICTURE)
-    force = bundled.is_own_picture(picture)
+    force = is_ours(picture)
     check_writable(picture, force=force)
     notice.print(
         "A machine was measured twice, and its model does not agree. The model is compared with "
@@ -183,19 +184,24 @@ def export(
 @app.command()
 @_reporting
 def design(model: ModelArgument, plot: PlotOption = None, force: ForceOption = False) -> None:
-    """The design table of the paper, and the characteristic curves over pretension."""
+    """The design table of the paper, and the characteristic curves over pretension.
+
+    The curves are drawn in characteristic_curves.png in the current folder unless --plot names
+    another file; such a picture of an earlier call is replaced.
+    """
     from elastic_tendon.design import design as design_of
     from elastic_tendon.report import tables
+    from elastic_tendon.report.comparison_figures import is_ours
+    from elastic_tendon.report.figures import characteristic_curves
 
-    _check_outputs(picture=plot, force=force)
+    picture = plot or Path("characteristic_curves.png")
+    force = force or (plot is None and is_ours(picture))
+    _check_outputs(picture=picture, force=force)
     loaded = _load(model)
     output.print(tables.design_table(loaded.name, design_of(loaded)))
     if loaded.effect_ids:
         output.print("The paper's equations leave out the effects of this model.", highlight=False)
-    if plot is not None:
-        from elastic_tendon.report.figures import characteristic_curves
-
-        _save(characteristic_curves(loaded), plot, force)
+    _save(characteristic_curves(loaded), picture, force)
 
 
 @app.command()

@@ -10,8 +10,6 @@ from elastic_tendon.report.comparison_figures import save, story
 DATA = Path(__file__).parent / "data"
 EFFECT = "coulomb_friction"
 PICTURE = "elastic_tendon_demo.png"
-# written into the picture, so that a later demo knows it as its own
-MARK = "elastic-tendon demo"
 
 
 def run(report: Report) -> Addition:
@@ -36,9 +34,4 @@ def run(report: Report) -> Addition:
 
 def draw(addition: Addition, path: Path) -> None:
     """Write the picture of the way to the improved model."""
-    save(story(addition.steps, addition.ladder), path, software=MARK)
-
-
-def is_own_picture(path: Path) -> bool:
-    """Whether this is the picture of an earlier demo, which may be replaced."""
-    return path.is_file() and MARK.encode() in path.read_bytes()[:4096]
+    save(story(addition.steps, addition.ladder), path)

@@ -17,6 +17,7 @@ from elastic_tendon.report.units import shown
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
+SOFTWARE = "elastic-tendon"  # in the metadata of a PNG
 PICTURES = (".png", ".svg", ".pdf")
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
 
@@ -198,21 +199,25 @@ def check_picture(path: Path) -> None:
         )
 
 
-def save(figure: Figure, path: Path, software: str = "elastic-tendon") -> None:
+def is_ours(path: Path) -> bool:
+    """Whether this is a PNG that `save` wrote: such a one may be replaced unasked."""
+    return path.is_file() and SOFTWARE.encode() in path.read_bytes()[:4096]
+
+
+def save(figure: Figure, path: Path) -> None:
     """Write a figure; the suffix of the path chooses the format.
 
     Parameters
     ----------
     figure : Figure
     path : file with a suffix of `PICTURES`
-    software : noted in a PNG's metadata
 
     Raises
     ------
     OutputError : the suffix is not known
     """
     check_picture(path)
-    metadata = {"Software": software} if path.suffix.lower() == ".png" else None
+    metadata = {"Software": SOFTWARE} if path.suffix.lower() == ".png" else None
     figure.savefig(path, dpi=130, metadata=metadata)
 
 
