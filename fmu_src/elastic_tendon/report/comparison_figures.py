@@ -17,6 +17,7 @@ from elastic_tendon.report.units import shown
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
+VISIBLE = 0.02  # share of an axis below which a band needs no legend
 SOFTWARE = "elastic-tendon"  # in the metadata of a PNG
 PICTURES = (".png", ".svg", ".pdf")
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
@@ -39,6 +40,7 @@ def overlay(comparison: Comparison) -> Figure:
     parts = figure.subfigures(len(pairs), 1, squeeze=False)
     for part, (file, name) in zip(parts.flat, pairs, strict=True):
         _overlay_one(part, file, name)
+    figure.align_ylabels()
     return figure
 
 
@@ -60,12 +62,13 @@ def _overlay_one(part: SubFigure, file: FileComparison, name: str) -> None:
     )
     upper.legend(loc="best", frameon=False)
     lower.plot(time, quantity.small * (simulated - measured), color=BLUE, linewidth=0.9)
-    band = quantity.small * error.noise.sigma
-    lower.axhspan(-2.0 * band, 2.0 * band, color="0.8", label="± 2 × noise")
+    band = 2.0 * quantity.small * error.noise.sigma
+    lower.axhspan(-band, band, color="0.8", label="± 2 × noise")
     lower.axhline(0.0, color="0.5", linewidth=0.8)
     lower.set_ylabel(f"error ({quantity.small_unit})")
     lower.set_xlabel("time (s)")
-    lower.legend(loc="best", frameon=False)
+    if band > VISIBLE * quantity.small * error.max_abs:
+        lower.legend(loc="best", frameon=False)
     _tidy(upper)
     _tidy(lower)
 
