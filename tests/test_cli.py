@@ -64,6 +64,11 @@ def test_help_lists_the_commands(run) -> None:
         assert command in result.stdout
 
 
+@pytest.mark.parametrize("command", ["compare", "add"])
+def test_help_shows_the_time_window(run, command: str) -> None:
+    assert "[start:end]" in run(command, "--help").stdout
+
+
 def test_help_imports_nothing_heavy() -> None:
     script = (
         "import sys; from elastic_tendon import cli; "
