@@ -22,9 +22,10 @@ from scipy.interpolate import CubicSpline
 
 from benchmarking import Row, at_least, at_most, fastest, print_table
 from elastic_tendon import compiler
-from elastic_tendon.compiled import DEFAULT_TOLERANCE, Interpolation, simulate
+from elastic_tendon.compiled import DEFAULT_TOLERANCE, simulate
 from elastic_tendon.fmu.binary import write_sources
 from elastic_tendon.fmu.layout import default_layout
+from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.model import build
 from elastic_tendon.parameters import Model, load_model
 

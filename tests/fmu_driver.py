@@ -12,7 +12,8 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackL
 from fmpy.model_description import ModelDescription
 from fmpy.sundials import CVodeSolver
 
-from elastic_tendon.compiled import Array, Interpolation
+from elastic_tendon.compiled import Array
+from elastic_tendon.interpolation import Interpolation
 
 DISCARD, ERROR = 2, 3  # fmi2Status
 

@@ -9,7 +9,6 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
@@ -17,6 +16,7 @@ import typer
 from rich.console import Console
 
 from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.output import check_writable, write_file, write_text
 
 if TYPE_CHECKING:
@@ -58,16 +58,6 @@ MapOption = Annotated[
         help="signal=column[:unit][*scale][+offset], e.g. joint_position=enc2:deg*-1; repeatable.",
     ),
 ]
-
-
-class Interpolation(StrEnum):
-    """Choices of --interpolation."""
-
-    HOLD = "hold"
-    LINEAR = "linear"
-    CUBIC = "cubic"
-
-
 InterpolationOption = Annotated[
     Interpolation, typer.Option(help="Of motor position and load between the samples.")
 ]
@@ -140,7 +130,7 @@ def simulate(
         typer.Argument(metavar="[DATA]", help="Motor position and load; without: a smooth motion."),
     ] = None,
     mapping: MapOption = None,
-    interpolation: InterpolationOption = Interpolation.LINEAR,
+    interpolation: InterpolationOption = "linear",
     force: ForceOption = False,
 ) -> None:
     """Simulate a model and write a table.
@@ -159,7 +149,7 @@ def simulate(
         from elastic_tendon.measurement import read_measurement
 
         measurement = read_measurement(
-            data, mapping or (), interpolation=interpolation.value, joint_required=False
+            data, mapping or (), interpolation=interpolation, joint_required=False
         )
         table = simulated.measured_table(loaded, measurement)
     write_text(out, table.to_csv(index=False), force=force)
@@ -210,7 +200,7 @@ def compare(
     model: ModelArgument,
     data: DataArgument,
     mapping: MapOption = None,
-    interpolation: InterpolationOption = Interpolation.LINEAR,
+    interpolation: InterpolationOption = "linear",
     json_file: JsonOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -248,7 +238,7 @@ def add(
         typer.Option("--validate", metavar="DATA", help="Never fitted, only judges; repeatable."),
     ] = None,
     mapping: MapOption = None,
-    interpolation: InterpolationOption = Interpolation.LINEAR,
+    interpolation: InterpolationOption = "linear",
     json_file: JsonOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -326,7 +316,7 @@ def _read(
     from elastic_tendon.measurement import read_measurement
 
     measurements = [
-        read_measurement(one, mapping or (), interpolation=interpolation.value) for one in data
+        read_measurement(one, mapping or (), interpolation=interpolation) for one in data
     ]
     for measurement in measurements:
         for note in measurement.notes:

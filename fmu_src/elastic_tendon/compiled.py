@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import get_args
 
 import numpy as np
 import platformdirs
@@ -22,19 +22,17 @@ from numpy.typing import ArrayLike, NDArray
 from elastic_tendon import compiler
 from elastic_tendon.errors import BuildError, SimulationError
 from elastic_tendon.fmu.layout import default_layout
+from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.parameters import Model
 from elastic_tendon.variables import interface
 
 Array = NDArray[np.float64]
-Interpolation = Literal["hold", "linear", "cubic"]
 
-_INTERPOLATIONS: tuple[Interpolation, ...] = ("hold", "linear", "cubic")
+_INTERPOLATIONS = get_args(Interpolation)  # in the order of the enum in runtime/simulate.c
 _PACKAGE = Path(__file__).parent
-# everything from which the C is made; effects are added by structure
-_SOURCES = (
-    *("model.py", "codegen.py", "symbolic.py", "transmission.py", "variables.py"),
-    *("parameters.py", "sections.py", "quantity.py", "effects/base.py", "fmu/layout.py"),
-)
+# from which the C is made, beside the effects of the structure; all modules of the first folder,
+# because a list of those that matter would be forgotten when it grows
+_SOURCES = ("*.py", "effects/base.py", "fmu/binary.py", "fmu/layout.py", "runtime/*.[ch]")
 
 DEFAULT_TOLERANCE = 1e-8
 
@@ -60,8 +58,7 @@ def clear_cache() -> int:
 def structure_key(effect_ids: tuple[str, ...]) -> str:
     """Hash of the sources and tools from which the library of a structure is made."""
     effects = interface(effect_ids).effects
-    sources = [_PACKAGE / name for name in _SOURCES]
-    sources += sorted(compiler.RUNTIME.glob("*.[ch]"))
+    sources = [path for pattern in _SOURCES for path in sorted(_PACKAGE.glob(pattern))]
     sources += [Path(inspect.getfile(effect.equations)) for effect in effects]
     digest = hashlib.sha256(compiler.toolchain().encode())
     digest.update(compiler.host_platform().target.encode())
@@ -388,7 +385,7 @@ def sensitivities(
     Raises
     ------
     SimulationError, ValueError
-        as `simulate`; ValueError also for a name that the model does not have
+        as `simulate`; ValueError also for a name that the model does not have or that stands twice
     """
     variables = interface(model.effect_ids)
     index: dict[str, int] = {}

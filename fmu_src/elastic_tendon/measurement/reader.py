@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from elastic_tendon.compiled import Interpolation
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.measurement.columns import REQUIRED, Column, find_columns, parse_map
 from elastic_tendon.measurement.recording import MINIMUM_SAMPLES, Array, Measurement
 

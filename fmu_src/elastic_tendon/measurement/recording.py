@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.compiled import Interpolation
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.interpolation import Interpolation
 
 Array = NDArray[np.float64]
 
