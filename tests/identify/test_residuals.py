@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from elastic_tendon.compiled import simulate
 from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.residuals import (
     InitialState,
@@ -12,6 +13,8 @@ from elastic_tendon.identify.residuals import (
     sensitivity,
     simulate_measurement,
 )
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import load_model
 
 # central differences with a step of 1e-4 of the value, across slack crossings
 DIFFERENCE_TOLERANCE = 1e-3
@@ -80,3 +83,21 @@ def test_initial_state_in_motion_is_found(frictionless) -> None:
     # 26 samples of 0.2 mrad noise over 0.1 s: about 0.1 mrad and a few mrad/s
     assert found.position == pytest.approx(trajectory["joint_position"][index], abs=5e-4)
     assert found.velocity == pytest.approx(trajectory["joint_velocity"][index], abs=2e-2)
+
+
+@pytest.mark.parametrize("interpolation", ["hold", "linear", "cubic"])
+def test_initial_state_is_estimated_with_the_recordings_own_interpolation(interpolation) -> None:
+    """A fast motor: the wrong interpolation errs by 2 mrad and 0.1 rad/s.
+
+    The samples are dense enough that the spline through the first 0.1 s is that of the whole.
+    """
+    model = load_model("biorob_x4_joint_3")
+    time = np.arange(0.0, 1.0, 0.01)
+    motor = 0.3 * np.sin(30.0 * time + 1.0)
+    start = InitialState(0.2, 3.0)
+    made = simulate(model, time, motor, initial_state=start.as_dict(), interpolation=interpolation)
+    signals = {"joint_position": made["joint_position"]}
+    recording = Measurement("made", time, motor, signals, interpolation=interpolation)
+    found = estimate_initial_state(model, recording)
+    assert found.position == pytest.approx(start.position, abs=1e-6)
+    assert found.velocity == pytest.approx(start.velocity, abs=1e-4)

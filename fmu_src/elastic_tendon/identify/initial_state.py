@@ -66,12 +66,4 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
 
 def _beginning(measurement: Measurement) -> Measurement:
     count = int(np.searchsorted(measurement.time, measurement.time[0] + WINDOW, side="right"))
-    keep = slice(0, max(count, MINIMUM_SAMPLES))
-    load = measurement.load_torque
-    return Measurement(
-        name=measurement.name,
-        time=measurement.time[keep],
-        motor_position=measurement.motor_position[keep],
-        signals={"joint_position": measurement.signals["joint_position"][keep]},
-        load_torque=None if load is None else load[keep],
-    )
+    return measurement.samples(slice(0, max(count, MINIMUM_SAMPLES)))

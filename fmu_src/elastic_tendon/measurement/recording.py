@@ -47,6 +47,16 @@ class Measurement:
             return False
         return bool(np.array_equal(self.motor_position[mine], other.motor_position[theirs]))
 
+    def samples(self, keep: slice | NDArray[np.bool_]) -> "Measurement":
+        """Some of the samples, all else the same."""
+        return replace(
+            self,
+            time=self.time[keep],
+            motor_position=self.motor_position[keep],
+            signals={name: values[keep] for name, values in self.signals.items()},
+            load_torque=None if self.load_torque is None else self.load_torque[keep],
+        )
+
     def window(self, start: float | None, end: float | None) -> "Measurement":
         """Cut the samples with ``start <= time <= end``.
 
@@ -72,11 +82,4 @@ class Measurement:
                 f"{MINIMUM_SAMPLES}; the recording runs from {self.time[0]:g} s to "
                 f"{self.time[-1]:g} s"
             )
-        return replace(
-            self,
-            name=self.name + text,
-            time=self.time[keep],
-            motor_position=self.motor_position[keep],
-            signals={name: values[keep] for name, values in self.signals.items()},
-            load_torque=None if self.load_torque is None else self.load_torque[keep],
-        )
+        return replace(self.samples(keep), name=self.name + text)
