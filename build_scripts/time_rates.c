@@ -12,11 +12,12 @@ static double now(void) {
 }
 
 int main(int argc, char **argv) {
-  double p[N_PARAMETERS], x[N_STATES], u[N_INPUTS] = {0.05}, rate[N_STATES], best = 1e9;
+  double p[N_PREPARED], x[N_STATES], u[N_INPUTS] = {0.05}, rate[N_STATES], best = 1e9;
   if (argc != 1 + N_PARAMETERS) return 2;
   for (int i = 0; i < N_PARAMETERS; i++) p[i] = strtod(argv[1 + i], NULL);
+  model_prepare(p, p + N_PARAMETERS);
   for (int repetition = 0; repetition < 20; repetition++) {
-    memcpy(x, state_start, sizeof x);
+    memset(x, 0, sizeof x);
     const double begin = now();
     for (int i = 0; i < 1000000; i++) {
       model_rates(x, u, p, mode_start, rate);

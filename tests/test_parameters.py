@@ -4,6 +4,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,9 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
-from elastic_tendon.effects.base import Parameter, Scale
+from elastic_tendon.effects.base import Parameter, Sizes
 from elastic_tendon.errors import ModelError
 from elastic_tendon.parameters import (
-    Model,
     bundled_models,
     load_model,
     parse_model,
@@ -24,6 +24,8 @@ from elastic_tendon.parameters import (
 
 BUNDLED = ("bench_actuator", "biorob_x4_joint_3", "figure_7", "figure_8")
 ALL_EFFECTS = tuple(effect.id for effect in effects.CATALOGUE)
+EXCLUDED = ("stribeck_friction", "lugre_friction")  # by coulomb_friction
+COMPATIBLE = tuple(effect_id for effect_id in ALL_EFFECTS if effect_id not in EXCLUDED)
 ROUNDING = 1e-12  # relative: a few operations in double precision
 
 
@@ -231,10 +233,10 @@ def test_order_of_effects_is_the_catalogue_s() -> None:
     there = [quantity.path for quantity in quantities(ALL_EFFECTS)]
     back = [quantity.path for quantity in quantities(reversed(ALL_EFFECTS))]
     model = load_model("figure_7")
-    for effect_id in reversed(ALL_EFFECTS):
+    for effect_id in reversed(COMPATIBLE):
         model = model.with_effect(effect_id, None)
     assert there == back
-    assert model.effect_ids == ALL_EFFECTS
+    assert model.effect_ids == COMPATIBLE
 
 
 def test_quantities_of_an_unknown_effect_are_refused() -> None:
@@ -331,19 +333,90 @@ def test_unknown_damping_is_as_wide_as_a_damping_ratio(path: str) -> None:
 def test_effects_are_uncertain_by_ten_typical_values() -> None:
     model = load_model("biorob_x4_joint_3").with_effect("coulomb_friction", {"torque": 0.35})
     (parameter,) = effects.BY_ID["coulomb_friction"].parameters
-    typical = parameter.typical * 0.03 * 23160.0 * 0.015
+    typical = 0.03 * 0.03 * 23160.0 * 0.015  # a share of the largest torque
     assert typical_value(model, parameter) == pytest.approx(typical, rel=ROUNDING)
     path = "effects.coulomb_friction.torque"
     assert model.uncertainty_of(path) == pytest.approx(10 * typical, rel=ROUNDING)
 
 
-@pytest.mark.parametrize(
-    ("scale", "expected"),
-    [(Scale.ONE, 0.5), (Scale.TORQUE, 0.5 * 0.05 * 22820 * 0.005), (Scale.STIFFNESS, 0.5 * 17115)],
+def test_direction_of_a_typical_value_is_no_matter_of_its_uncertainty() -> None:
+    model = load_model("biorob_x4_joint_3").with_effect("joint_stop", None)
+    lower = next(one for one in effects.BY_ID["joint_stop"].parameters if one.name == "lower")
+    typical = typical_value(model, lower)
+    assert typical < 0.0
+    assert model.uncertainty_of("effects.joint_stop.lower") == -10.0 * typical
+
+
+FIGURE_7 = Sizes(  # the softer, shorter and weaker of springs that differ
+    torque=0.05 * min(22820 * 0.005, 17115 * 0.00665),
+    stiffness=17115.0,
+    max_deflection=0.005,
+    joint_stiffness=0.05**2 * (22820.0 + 17115.0),
+    inertia=0.03,
+    radius=0.05,
+    parallel=1,
 )
-def test_typical_value_uses_the_weaker_spring(scale: Scale, expected: float) -> None:
-    parameter = Parameter("x", "1", "a number", 0.0, 0.0, 1.0, typical=0.5, scale=scale)
-    model: Model = load_model("figure_7")
-    weaker = min(22820 * 0.005, 17115 * 0.00665) / (22820 * 0.005)
-    expected *= weaker if scale is Scale.TORQUE else 1.0
-    assert typical_value(model, parameter) == pytest.approx(expected, rel=ROUNDING)
+
+
+@pytest.mark.parametrize("size", [one.name for one in fields(Sizes)])
+def test_typical_value_is_measured_by_the_actuator(size: str) -> None:
+    parameter = Parameter("x", "1", "a number", 0.0, 0.0, 1.0, lambda sizes: getattr(sizes, size))
+    expected = getattr(FIGURE_7, size)
+    assert typical_value(load_model("figure_7"), parameter) == pytest.approx(expected, rel=ROUNDING)
+
+
+# ---- effects together ----
+
+
+@pytest.mark.parametrize(
+    ("ids", "sentence"),
+    [
+        (
+            ("stribeck_friction", "lugre_friction"),
+            "effects: stribeck_friction and lugre_friction are both laws of the joint's dry "
+            "friction; a model takes one; remove one",
+        ),
+        (
+            ("lugre_friction", "gravity_load", "coulomb_friction", "stribeck_friction"),
+            "effects: coulomb_friction, stribeck_friction and lugre_friction are all laws of the "
+            "joint's dry friction; a model takes one; keep one",
+        ),
+    ],
+)
+def test_laws_of_the_same_exclude_each_other(ids: tuple[str, ...], sentence: str) -> None:
+    tree = load_model("biorob_x4_joint_3").model_dump(exclude_none=True)
+    tree["effects"] = {effect_id: {} for effect_id in ids}
+    with pytest.raises(ModelError) as caught:
+        parse_model(tree, "made here")
+    assert caught.value.problems == [sentence]
+
+
+def test_two_masses_of_the_springs_exclude_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    second = replace(effects.BY_ID["spring_mass"], id="second_mass", law_of="something else")
+    monkeypatch.setitem(effects.BY_ID, "second_mass", second)
+    model = load_model("biorob_x4_joint_3").with_effect("spring_mass", None)
+    with pytest.raises(ModelError, match="spring_mass and second_mass are both laws of the spring"):
+        model.with_effect("second_mass", None)
+
+
+def test_effect_refuses_numbers_that_do_not_go_together() -> None:
+    model = load_model("biorob_x4_joint_3").with_effect("joint_stop", {"lower": -1.0, "upper": 1.0})
+    with pytest.raises(ModelError) as caught:
+        model.with_values({"effects.joint_stop.lower": 2.0})
+    (sentence,) = caught.value.problems
+    assert sentence.startswith("effects.joint_stop: lower 2 rad is not below upper 1 rad")
+
+
+def test_effect_warns_of_unusual_numbers() -> None:
+    numbers = {"coulomb_torque": 1.0, "static_torque": 2.0}
+    usual = load_model("biorob_x4_joint_3").with_effect("stribeck_friction", numbers)
+    unusual = usual.with_values({"effects.stribeck_friction.static_torque": 0.5})
+    assert usual.warnings() == []
+    (warning,) = unusual.warnings()
+    assert warning.startswith("effects.stribeck_friction: static_torque 0.5 N.m is below")
+
+
+def test_heavy_springs_with_a_mass_of_their_own_are_not_warned_of(tree: dict[str, Any]) -> None:
+    tree["transmission"]["upper_spring"]["mass"] = 1.7
+    tree["effects"] = {"spring_mass": {"mass": 1.7}}
+    assert parse_model(tree, "heavy").warnings() == []

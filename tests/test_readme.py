@@ -20,6 +20,8 @@ def test_tour_runs_as_printed(tmp_path):
     for kind, text in _blocks():
         if kind == "toml":
             (tmp_path / "my_joint.toml").write_text(text)
+        elif "EFFECT = " in text:
+            (tmp_path / "tooth_ripple.py").write_text(text)
         elif text.startswith("pip install"):
             continue  # the set-up commands, which .ci/run runs
         else:
@@ -41,3 +43,8 @@ def test_pictures_exist():
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", (ROOT / "README.md").read_text())
     assert pictures
     assert all((ROOT / picture).is_file() for picture in pictures)
+
+
+def test_own_effect_is_that_of_the_example():
+    (printed,) = (text for _, text in _blocks() if "EFFECT = " in text)
+    assert printed == (ROOT / "examples" / "own_effect" / "tooth_ripple.py").read_text()

@@ -8,8 +8,8 @@ import benchmark_accuracy as accuracy
 import benchmark_simulate
 from elastic_tendon.compiled import sensitivities, simulate
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.model import HYSTERESIS
 from elastic_tendon.parameters import load_model
+from elastic_tendon.system import HYSTERESIS
 
 TIME = np.arange(0.0, 2.0, 0.002)
 THROUGH_SLACK = 0.4 * np.sin(2 * np.pi * 2.3 * TIME)

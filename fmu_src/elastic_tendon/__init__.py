@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from elastic_tendon.compiled import Sensitivities, Trajectory, sensitivities, simulate
+    from elastic_tendon.effects import load_effect
     from elastic_tendon.fmu.export import export_fmu
     from elastic_tendon.parameters import Model, bundled_models, load_model
 
@@ -17,6 +18,7 @@ _HOME = {
     "Trajectory": "compiled",
     "bundled_models": "parameters",
     "export_fmu": "fmu.export",
+    "load_effect": "effects",
     "load_model": "parameters",
     "sensitivities": "compiled",
     "simulate": "compiled",
@@ -28,6 +30,7 @@ __all__ = [
     "Trajectory",
     "bundled_models",
     "export_fmu",
+    "load_effect",
     "load_model",
     "sensitivities",
     "simulate",

@@ -32,6 +32,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 INTERRUPTED = 130
+EXAMPLE = "biorob_x4_joint_3"  # bundled model for which typical values are shown
 
 app = typer.Typer(
     name="elastic-tendon",
@@ -46,6 +47,14 @@ notice = Console(stderr=True, highlight=False)
 Parameters = ParamSpec("Parameters")
 ModelArgument = Annotated[
     str, typer.Argument(metavar="MODEL", help="A model.toml, or the name of a bundled model.")
+]
+EffectOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--effect",
+        metavar="FILE.py",
+        help="Run this Python file, for an effect of your own; repeatable.",
+    ),
 ]
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")
@@ -131,6 +140,7 @@ def simulate(
     ] = None,
     mapping: MapOption = None,
     interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
     force: ForceOption = False,
 ) -> None:
     """Simulate a model and write a table.
@@ -142,7 +152,7 @@ def simulate(
     from elastic_tendon import simulated
 
     check_writable(out, force=force)
-    loaded = _load(model)
+    loaded = _load(model, own_effects)
     if data is None:
         table = simulated.default_table(loaded)
     else:
@@ -161,19 +171,25 @@ def simulate(
 def export(
     model: ModelArgument,
     out: Annotated[Path, typer.Option("--output", "-o", metavar="X.fmu", help="FMU to write.")],
+    own_effects: EffectOption = None,
     force: ForceOption = False,
 ) -> None:
     """Export a model as an FMU (FMI 2.0, co-simulation and model exchange)."""
     from elastic_tendon.fmu.export import export_fmu
 
-    loaded = _load(model)
+    loaded = _load(model, own_effects)
     export_fmu(loaded, out, overwrite=force)
     output.print(f"{loaded.name} is in {out}", highlight=False)
 
 
 @app.command()
 @_reporting
-def design(model: ModelArgument, plot: PlotOption = None, force: ForceOption = False) -> None:
+def design(
+    model: ModelArgument,
+    plot: PlotOption = None,
+    own_effects: EffectOption = None,
+    force: ForceOption = False,
+) -> None:
     """The design table of the paper, and the characteristic curves over pretension.
 
     The curves are drawn in characteristic_curves.png in the current folder unless --plot names
@@ -187,7 +203,7 @@ def design(model: ModelArgument, plot: PlotOption = None, force: ForceOption = F
     picture = plot or Path("characteristic_curves.png")
     force = force or (plot is None and is_ours(picture))
     _check_outputs(picture=picture, force=force)
-    loaded = _load(model)
+    loaded = _load(model, own_effects)
     output.print(tables.design_table(loaded.name, design_of(loaded)))
     if loaded.effect_ids:
         output.print("The paper's equations leave out the effects of this model.", highlight=False)
@@ -201,6 +217,7 @@ def compare(
     data: DataArgument,
     mapping: MapOption = None,
     interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
     json_file: JsonOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -210,7 +227,7 @@ def compare(
     from elastic_tendon.report import tables
 
     _check_outputs(json_file, picture=plot, force=force)
-    loaded = _load(model)
+    loaded = _load(model, own_effects)
     comparison = compare_with(loaded, _read(data, mapping, interpolation))
     # files first: a reader that closes the pipe must not cost the user a result
     _save_json(comparison.to_json(), json_file, force)
@@ -239,6 +256,7 @@ def add(
     ] = None,
     mapping: MapOption = None,
     interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
     json_file: JsonOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -249,7 +267,7 @@ def add(
     best so far.
     """
     _check_outputs(out, json_file, picture=plot, force=force)
-    loaded = _load(model)
+    loaded = _load(model, own_effects)
     if not data:
         _add_typical(loaded, effect, out, bool(validate or json_file or plot), force)
         return
@@ -275,17 +293,28 @@ def add(
 @app.command()
 @_reporting
 def effects(
-    effect: Annotated[str | None, typer.Argument(metavar="[ID]", help="Show one in full.")] = None,
+    effect: Annotated[str | None, typer.Argument(metavar="[ID]", help="Explain this one.")] = None,
+    own_effects: EffectOption = None,
+    plot: PlotOption = None,
+    force: ForceOption = False,
 ) -> None:
-    """List the effects that can be added, or explain one."""
-    from elastic_tendon.effects import CATALOGUE
-    from elastic_tendon.identify.add import effect_by_id
-    from elastic_tendon.report import tables
+    """List the effects that can be added, or explain one.
 
-    if effect is None:
-        output.print(tables.effects_table(CATALOGUE))
-    else:
-        output.print(tables.effect_page(effect_by_id(effect)), highlight=False, markup=False)
+    How the one shows in torque over deflection and in a step is drawn in effect_ID.png in the
+    current folder unless --plot names another file; such a picture of an earlier call is replaced.
+    """
+    from elastic_tendon.effects import BY_ID
+    from elastic_tendon.effects.registry import package
+    from elastic_tendon.report.effects import effects_table
+
+    _load_effects(own_effects)
+    if effect is not None:
+        _explain(effect, plot, force)
+        return
+    if plot is not None:
+        raise typer.BadParameter("--plot needs the ID of an effect")
+    elsewhere = {name: package(entries[0]) for name, entries in BY_ID.installed().items()}
+    output.print(effects_table(BY_ID.values(), elsewhere))
 
 
 @app.command()
@@ -301,9 +330,18 @@ def cache(
     output.print(str(compiled.cache_folder()), highlight=False, soft_wrap=True)
 
 
-def _load(source: str) -> "Model":
+def _load_effects(files: list[Path] | None) -> None:
+    if files:
+        from elastic_tendon.effects import load_effect
+
+        for file in files:
+            load_effect(file)
+
+
+def _load(source: str, own_effects: list[Path] | None) -> "Model":
     from elastic_tendon.parameters import load_model
 
+    _load_effects(own_effects)
     model = load_model(source)
     for warning in model.warnings():
         notice.print(f"note: {warning}", markup=False, soft_wrap=True)
@@ -335,6 +373,23 @@ def _add_typical(model: "Model", effect: str, out: Path, more: bool, force: bool
         "Give DATA to fit it.",
         highlight=False,
     )
+
+
+def _explain(effect_id: str, plot: Path | None, force: bool) -> None:
+    from elastic_tendon.identify.add import effect_by_id
+    from elastic_tendon.parameters import load_model
+    from elastic_tendon.report.comparison_figures import is_ours
+    from elastic_tendon.report.effects import effect_page
+    from elastic_tendon.report.signature_figure import signature_figure
+    from elastic_tendon.signature import signature
+
+    effect = effect_by_id(effect_id)
+    picture = plot or Path(f"effect_{effect_id}.png")
+    force = force or (plot is None and is_ours(picture))
+    _check_outputs(picture=picture, force=force)
+    example = load_model(EXAMPLE)
+    output.print(effect_page(effect, example), highlight=False)
+    _save(signature_figure(signature(effect, example)), picture, force)
 
 
 def _show_addition(addition: "Addition") -> None:

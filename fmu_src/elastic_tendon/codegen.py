@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import casadi as ca
 
-from elastic_tendon.model import HybridSystem
+from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
 
 _PATTERN = """\
 static const Pattern {name}_pattern = {{
@@ -21,11 +21,15 @@ static const Pattern {name}_pattern = {{
 
 _WRAPPER = """\
 static inline void model_{name}({signature}) {{
-  const double* arg[] = {{{arguments}}};
+{prepare}  const double* arg[] = {{{arguments}}};
   double* res[] = {{{result}}};
   casadi_{name}(arg, res, 0, 0, 0);
 }}
 """
+
+# functions of the unknowns of implicit equations find these first; see runtime/implicit.h
+_SOLVE = "  double w[N_UNKNOWNS];\n  solve_implicit(x, u, p, r, w);\n"
+_IMPLICIT = ("guess", "newton")
 
 
 def _c_list(values: Iterable[object]) -> str:
@@ -35,34 +39,74 @@ def _c_list(values: Iterable[object]) -> str:
 
 def _functions(system: HybridSystem) -> dict[str, ca.Function]:
     """CasADi functions by the name that the runtime calls, without their ``model_`` prefix."""
-    x, u, p, r = system.x, system.u, system.p, system.r
+    x, u, p, r, w = system.x, system.u, system.p, system.r, system.w
     v = ca.vertcat(x, u, p)
-    at, after = [x, u, p, r], [x, u, p, r, system.r_next]
-    expressions = {
-        "rates": (at, system.rates),
-        "outputs": (at, system.outputs),
-        "indicators": (at, system.indicators),
-        "next_modes": (at, system.next_modes),
+    at = {"x": x, "u": u, "p": p, "r": r}
+    found, after = at | {"w": w}, at | {"r_next": system.r_next}
+
+    def by_v(expression: ca.SX) -> ca.SX:
+        return total_jacobian(expression, v, w, system.residuals)
+
+    rates_jacobian = by_v(system.rates)
+    implicit = {
+        "guess": (at, system.guesses),
+        "newton": (found, newton_step(w, system.residuals)),
+    }
+    expressions = (implicit if w.numel() else {}) | {
+        "rates": (found, system.rates),
+        "outputs": (found, system.outputs),
+        "indicators": (found, system.indicators),
+        "next_modes": (found, system.next_modes),
         "reset": (after, system.reset),
-        "rates_by_state": (at, ca.densify(ca.jacobian(system.rates, x))),
-        "rates_jacobian": (at, ca.jacobian(system.rates, v)),
-        "outputs_jacobian": (at, ca.jacobian(system.outputs, v)),
-        "indicators_jacobian": (at, ca.jacobian(system.indicators, v)),
+        "starts": (found, system.starts),
+        "delay": (at, system.delay),
+        "rates_by_state": (found, ca.densify(rates_jacobian[:, : x.numel()])),
+        "rates_jacobian": (found, rates_jacobian),
+        "outputs_jacobian": (found, by_v(system.outputs)),
+        "indicators_jacobian": (found, by_v(system.indicators)),
         "reset_jacobian": (after, ca.jacobian(system.reset, v)),
+        "starts_jacobian": (found, by_v(system.starts)),
+        "delay_jacobian": (at, ca.jacobian(system.delay, v)),
     }
-    return {
-        name: ca.Function(f"casadi_{name}", arguments, [expression])
-        for name, (arguments, expression) in expressions.items()
+    return _compiled(expressions, p)
+
+
+def _compiled(
+    expressions: dict[str, tuple[dict[str, ca.SX], ca.SX]], p: ca.SX
+) -> dict[str, ca.Function]:
+    """Functions of named arguments, with what depends on parameters alone taken out.
+
+    That is evaluated once, by `prepare`, and stands behind the parameters in `p`.
+    """
+    found = [expression for _, expression in expressions.values()]
+    reduced, symbols, constants = ca.extract_parametric(found, p, {})
+    prepared = ca.SX.sym("p", p.numel() + len(symbols))
+    names = [p, *symbols]
+    values = [prepared[: p.numel()], *ca.vertsplit(prepared[p.numel() :])]
+    functions = {
+        "prepare": ca.Function(
+            "casadi_prepare", [p], [ca.vertcat(ca.SX(0, 1), *constants)], ["p"], ["result"]
+        )
     }
+    for (name, (given, _)), expression in zip(expressions.items(), reduced, strict=True):
+        arguments = given | {"p": prepared}
+        (expression,) = ca.substitute([expression], names, values)
+        functions[name] = ca.Function(
+            f"casadi_{name}", list(arguments.values()), [expression], list(arguments), ["result"]
+        )
+    return functions
 
 
 def _wrapper(name: str, function: ca.Function) -> str:
     """The function under its plain C signature."""
-    names = ["x", "u", "p", "r", "r_next"][: function.n_in()]
+    names = [function.name_in(i) for i in range(function.n_in())]
+    solves = name not in _IMPLICIT and "w" in names and function.numel_in("w") > 0
+    given = [one for one in names if one != "w" or name in _IMPLICIT]
     return _WRAPPER.format(
         name=name,
-        signature=", ".join(f"const double* {argument}" for argument in names) + ", double* result",
-        arguments=", ".join(names),
+        signature=", ".join(f"const double* {argument}" for argument in given) + ", double* result",
+        prepare=_SOLVE if solves else "",
+        arguments=", ".join(one if one in given or solves else "0" for one in names),
         result="result",
     )
 
@@ -73,9 +117,11 @@ def _sizes(system: HybridSystem, functions: dict[str, ca.Function]) -> str:
         "N_STATES": system.x.numel(),
         "N_INPUTS": system.u.numel(),
         "N_PARAMETERS": system.p.numel(),
+        "N_PREPARED": system.p.numel() + functions["prepare"].numel_out(0),
         "N_MODES": system.r.numel(),
         "N_INDICATORS": system.indicators.numel(),
         "N_OUTPUTS": system.outputs.numel(),
+        "N_UNKNOWNS": system.w.numel(),
     } | {
         f"N_{name.upper()}": function.nnz_out(0)
         for name, function in functions.items()
@@ -88,9 +134,9 @@ def _tables(system: HybridSystem) -> str:
     """Start values and scales that the solver needs."""
     interface = system.interface
     rows = {
-        "state_start": (repr(state.start) for state in interface.states),
         "state_nominal": (repr(state.nominal) for state in interface.states),
         "mode_start": (repr(mode.start) for mode in interface.modes),
+        "output_at_motor": (repr(float(output.at_motor)) for output in interface.outputs),
     }
     return "".join(
         f"static const double {name}[] = {{{_c_list(values)}}};\n" for name, values in rows.items()
@@ -135,6 +181,8 @@ def generate(system: HybridSystem) -> str:
             body,
             _tables(system),
             *patterns,
-            *(_wrapper(name, function) for name, function in functions.items()),
+            *(_wrapper(name, functions[name]) for name in _IMPLICIT if name in functions),
+            '#include "implicit.h"',
+            *(_wrapper(name, functions[name]) for name in functions if name not in _IMPLICIT),
         ]
     )

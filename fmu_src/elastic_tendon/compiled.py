@@ -6,7 +6,6 @@ screening never compile; the cache's key needs no CasADi, so a cached library lo
 
 import ctypes
 import hashlib
-import inspect
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -20,6 +19,7 @@ import platformdirs
 from numpy.typing import ArrayLike, NDArray
 
 from elastic_tendon import compiler
+from elastic_tendon import effects as catalogue
 from elastic_tendon.errors import BuildError, SimulationError
 from elastic_tendon.fmu.layout import default_layout
 from elastic_tendon.interpolation import Interpolation
@@ -59,12 +59,13 @@ def structure_key(effect_ids: tuple[str, ...]) -> str:
     """Hash of the sources and tools from which the library of a structure is made."""
     effects = interface(effect_ids).effects
     sources = [path for pattern in _SOURCES for path in sorted(_PACKAGE.glob(pattern))]
-    sources += [Path(inspect.getfile(effect.equations)) for effect in effects]
     digest = hashlib.sha256(compiler.toolchain().encode())
     digest.update(compiler.host_platform().target.encode())
     digest.update(" ".join(effect.id for effect in effects).encode())
     for source in sources:
         digest.update(source.read_bytes())
+    for effect in effects:
+        digest.update(catalogue.BY_ID.content(effect))
     return digest.hexdigest()[:32]
 
 
@@ -182,6 +183,11 @@ class Trajectory:
     event_times: Array
     statistics: Mapping[str, int]
 
+    def measured(self, signal: str) -> str:
+        """Name of the output that shows what the sensor of a signal reads."""
+        reading = f"measured_{signal}"
+        return reading if reading in self.output_names else signal
+
     def __getitem__(self, name: str) -> Array:
         """Column (n,) of an output or state by name."""
         if name in self.output_names:
@@ -253,11 +259,11 @@ def _initial_state(model: Model, given: Mapping[str, float] | None) -> Array:
             f"no state {', '.join(sorted(unknown))}; there are "
             + ", ".join(state.name for state in states)
         )
-    start = np.array([(given or {}).get(state.name, state.start) for state in states])
-    for state, value in zip(states, start, strict=True):
+    for name, value in (given or {}).items():
         if not np.isfinite(value):
-            raise ValueError(f"the initial {state.name} is not finite")
-    return start
+            raise ValueError(f"the initial {name} is not finite")
+    start = [(given or {}).get(state.name, state.start) for state in states]
+    return np.array([np.nan if value is None else value for value in start])  # NaN: calculated
 
 
 def _run(
@@ -269,6 +275,7 @@ def _run(
     initial_state: Mapping[str, float] | None,
     interpolation: Interpolation,
     tolerance: float,
+    as_measured: bool,
 ) -> tuple[Trajectory, Array]:
     variables = interface(model.effect_ids)
     time = _time(time)
@@ -281,7 +288,8 @@ def _run(
         raise ValueError(f"tolerance {tolerance} is outside 1e-14 to 1e-2")
     cubic = interpolation == "cubic"
     slopes = [_slopes(time, samples) if cubic else None for samples in (position, load)]
-    parameters = np.array(list(model.values().values()))
+    settings = [float(as_measured)] if variables.reads_signals else []
+    parameters = np.array([*model.values().values(), *settings])
     start = _initial_state(model, initial_state)
     direction = np.array(directions, dtype=np.int32)
     states = np.empty((n, len(variables.states)))
@@ -327,6 +335,7 @@ def simulate(
     initial_state: Mapping[str, float] | None = None,
     interpolation: Interpolation = "linear",
     tolerance: float = DEFAULT_TOLERANCE,
+    as_measured: bool = False,
 ) -> Trajectory:
     """Simulate the actuator for a given motor motion and load, in one call of the library.
 
@@ -339,6 +348,9 @@ def simulate(
     initial_state : mapping of state names to values, optional; start values where missing
     interpolation : "hold", "linear" or "cubic" (spline) between the samples
     tolerance : relative, and absolute in units of the states' nominals; 1e-14 to 1e-2
+    as_measured : for a model with effects on measured signals: `motor_position` is what the
+        encoder reads, and outputs of the joint are what is recorded at the sample times, a delay
+        late. Before the first sample the inputs are as there. Else: true angles, no delay
 
     Returns
     -------
@@ -352,7 +364,8 @@ def simulate(
         where an argument has the wrong shape or is not finite
     """
     trajectory, _ = _run(
-        model, time, motor_position, load_torque, (), initial_state, interpolation, tolerance
+        *(model, time, motor_position, load_torque, (), initial_state),
+        *(interpolation, tolerance, as_measured),
     )
     return trajectory
 
@@ -368,6 +381,7 @@ def sensitivities(
     initial_state: Mapping[str, float] | None = None,
     interpolation: Interpolation = "linear",
     tolerance: float = DEFAULT_TOLERANCE,
+    as_measured: bool = False,
 ) -> Sensitivities:
     """Simulate, with exact derivatives of the outputs, correct across events.
 
@@ -375,8 +389,8 @@ def sensitivities(
     ----------
     parameters : dotted paths of the parameters to derive by
     initial_states : names of the states by whose initial values to derive
-    model, time, motor_position, load_torque, initial_state, interpolation, tolerance :
-        as in `simulate`
+    model, time, motor_position, load_torque, initial_state, interpolation, tolerance,
+    as_measured : as in `simulate`
 
     Returns
     -------
@@ -403,6 +417,6 @@ def sensitivities(
     directions = [index[p] for p in parameters] + [states[s] for s in initial_states]
     inputs = (time, motor_position, load_torque)
     trajectory, derivatives = _run(
-        model, *inputs, directions, initial_state, interpolation, tolerance
+        *(model, *inputs, directions, initial_state, interpolation, tolerance, as_measured)
     )
     return Sensitivities(trajectory, derivatives, names)

@@ -24,3 +24,7 @@ class BuildError(ElasticTendonError):
 
 class SimulationError(ElasticTendonError):
     """The solver could not go on; the message names the time and the reason."""
+
+
+class EffectError(ElasticTendonError):
+    """An effect of the user's own that cannot be used; the message names file, line, reason."""

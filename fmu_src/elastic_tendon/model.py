@@ -1,236 +1,29 @@
 """Base model plus effects as one hybrid system, in CasADi symbols.
 
-Between events the modes `r` (slack, engaged, sliding...) are constants, so every function is
-smooth there. At an event the new modes are ``r+ = next_modes(x, u, p, r)`` and the states
-``x+ = reset(x, u, p, r, r+)``. The chain follows the slots of `effects.base`.
+The chain follows the slots of `effects.base`: motor, its pulley, two tendons, joint pulley, link.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from types import SimpleNamespace
+from typing import Any
 
 import casadi as ca
 
 from elastic_tendon import transmission
-from elastic_tendon.effects.base import (
-    Contribution,
-    Effect,
-    FrictionBounds,
-    Joint,
-    MotorAngle,
-    Slot,
-    Spring,
-)
+from elastic_tendon.effects.base import Joint, JointPulley, MotorAngle, Signal, Slot
 from elastic_tendon.symbolic import Symbol, both, where
-from elastic_tendon.variables import JOINT_MOTION, SPRINGS, Interface, interface, places
+from elastic_tendon.system import HybridSystem, Symbols, linear_root, total_jacobian
+from elastic_tendon.tendon import TendonForces, largest_force, tendon
+from elastic_tendon.variables import JOINT_MOTION, SPRINGS, interface
 
-# Half-width of the dead band around each threshold, in the threshold's own scale: large against
-# the rounding of a located event, small against anything a user can see.
-HYSTERESIS = 1e-10
 VELOCITY_SCALE = 1.0  # rad/s, by which the joint's velocity is judged to have crossed zero
 
 
 @dataclass(frozen=True)
-class HybridSystem:
-    """Equations of one structure; all fields are CasADi SX columns.
+class _Friction:
+    """Range of a dry friction torque at the present velocity, N·m."""
 
-    `x` states, `u` inputs, `p` parameters, `r` modes, `r_next` modes after an event (used by
-    `reset` only), in the order of `interface`.
-    """
-
-    interface: Interface
-    x: ca.SX
-    u: ca.SX
-    p: ca.SX
-    r: ca.SX
-    r_next: ca.SX
-    rates: ca.SX
-    outputs: ca.SX
-    indicators: ca.SX
-    next_modes: ca.SX
-    reset: ca.SX
-
-
-class _Relations:
-    """Collects, mode by mode, event indicators and transitions in the interface's order."""
-
-    def __init__(self, mode_symbols: dict[str, Symbol]) -> None:
-        self._mode = mode_symbols
-        self._indicators: dict[str, list[Symbol]] = {}
-        self._next: dict[str, Symbol] = {}
-
-    def threshold(self, name: str, quantity: Symbol) -> None:
-        """Mode 1 while `quantity` (of order one) is positive, with a dead band."""
-        mode = self._mode[name]
-        self._indicators[name] = [quantity + HYSTERESIS * (2 * mode - 1)]
-        self._next[name] = quantity > HYSTERESIS * (0.5 - mode)
-
-    def motion(self, name: str, velocity: Symbol, push_up: Symbol, push_down: Symbol) -> None:
-        """Stick or slide: -1, 0, 1; `push_up`, `push_down` > 0 where the bounds cannot hold."""
-        mode = self._mode[name]
-        band = HYSTERESIS
-        up = where(mode > 0, velocity + band, where(mode < 0, -1, push_up - band))
-        down = where(mode < 0, -velocity + band, where(mode > 0, -1, push_down - band))
-        self._indicators[name] = [up, down]
-        moving = mode * mode
-        slack = 0.5 * band * (1 - moving)
-        from_rest = where(push_up > slack, 1, where(push_down > slack, -1, 0))
-        kept = where(mode * velocity > -0.5 * band, mode, from_rest)
-        released = where(ca.fabs(velocity) > band, ca.sign(velocity), from_rest)
-        self._next[name] = where(moving, kept, released)
-
-    def in_order(self) -> tuple[ca.SX, ca.SX]:
-        """Indicators and next modes in the interface's order of modes."""
-        indicators = [z for name in self._mode for z in self._indicators[name]]
-        return ca.vertcat(*indicators), ca.vertcat(*(self._next[name] for name in self._mode))
-
-
-class _Symbols:
-    """Named symbols of one structure and the view of them that each effect gets."""
-
-    def __init__(self, variables: Interface) -> None:
-        self.x = ca.SX.sym("x", len(variables.states))
-        self.u = ca.SX.sym("u", len(variables.inputs))
-        self.p = ca.SX.sym("p", len(variables.parameters))
-        self.r = ca.SX.sym("r", len(variables.modes))
-        self.r_next = ca.SX.sym("r_next", len(variables.modes))
-        self.state = dict(zip(variables.state_names, ca.vertsplit(self.x), strict=True))
-        self.input = dict(
-            zip((i.name for i in variables.inputs), ca.vertsplit(self.u), strict=True)
-        )
-        self.parameter = dict(zip(variables.parameter_names, ca.vertsplit(self.p), strict=True))
-        self.mode = dict(zip((m.name for m in variables.modes), ca.vertsplit(self.r), strict=True))
-        self.mode_next = dict(zip(self.mode, ca.vertsplit(self.r_next), strict=True))
-        self.rate: dict[str, Symbol] = {}
-        self.relations = _Relations(self.mode)
-
-    def parameters(self, prefix: str) -> SimpleNamespace:
-        """Parameters directly below a dotted prefix, by their last name."""
-        start = prefix + "."
-        return SimpleNamespace(
-            **{
-                path[len(start) :]: symbol
-                for path, symbol in self.parameter.items()
-                if path.startswith(start) and "." not in path[len(start) :]
-            }
-        )
-
-    def call(
-        self, effect: Effect, place: str, at: MotorAngle | Spring | Joint
-    ) -> Contribution | FrictionBounds:
-        """Evaluate an effect at one place and take over its state rates and relations."""
-        state = SimpleNamespace(**{s.name: self.state[f"{place}.{s.name}"] for s in effect.states})
-        mode = SimpleNamespace(**{m.name: self.mode[f"{place}.{m.name}"] for m in effect.relations})
-        added = effect.equations(at, self.parameters(f"effects.{effect.id}"), state, mode)
-        if isinstance(added, Contribution):
-            for name, rate in added.rates.items():
-                self.rate[f"{place}.{name}"] = rate
-            for name, quantity in added.thresholds.items():
-                self.relations.threshold(f"{place}.{name}", quantity)
-        return added
-
-
-@dataclass(frozen=True)
-class _Tendon:
-    tension: Symbol
-    max_force: Symbol
-    overstretched: Symbol
-
-
-def _contributions(
-    s: _Symbols, effects: tuple[Effect, ...], slot: Slot, place: str, at: Spring | Joint
-) -> Iterator[Contribution]:
-    """Contributions of every effect in a slot, at the place whose name starts with `place`."""
-    for effect in effects:
-        if effect.slot is slot:
-            (name,) = (name for name in places(effect) if name.startswith(place))
-            added = s.call(effect, name, at)
-            assert isinstance(added, Contribution)
-            yield added
-
-
-def _motor_pulley(s: _Symbols, effects: tuple[Effect, ...]) -> tuple[Symbol, Symbol]:
-    """Angle (rad) and rate (rad/s) of the motor pulley after every angle map."""
-    t = s.parameters("transmission")
-    angle = s.input["motor_position"]
-    joint = s.state["joint_position"] * t.joint_pulley_radius / t.motor_pulley_radius
-    for effect in effects:
-        if effect.slot is Slot.ANGLE_MAP:
-            added = s.call(effect, effect.id, MotorAngle(angle, joint))
-            assert isinstance(added, Contribution)
-            angle = added.value
-    along = ca.vertcat(s.input["motor_position"], s.state["joint_position"])
-    rates = ca.vertcat(s.input["motor_velocity"], s.state["joint_velocity"])
-    return angle, ca.jtimes(angle, along, rates)
-
-
-def _tendon(
-    s: _Symbols, effects: tuple[Effect, ...], name: str, displacement: Symbol, rate: Symbol
-) -> _Tendon:
-    """Tension of one tendon, (3), (4) and (6): parallel equal springs, each with its effects."""
-    one = s.parameters(f"transmission.{name}")
-    combined = one.parallel * one.stiffness
-    rest = transmission.prestretched_length(s.parameter["transmission.pretension_force"], combined)
-    spring = Spring(rest + displacement, rate, one.stiffness, one.max_deflection)
-    force = transmission.spring_force(one.stiffness, spring.elongation, one.damping, rate)
-    for added in _contributions(s, effects, Slot.SPRING_LAW, name, spring):
-        force += added.value
-    max_force = combined * one.max_deflection
-    s.relations.threshold(f"{name}.taut", one.parallel * force / max_force)
-    s.relations.threshold(f"{name}.overstretched", spring.elongation / one.max_deflection - 1)
-    return _Tendon(
-        tension=where(s.mode[f"{name}.taut"], one.parallel * force, 0),
-        max_force=max_force,
-        overstretched=s.mode[f"{name}.overstretched"],
-    )
-
-
-def _joint_motion(
-    s: _Symbols, effects: tuple[Effect, ...], joint: Joint, torque: Symbol, torque_scale: Symbol
-) -> Symbol:
-    """Acceleration of the joint; sets its rates and, with dry friction, its one stick relation.
-
-    Link: ``J q'' = torque + friction`` with the friction inside the summed bounds.
-    """
-    s.rate["joint_position"] = joint.velocity
-    bounds = [
-        s.call(effect, effect.id, joint) for effect in effects if effect.slot is Slot.DRY_FRICTION
-    ]
-    inertia = s.parameter["link.inertia"]
-    if not bounds:
-        return torque / inertia
-    lower = sum(bound.lower for bound in bounds if isinstance(bound, FrictionBounds))
-    upper = sum(bound.upper for bound in bounds if isinstance(bound, FrictionBounds))
-    at_rest = ca.substitute(ca.vertcat(torque + lower, torque + upper), joint.velocity, 0)
-    s.relations.motion(
-        JOINT_MOTION.name,
-        joint.velocity / VELOCITY_SCALE,
-        push_up=at_rest[0] / torque_scale,
-        push_down=-at_rest[1] / torque_scale,
-    )
-    mode = s.mode[JOINT_MOTION.name]
-    s.rate["joint_position"] = where(mode, joint.velocity, 0)
-    return where(mode, (torque + where(mode > 0, lower, upper)) / inertia, 0)
-
-
-def _reset(s: _Symbols) -> ca.SX:
-    """States after an event: a joint that now sticks has no velocity."""
-    after = dict(s.state)
-    if JOINT_MOTION.name in s.mode:
-        after["joint_velocity"] = where(
-            s.mode_next[JOINT_MOTION.name], s.state["joint_velocity"], 0
-        )
-    return ca.vertcat(*after.values())
-
-
-def _slack_state(upper_taut: Symbol, lower_taut: Symbol) -> Symbol:
-    """Fig. 4 by number: I lower slack, II upper slack, III none, 4 both."""
-    states = transmission.SlackState
-    return where(
-        both(upper_taut, lower_taut),
-        int(states.III),
-        where(upper_taut, int(states.I), where(lower_taut, int(states.II), int(states.BOTH))),
-    )
+    lower: Symbol
+    upper: Symbol
 
 
 def build(effect_ids: tuple[str, ...]) -> HybridSystem:
@@ -245,56 +38,228 @@ def build(effect_ids: tuple[str, ...]) -> HybridSystem:
     HybridSystem
     """
     variables = interface(effect_ids)
-    effects = variables.effects
-    s = _Symbols(variables)
-    t = s.parameters("transmission")
+    s = Symbols(variables)
     joint = Joint(s.state["joint_position"], s.state["joint_velocity"])
-
-    # motor pulley, reflected to the joint (10); displacements of the springs (11)
-    radii = (t.joint_pulley_radius, t.motor_pulley_radius)
-    angle, angle_rate = _motor_pulley(s, effects)
-    reflected = transmission.reflected_motor_position(angle, *radii)
-    reflected_rate = transmission.reflected_motor_position(angle_rate, *radii)
-    x_1 = transmission.displacement(joint.position, reflected, t.joint_pulley_radius)
-    v_1 = transmission.displacement(joint.velocity, reflected_rate, t.joint_pulley_radius)
-
-    # tendons and torque on the joint (7)
-    upper, lower = (
-        _tendon(s, effects, name, sign * x_1, sign * v_1)
-        for name, sign in zip(SPRINGS, (1, -1), strict=True)
-    )
-    tendon_torque = transmission.joint_torque(upper.tension, lower.tension, t.joint_pulley_radius)
-
-    # link
-    torque = tendon_torque + s.input["load_torque"] - s.parameter["link.damping"] * joint.velocity
-    for added in _contributions(s, effects, Slot.JOINT_TORQUE, "", joint):
-        torque += added.value
-    torque_scale = t.joint_pulley_radius * upper.max_force
-    s.rate["joint_velocity"] = _joint_motion(s, effects, joint, torque, torque_scale)
-
+    motor_position = _motor_position(s)
+    upper, lower = _tendons(s, joint)
+    angle = _pulley_angle(s, motor_position, upper, lower)
     outputs = {
-        "joint_torque": tendon_torque,
+        **_link(s, joint, upper, lower),
+        **_at_motor(s, joint, motor_position, upper, lower),
         "slack_state": _slack_state(s.mode["upper_spring.taut"], s.mode["lower_spring.taut"]),
-        "joint_position": joint.position,
-        "joint_velocity": joint.velocity,
-        "deflection": joint.position
-        - transmission.reflected_motor_position(s.input["motor_position"], *radii),
-        "motor_torque": transmission.motor_torque(tendon_torque, *radii),
-        "upper_spring_force": upper.tension,
-        "lower_spring_force": lower.tension,
         "overstretched": ca.logic_or(upper.overstretched, lower.overstretched),
     }
+    delay = sum((one.value for one in s.fill(Slot.SIGNAL_DELAY, None)), ca.SX(0))
+    if variables.reads_signals:
+        outputs |= _readings(s, joint, motor_position, delay)
+    exact_delay = where(s.as_measured, delay, 0)
     indicators, next_modes = s.relations.in_order()
-    return HybridSystem(
-        interface=variables,
-        x=s.x,
-        u=s.u,
-        p=s.p,
-        r=s.r,
-        r_next=s.r_next,
-        rates=ca.vertcat(*(s.rate[name] for name in variables.state_names)),
-        outputs=ca.vertcat(*(outputs[name] for name in variables.output_names)),
-        indicators=indicators,
-        next_modes=next_modes,
-        reset=_reset(s),
+    columns = {
+        "rates": ca.vertcat(*(s.rate[name] for name in variables.state_names)),
+        "outputs": ca.vertcat(*(outputs[name] for name in variables.output_names)),
+        "indicators": indicators,
+        "next_modes": next_modes,
+        "reset": _reset(s),
+        "starts": ca.vertcat(*(s.state | s.start).values()),
+    }
+    columns = _with_pulley(s, angle, columns | s.implicit_columns())
+    # the guess of one unknown may stand in that of another: a free pulley in the springs' lengths
+    columns["guesses"] = ca.substitute(columns["guesses"], s.unknowns, columns["guesses"])
+    symbols = {"x": s.x, "u": s.u, "p": s.p, "r": s.r, "r_next": s.r_next, "w": s.unknowns}
+    return HybridSystem(interface=variables, **symbols, delay=exact_delay, **columns)
+
+
+# ---- motor and its pulley ------------------------------------------------------------------
+
+
+def _motor_position(s: Symbols) -> Symbol:
+    """True motor position, rad: in comparison the input is what the encoder reads."""
+    given, true = s.input["motor_position"], ca.SX.sym("true")
+    errors = s.fill(Slot.MOTOR_SIGNAL, Signal(true))
+    if not errors:
+        return given
+    reading = true + sum(error.value for error in errors)
+    return where(s.as_measured, s.root(reading - given, true, given), given)
+
+
+def _pulley_angle(
+    s: Symbols, motor_position: Symbol, upper: TendonForces, lower: TendonForces
+) -> Symbol:
+    """Angle of the motor pulley after every angle map, rad."""
+    maps = list(s.in_slot(Slot.ANGLE_MAP))
+    if not maps:
+        return motor_position
+    t = s.parameters("transmission")
+    undeflected = s.state["joint_position"] * t.joint_pulley_radius / t.motor_pulley_radius
+    free = _free_position(s, upper.unbounded - lower.unbounded, undeflected)
+    angle = motor_position
+    for effect in maps:
+        answer = s.answer(effect, effect.id, MotorAngle(angle, free))
+        s.take(effect.id, answer)
+        angle = answer.value
+    return angle
+
+
+def _free_position(s: Symbols, pull: ca.SX, guess: Symbol) -> ca.SX:
+    """Angle of the pulley at which the tendons pull it alike, rad.
+
+    What is implicit in the tendons' pull is found anew, for this angle.
+    """
+    within = [one for one in s.implicit if ca.depends_on(pull, one.unknown)]
+    unknown = ca.vertcat(s.pulley_angle, *(one.unknown for one in within))
+    residual = ca.vertcat(pull, *(one.residual for one in within))
+    guesses = ca.vertcat(guess, *(one.guess for one in within))
+    guesses = ca.substitute(guesses, s.pulley_angle, guess)
+    return s.root(residual, unknown, guesses)[0]
+
+
+def _with_pulley(s: Symbols, angle: Symbol, columns: dict[str, ca.SX]) -> dict[str, ca.SX]:
+    """Put the pulley's angle and rate in their place.
+
+    The rate is the time derivative of the angle; of a floating pulley it depends on the rates of
+    states that depend on it in turn, linearly.
+    """
+    columns = _substitute(columns, s.pulley_angle, angle)
+    along = ca.vertcat(s.input["motor_position"], s.x)
+    rates = ca.vertcat(s.input["motor_velocity"], columns["rates"])
+    by_along = total_jacobian(angle, along, s.unknowns, columns["residuals"])
+    rate = linear_root(s.pulley_rate - by_along @ rates, s.pulley_rate)
+    return _substitute(columns, s.pulley_rate, rate)
+
+
+def _substitute(columns: dict[str, ca.SX], symbol: ca.SX, by: Symbol) -> dict[str, ca.SX]:
+    placed = ca.substitute(list(columns.values()), [symbol], [ca.SX(by)])
+    return dict(zip(columns, placed, strict=True))
+
+
+# ---- tendons, joint pulley and link --------------------------------------------------------
+
+
+def _tendons(s: Symbols, joint: Joint) -> tuple[TendonForces, TendonForces]:
+    """The upper and the lower tendon between motor pulley and joint pulley, (11)."""
+    t = s.parameters("transmission")
+    radius = t.joint_pulley_radius
+    pulley = [
+        radius * transmission.reflected_motor_position(one, radius, t.motor_pulley_radius)
+        for one in (s.pulley_angle, s.pulley_rate)
+    ]
+    link = [radius * one for one in (joint.position, joint.velocity)]
+    upper, lower = (
+        tendon(
+            s,
+            name,
+            (sign * pulley[0], sign * pulley[1]),
+            (sign * link[0], sign * link[1]),
+        )
+        for name, sign in zip(SPRINGS, (1, -1), strict=True)
     )
+    return upper, lower
+
+
+def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) -> dict[str, Symbol]:
+    """Motion of the link, ``J q'' = torque + friction``; outputs seen at the joint."""
+    radius = s.parameter["transmission.joint_pulley_radius"]
+    tendon_torque = transmission.joint_torque(upper.joint, lower.joint, radius)
+    torque = tendon_torque + s.input["load_torque"] - s.parameter["link.damping"] * joint.velocity
+    for added in s.fill(Slot.JOINT_TORQUE, joint):
+        torque += added.value
+    losses = s.fill(Slot.TENDON_LOSS, JointPulley(upper.joint, lower.joint, radius))
+    loss = _bounds(losses)
+    dry = _bounds(losses + s.fill(Slot.DRY_FRICTION, joint))
+    friction = ca.SX(0)
+    moving: Symbol = 1
+    if JOINT_MOTION.name in s.mode:
+        friction = _dry_friction(s, joint, torque, dry, radius * largest_force(s, SPRINGS[0]))
+        moving = s.mode[JOINT_MOTION.name]
+    s.rate["joint_position"] = where(moving, joint.velocity, 0)
+    s.rate["joint_velocity"] = where(moving, (torque + friction) / s.parameter["link.inertia"], 0)
+    width = dry.upper - dry.lower
+    share = (friction - dry.lower) / where(width > 0, width, 1)
+    return {
+        # while the joint sticks, what is lost on the tendons is their share of the friction
+        "joint_torque": tendon_torque + loss.lower + share * (loss.upper - loss.lower),
+        "joint_position": joint.position,
+        "joint_velocity": joint.velocity,
+        "upper_spring_force": upper.joint,
+        "lower_spring_force": lower.joint,
+    }
+
+
+def _bounds(frictions: list[Any]) -> _Friction:
+    """Frictions that act together: their bounds add up."""
+    return _Friction(
+        sum((one.lower for one in frictions), ca.SX(0)),
+        sum((one.upper for one in frictions), ca.SX(0)),
+    )
+
+
+def _dry_friction(
+    s: Symbols, joint: Joint, torque: Symbol, bounds: _Friction, torque_scale: Symbol
+) -> Symbol:
+    """Dry friction torque: a bound while the joint slides, what holds it while it sticks."""
+    at_rest = ca.substitute(
+        ca.vertcat(torque + bounds.lower, torque + bounds.upper), joint.velocity, 0
+    )
+    s.relations.motion(
+        JOINT_MOTION.name,
+        joint.velocity / VELOCITY_SCALE,
+        push_up=at_rest[0] / torque_scale,
+        push_down=-at_rest[1] / torque_scale,
+    )
+    mode = s.mode[JOINT_MOTION.name]
+    return where(mode, where(mode > 0, bounds.lower, bounds.upper), -torque)
+
+
+def _slack_state(upper_taut: Symbol, lower_taut: Symbol) -> Symbol:
+    """Fig. 4 by number: I lower slack, II upper slack, III none, 4 both."""
+    states = transmission.SlackState
+    return where(
+        both(upper_taut, lower_taut),
+        int(states.III),
+        where(upper_taut, int(states.I), where(lower_taut, int(states.II), int(states.BOTH))),
+    )
+
+
+# ---- outputs at the motor, readings --------------------------------------------------------
+
+
+def _at_motor(
+    s: Symbols, joint: Joint, motor_position: Symbol, upper: TendonForces, lower: TendonForces
+) -> dict[str, Symbol]:
+    """Outputs that need the motor: deflection (11) and torque (8)."""
+    t = s.parameters("transmission")
+    radii = (t.joint_pulley_radius, t.motor_pulley_radius)
+    pull = transmission.joint_torque(upper.motor, lower.motor, t.joint_pulley_radius)
+    return {
+        "deflection": joint.position
+        - transmission.reflected_motor_position(motor_position, *radii),
+        "motor_torque": transmission.motor_torque(pull, *radii),
+    }
+
+
+def _readings(s: Symbols, joint: Joint, motor_position: Symbol, delay: Symbol) -> dict[str, Symbol]:
+    """What the encoders read. A delay is linearised, except in comparison, where it is exact."""
+    late = joint.position - where(s.as_measured, 0, delay * joint.velocity)
+    error = sum((one.value for one in s.fill(Slot.JOINT_SIGNAL, Signal(late))), ca.SX(0))
+    motor = [
+        s.answer(effect, effect.id, Signal(motor_position))
+        for effect in s.in_slot(Slot.MOTOR_SIGNAL)
+    ]
+    return {
+        "measured_joint_position": late + error,
+        "measured_motor_position": motor_position + sum((one.value for one in motor), ca.SX(0)),
+    }
+
+
+# ---- jumps and starts ----------------------------------------------------------------------
+
+
+def _reset(s: Symbols) -> ca.SX:
+    """States after an event: a joint that now sticks has no velocity."""
+    after = dict(s.state)
+    if JOINT_MOTION.name in s.mode:
+        after["joint_velocity"] = where(
+            s.mode_next[JOINT_MOTION.name], s.state["joint_velocity"], 0
+        )
+    column: ca.SX = ca.vertcat(*after.values())
+    return column

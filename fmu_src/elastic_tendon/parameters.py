@@ -26,12 +26,12 @@ from pydantic import (
 
 from elastic_tendon import effects, problems
 from elastic_tendon.effect_numbers import (
+    cautions,
     closed_schema,
     effect_quantities,
     effects_schema,
-    magnitude,
 )
-from elastic_tendon.effects.base import Effect, Parameter
+from elastic_tendon.effects.base import Effect, Parameter, Sizes, Slot
 from elastic_tendon.errors import ModelError
 from elastic_tendon.quantity import STRICT, Quantity, declared_in
 from elastic_tendon.sections import Link, Motor, Spring, Transmission
@@ -59,6 +59,8 @@ class Model(BaseModel):
     @classmethod
     def _declared_effects(cls, value: object) -> dict[str, Any]:
         listed = value if isinstance(value, Mapping) else ()
+        for effect_id in listed:
+            effects.BY_ID.find(effect_id)  # imports that of an installed package
         present = tuple(effect for effect in effects.BY_ID.values() if effect.id in listed)
         return effects_schema(present).model_validate(value).model_dump(by_alias=True)
 
@@ -134,7 +136,7 @@ class Model(BaseModel):
         if path.startswith("effects."):
             _, effect_id, name = path.split(".")
             declared = {one.name: one for one in effects.BY_ID[effect_id].parameters}
-            return quantity.uncertainty * typical_value(self, declared[name])
+            return quantity.uncertainty * abs(typical_value(self, declared[name]))
         if value == 0.0 and path.endswith(".damping"):
             return self._wide_damping(path)
         return quantity.uncertainty * (abs(value) if value else 1.0)
@@ -160,17 +162,22 @@ class Model(BaseModel):
                 f"recommended {transmission.recommended_pretension:g} N, (30); more pretension "
                 "narrows the range of high stiffness and lowers the largest torque"
             )
-        link_mass = self.link.inertia / transmission.joint_pulley_radius**2
+        present = tuple(effects.BY_ID[effect_id] for effect_id in self.effects)
+        if not any(effect.slot is Slot.SPRING_MASS for effect in present):
+            found += self._heavy_springs()
+        return found + cautions(self.effects, present)
+
+    def _heavy_springs(self) -> Iterator[str]:
+        link_mass = self.link.inertia / self.transmission.joint_pulley_radius**2
         for side in ("upper_spring", "lower_spring"):
-            spring: Spring = getattr(transmission, side)
+            spring: Spring = getattr(self.transmission, side)
             mass = spring.parallel * spring.mass
             if mass > SPRING_MASS_SHARE * link_mass:
-                found.append(
+                yield (
                     f"transmission.{side}.mass: {mass:g} kg is more than a tenth of the effective "
                     f"link mass J/R^2 = {link_mass:g} kg (section II); spring and link may "
                     "oscillate as two masses, which this model leaves out"
                 )
-        return found
 
     def to_toml(self) -> str:
         """Text of a model.toml that loads as this model (comments are not kept)."""
@@ -200,15 +207,24 @@ def _quantities(wanted: frozenset[str]) -> tuple[Quantity, ...]:
     return (*base, *added)
 
 
+def sizes_of(transmission: Transmission, link: Link) -> Sizes:
+    """Characteristic sizes of an actuator, by which typical magnitudes are measured."""
+    springs = (transmission.upper_spring, transmission.lower_spring)
+    radius = transmission.joint_pulley_radius
+    return Sizes(
+        torque=radius * min(spring.largest_force for spring in springs),
+        stiffness=min(spring.stiffness for spring in springs),
+        max_deflection=min(spring.max_deflection for spring in springs),
+        joint_stiffness=radius**2 * sum(spring.combined_stiffness for spring in springs),
+        inertia=link.inertia,
+        radius=radius,
+        parallel=min(spring.parallel for spring in springs),
+    )
+
+
 def typical_value(model: Model, parameter: Parameter) -> float:
     """Typical magnitude of an effect's parameter on this actuator, in the parameter's unit."""
-    transmission = model.transmission
-    springs = (transmission.upper_spring, transmission.lower_spring)
-    return magnitude(
-        parameter,
-        torque=transmission.joint_pulley_radius * min(spring.largest_force for spring in springs),
-        stiffness=min(spring.stiffness for spring in springs),
-    )
+    return parameter.typical_for(sizes_of(model.transmission, model.link))
 
 
 def bundled_models() -> tuple[str, ...]:
@@ -234,6 +250,8 @@ def load_model(path_or_name: str | Path) -> Model:
     ------
     ModelError
         for a file that cannot be read or used, with all its problems
+    EffectError
+        for an effect of an installed package that cannot be used
     """
     source = str(path_or_name)
     path = MODELS_FOLDER / f"{source}.toml" if source in bundled_models() else Path(source)
@@ -247,6 +265,8 @@ def parse_model(tree: Mapping[str, Any], source: str) -> Model:
     ------
     ModelError
         with all problems at once
+    EffectError
+        for an effect of an installed package that cannot be used
     """
     try:
         return Model.model_validate(tree)
@@ -282,11 +302,22 @@ def _read_toml(path: Path, source: str) -> dict[str, Any]:
 
 
 def _effect_quantities(effect: Effect) -> Iterator[Quantity]:
-    nominal = {quantity.path: quantity.nominal for quantity in declared_in(Transmission)}
-    stiffness = nominal["upper_spring.stiffness"]
-    force = stiffness * nominal["upper_spring.max_deflection"]
-    torque = nominal["joint_pulley_radius"] * force
-    return effect_quantities(effect, torque=torque, stiffness=stiffness)
+    """Quantities of an effect, nominal for an actuator of nominal numbers."""
+    return effect_quantities(effect, _nominal_sizes())
+
+
+@lru_cache
+def _nominal_sizes() -> Sizes:
+    tree: dict[str, Any] = {}
+    for one in declared_in(Model):
+        *tables, key = one.path.split(".")
+        table = tree
+        for name in tables:
+            table = table.setdefault(name, {})
+        table[key] = one.default if one.integer else one.nominal
+    return sizes_of(
+        Transmission.model_validate(tree["transmission"]), Link.model_validate(tree["link"])
+    )
 
 
 @lru_cache
@@ -304,6 +335,7 @@ def _known_keys(declared: Mapping[str, Quantity], present: Iterable[str]) -> dic
             siblings = keys.setdefault(".".join(parts[:depth]), [])
             if parts[depth] not in siblings:
                 siblings.append(parts[depth])
+    keys["effects"] = list(effects.BY_ID.ids())
     keys["uncertainty"] = [quantity.path for quantity in quantities(present)]
     return keys
 

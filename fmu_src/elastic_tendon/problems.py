@@ -17,6 +17,7 @@ LOOKALIKES: Mapping[str, Sequence[tuple[float, str]]] = {
 }
 LONGEST_VALUE = 60  # characters of a found value that a sentence repeats
 MOST_KEYS = 6  # keys of a missing table that a sentence names
+REFUSED = "refused"  # type of a problem whose message is a sentence already
 
 WRONG_TYPES = {
     "float_type": "a number",
@@ -51,6 +52,17 @@ def unknown_key(path: str, key: str, known: Iterable[str], where: str) -> str:
     return f"{path}: not known in {where}; {advice}"
 
 
+def unknown_effect(effect_id: str, known: Iterable[str]) -> str:
+    """Sentence for an effect that nobody has loaded, with the nearest known one."""
+    known = list(known)
+    nearest = difflib.get_close_matches(effect_id, known, n=1)
+    advice = f"did you mean {nearest[0]}?" if nearest else f"choose one of {', '.join(known)}"
+    return (
+        f"there is no effect {effect_id!r}; {advice} "
+        "(your own is loaded by --effect FILE.py, in Python by load_effect)"
+    )
+
+
 def _sentence(
     found: dict[str, Any], declared: Mapping[str, Quantity], keys: Mapping[str, Sequence[str]]
 ) -> str:
@@ -58,6 +70,10 @@ def _sentence(
     path, parent = ".".join(location), ".".join(location[:-1])
     kind, value = found["type"], _shown(found["input"])
     quantity = declared.get(path)
+    if kind == REFUSED:
+        return f"{path}: {found['msg']}"
+    if kind == "extra_forbidden" and parent == "effects":
+        return f"{path}: {unknown_effect(location[-1], keys[parent])}"
     if kind == "extra_forbidden":
         where = f"[{parent}]" if parent else "a model.toml"
         return unknown_key(path, location[-1], keys.get(parent, ()), where)

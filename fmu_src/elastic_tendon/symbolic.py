@@ -41,3 +41,27 @@ def both(first: Symbol, second: Symbol) -> Symbol:
 
         return casadi.logic_and(first, second)
     return np.logical_and(first, second)
+
+
+def sin(value: Symbol) -> Symbol:
+    """Sine of an angle in rad."""
+    return _elementary("sin", value)
+
+
+def exp(value: Symbol) -> Symbol:
+    """Exponential function."""
+    return _elementary("exp", value)
+
+
+def absolute(value: Symbol) -> Symbol:
+    """Absolute value."""
+    return _elementary("fabs", value)
+
+
+def _elementary(name: str, value: Symbol) -> Symbol:
+    """A function that numpy and CasADi call by the same name."""
+    if _is_casadi(value):
+        import casadi
+
+        return getattr(casadi, name)(value)
+    return getattr(np, name)(value)

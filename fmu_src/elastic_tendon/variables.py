@@ -28,16 +28,21 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One named number: unit as in FMI (``N.m``, ``rad/s``), bounds inclusive."""
+    """One named number: unit as in FMI (``N.m``, ``rad/s``), bounds inclusive.
+
+    `start` None: calculated, from the numbers that have one. `at_motor`: a signal measured at the
+    motor, not at the joint.
+    """
 
     name: str
     unit: str
     meaning: str
     kind: Kind = Kind.REAL
-    start: float = 0.0
+    start: float | None = 0.0
     nominal: float = 1.0
     lower: float = -inf
     upper: float = inf
+    at_motor: bool = False
 
     @property
     def discrete(self) -> bool:
@@ -70,6 +75,15 @@ class Interface:
     outputs: tuple[Variable, ...]
     parameters: tuple[Variable, ...]
     modes: tuple[Mode, ...]
+
+    @cached_property
+    def reads_signals(self) -> bool:
+        """Whether an effect acts on measured signals, which then are outputs of their own.
+
+        The library then takes one more parameter, after all others: 1 where the motor position
+        given is what the encoder reads and delays are exact (comparison), 0 where it is true.
+        """
+        return _has(self.effects, *SIGNAL_SLOTS)
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
@@ -112,7 +126,9 @@ OUTPUTS = (
     Variable("joint_position", "rad", "angle of the joint, q", nominal=0.1),
     Variable("joint_velocity", "rad/s", "angular velocity of the joint"),
     Variable("deflection", "rad", "joint position less reflected motor position, (11)"),
-    Variable("motor_torque", "N.m", "torque of the tendons on the motor pulley, (8)"),
+    Variable(
+        "motor_torque", "N.m", "torque of the tendons on the motor pulley, (8)", at_motor=True
+    ),
     Variable("upper_spring_force", "N", "tension of the upper tendon", nominal=100.0),
     Variable("lower_spring_force", "N", "tension of the lower tendon", nominal=100.0),
     Variable(
@@ -125,7 +141,21 @@ OUTPUTS = (
     ),
 )
 
+READINGS = (
+    Variable(
+        "measured_joint_position",
+        "rad",
+        "what the joint encoder reads; a delay T is applied as q - T q', off by no more than "
+        "T^2/2 times the largest joint acceleration",
+        nominal=0.1,
+    ),
+    Variable("measured_motor_position", "rad", "what the motor encoder reads", at_motor=True),
+)
+
 _BASE_STATES = OUTPUTS[2:4]  # joint position and velocity are outputs and states alike
+
+SIGNAL_SLOTS = (Slot.MOTOR_SIGNAL, Slot.JOINT_SIGNAL, Slot.SIGNAL_DELAY)
+STICTION_SLOTS = (Slot.TENDON_LOSS, Slot.DRY_FRICTION)
 
 JOINT_MOTION = Mode("joint_motion", "sign of the motion; 0 while the joint sticks", 0.0, (-1, 0, 1))
 
@@ -135,14 +165,47 @@ def catalogue_order(effect_ids: Sequence[str]) -> tuple[Effect, ...]:
     return tuple(effect for effect in catalogue.BY_ID.values() if effect.id in effect_ids)
 
 
-def places(effect: Effect) -> tuple[str, ...]:
-    """Prefixes of the effect's states and modes: one for each spring where it acts on springs."""
+def _has(effects: tuple[Effect, ...], *slots: Slot) -> bool:
+    return any(effect.slot in slots for effect in effects)
+
+
+def motor_half(spring: str) -> str:
+    """Name of the half at the motor of a spring with a mass; the other has the spring's name."""
+    return f"{spring}.motor_half"
+
+
+def strands(effects: tuple[Effect, ...]) -> tuple[str, ...]:
+    """Names of all pieces that pull: the springs, and with masses between, both their halves."""
+    halves = SPRINGS if _has(effects, Slot.SPRING_MASS) else ()
+    return (*SPRINGS, *(motor_half(spring) for spring in halves))
+
+
+def series_elongation(strand: str) -> str:
+    """Name of the state of a damped spring in series with a compliance."""
+    return f"{strand}.elongation"
+
+
+def places(effect: Effect, effects: tuple[Effect, ...]) -> tuple[str, ...]:
+    """Prefixes of the effect's states and modes, one for each place where it acts."""
     if effect.slot is Slot.SPRING_LAW:
+        return tuple(f"{strand}.{effect.id}" for strand in strands(effects))
+    if effect.slot in (Slot.SERIES_ELEMENT, Slot.SPRING_MASS):
         return tuple(f"{spring}.{effect.id}" for spring in SPRINGS)
     return (effect.id,)
 
 
-def _effect_states(effect: Effect) -> tuple[Variable, ...]:
+def _states(effects: tuple[Effect, ...]) -> tuple[Variable, ...]:
+    series = [
+        Variable(
+            series_elongation(strand), "m", "elongation of one spring", start=None, nominal=1e-2
+        )
+        for strand in strands(effects)
+        if _has(effects, Slot.SERIES_ELEMENT)
+    ]
+    return (*_BASE_STATES, *series, *(s for one in effects for s in _effect_states(one, effects)))
+
+
+def _effect_states(effect: Effect, effects: tuple[Effect, ...]) -> tuple[Variable, ...]:
     return tuple(
         Variable(
             f"{place}.{state.name}",
@@ -151,13 +214,16 @@ def _effect_states(effect: Effect) -> tuple[Variable, ...]:
             start=state.start,
             nominal=state.nominal,
         )
-        for place in places(effect)
+        for place in places(effect, effects)
         for state in effect.states
     )
 
 
 def _modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
-    taut = [Mode(f"{spring}.taut", f"the {spring[:5]} tendon is taut", 1.0) for spring in SPRINGS]
+    taut = [
+        Mode(f"{strand}.taut", f"the {strand[:5]} tendon is taut", 1.0)
+        for strand in strands(effects)
+    ]
     stretched = [
         Mode(f"{spring}.overstretched", f"the {spring[:5]} spring exceeds max_deflection", 0.0)
         for spring in SPRINGS
@@ -165,11 +231,11 @@ def _modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
     of_effects = [
         Mode(f"{place}.{relation.name}", relation.meaning, 0.0)
         for effect in effects
-        for place in places(effect)
+        for place in places(effect, effects)
         for relation in effect.relations
     ]
-    sticks = any(effect.slot is Slot.DRY_FRICTION for effect in effects)
-    return (*taut, *stretched, *of_effects, *([JOINT_MOTION] if sticks else []))
+    sticks = [JOINT_MOTION] if _has(effects, *STICTION_SLOTS) else []
+    return (*taut, *stretched, *of_effects, *sticks)
 
 
 @lru_cache
@@ -200,9 +266,9 @@ def interface(effect_ids: tuple[str, ...]) -> Interface:
     )
     return Interface(
         effects=effects,
-        states=_BASE_STATES + tuple(s for effect in effects for s in _effect_states(effect)),
+        states=_states(effects),
         inputs=INPUTS,
-        outputs=OUTPUTS,
+        outputs=OUTPUTS + (READINGS if _has(effects, *SIGNAL_SLOTS) else ()),
         parameters=parameters,
         modes=_modes(effects),
     )

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from elastic_tendon.compiled import simulate
-from elastic_tendon.model import HYSTERESIS
 from elastic_tendon.parameters import load_model
+from elastic_tendon.system import HYSTERESIS
 
 TORQUE = 0.5  # N·m
 

@@ -5,66 +5,26 @@ l_p,i = F_p / k_i; index 1 the upper spring, 2 the lower. SI units, angles in ra
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from truth.friction import Coulomb, Dahl
+from truth.link import Link
+from truth.spring import Overstretch, Spring
 
-
-@dataclass(frozen=True)
-class Overstretch:
-    """Protective string beside a spring (paper, Fig. 6): added force beyond `engagement`.
-
-    With `rounding` w > 0 the string comes in smoothly, k w ln(1 + exp((e - engagement) / w));
-    w = 0 is the limit: an exact kink, k max(e - engagement, 0), located by the solver.
-    """
-
-    engagement: float  # m, elongation from the spring's rest length
-    stiffness: float  # N/m, of all parallel strings together
-    rounding: float = 0.0  # m
-
-    def force(self, elongation: float, engaged: bool) -> float:
-        """Force of the string, N; `engaged` decides where the law is the exact kink."""
-        excess = elongation - self.engagement
-        if self.rounding == 0.0:
-            return self.stiffness * excess if engaged else 0.0
-        scaled = excess / self.rounding
-        # the softplus function, written so that no exponential overflows
-        softplus = max(scaled, 0.0) + math.log1p(math.exp(-abs(scaled)))
-        return self.stiffness * self.rounding * softplus
+__all__ = ["Actuator", "Eccentricity", "Link", "Overstretch", "Spring"]
 
 
 @dataclass(frozen=True)
-class Spring:
-    """One side's spring; parallel springs are already added up (33), (34)."""
+class Eccentricity:
+    """A motor pulley off its axis: turns by θ + amplitude (sin(θ + phase) - sin(phase))."""
 
-    stiffness: float  # N/m
-    max_deflection: float = math.inf  # m
-    damping: float = 0.0  # N s/m
-    overstretch: Overstretch | None = None
+    amplitude: float  # rad
+    phase: float = 0.0  # rad
 
-    def force(self, elongation: float, rate: float, engaged: bool) -> float:
-        """Force (3), N, of an `elongation` (m) from rest and its `rate` (m/s); may be negative."""
-        force = self.stiffness * elongation + self.damping * rate
-        if self.overstretch is not None:
-            force += self.overstretch.force(elongation, engaged)
-        return force
-
-
-def no_torque(_time: float, _position: float, _velocity: float) -> float:
-    """Torque on the joint of nothing, N·m."""
-    return 0.0
-
-
-@dataclass(frozen=True)
-class Link:
-    """What the actuator moves: J q'' = jτ_e + τ_load - b q' + extra - friction."""
-
-    inertia: float  # kg m²
-    damping: float = 0.0  # N m s/rad
-    friction: Coulomb | Dahl | None = None
-    # further torque on the joint, N·m, of time (s), position (rad) and velocity (rad/s); smooth
-    extra_torque: Callable[[float, float, float], float] = field(default=no_torque)
+    def driven(self, position: float, velocity: float) -> tuple[float, float]:
+        """Angle (rad) and rate (rad/s) of the pulley, of those of the motor."""
+        turned = self.amplitude * (math.sin(position + self.phase) - math.sin(self.phase))
+        rate = velocity * (1.0 + self.amplitude * math.cos(position + self.phase))
+        return position + turned, rate
 
 
 @dataclass(frozen=True)
@@ -77,15 +37,27 @@ class Actuator:
     upper: Spring
     lower: Spring
     link: Link
+    wrap_friction: float = 0.0  # μ φ of the tendons' guides
+    gap: float = 0.0  # rad at the motor pulley, play between it and the motor
+    eccentricity: Eccentricity | None = None
+
+    @property
+    def springs(self) -> tuple[Spring, Spring]:
+        """The upper and the lower spring."""
+        return self.upper, self.lower
+
+    def rest_length(self, spring: Spring) -> float:
+        """Elongation of a spring and its tendon at pretension, m: l_p,i and the tendon's own."""
+        return self.pretension_force * (1.0 / spring.stiffness + spring.compliance)
 
     def elongations(self, motor_position: float, joint_position: float) -> tuple[float, float]:
-        """Elongations from rest l_p,i + x_i of both springs, m: (1), (2) and (4)."""
+        """Elongations from rest l_p,i + x_i of both sides, m: (1), (2) and (4)."""
         displacement = (
             self.motor_pulley_radius * motor_position - self.joint_pulley_radius * joint_position
         )
         return (
-            self.pretension_force / self.upper.stiffness + displacement,
-            self.pretension_force / self.lower.stiffness - displacement,
+            self.rest_length(self.upper) + displacement,
+            self.rest_length(self.lower) - displacement,
         )
 
     def spring_forces(
@@ -94,7 +66,7 @@ class Actuator:
         joint: tuple[float, float],
         engaged: tuple[bool, bool],
     ) -> tuple[float, float]:
-        """Forces (3) of both springs before the tendons go slack, N.
+        """Forces (3) of both springs alone before the tendons go slack, N.
 
         Parameters
         ----------
@@ -104,8 +76,8 @@ class Actuator:
         upper, lower = self.elongations(motor[0], joint[0])
         rate = self.motor_pulley_radius * motor[1] - self.joint_pulley_radius * joint[1]
         return (
-            self.upper.force(upper, rate, engaged[0]),
-            self.lower.force(lower, -rate, engaged[1]),
+            self.upper.static_force(upper, engaged[0]) + self.upper.damping * rate,
+            self.lower.static_force(lower, engaged[1]) - self.lower.damping * rate,
         )
 
     def slack_boundaries(self) -> tuple[float, float]:

@@ -53,6 +53,15 @@ def scaled(signal: Signal, factor: float) -> Signal:
     )
 
 
+def later(signal: Signal, delay: float) -> Signal:
+    """A signal that stays at its first value for `delay` (s) and then runs its course."""
+    return Signal(
+        lambda time: signal.value(max(time - delay, 0.0)),
+        lambda time: signal.rate(time - delay) if time >= delay else 0.0,
+        (delay, *(point + delay for point in signal.breakpoints)),
+    )
+
+
 def sines(
     amplitudes: Sequence[float], frequencies: Sequence[float], phases: Sequence[float]
 ) -> Signal:

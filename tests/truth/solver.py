@@ -12,7 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from truth.actuator import Actuator
 from truth.signals import Experiment
-from truth.system import Mode, System, Vector, initial, thresholds, updated
+from truth.system import Mode, System, Vector
 
 ROOT_ERROR = 1e-15  # s
 GRID_POINTS = 6  # in a step, where thresholds are looked at
@@ -43,30 +43,47 @@ class Trajectory:
 
 
 def first_crossing(
-    function: Callable[[float, Vector], float], dense: Callable[[Any], Vector], grid: Vector
+    function: Callable[[float], float], grid: Vector, values: Vector
 ) -> float | None:
-    """First time on `grid` (s) at which a threshold rises through zero, peaks between included."""
+    """First time (s) at which a threshold rises through zero, peaks between included.
 
-    def along(time: float) -> float:
-        return function(time, dense(time))
-
-    values = [function(float(time), state) for time, state in zip(grid, dense(grid).T, strict=True)]
+    Parameters
+    ----------
+    function : threshold of time (s)
+    grid, values : (n,) array, s, and the threshold there
+    """
     above = next((i for i, value in enumerate(values) if value >= 0.0), None)
     if above == 0:  # the end of the step before, rounded the other way
         return float(grid[0])
     if above is not None:
-        return float(brentq(along, grid[above - 1], grid[above], xtol=ROOT_ERROR))
+        return float(brentq(function, grid[above - 1], grid[above], xtol=ROOT_ERROR))
     # a mode left and entered again between two grid points shows as a peak just below zero
     top = min(max(int(np.argmax(values)), 1), len(values) - 2)
     if values[top] + abs(values[top - 1] - 2.0 * values[top] + values[top + 1]) < 0.0:
         return None
     around = (grid[top - 1], grid[top + 1])
     peak = minimize_scalar(
-        lambda time: -along(time), bounds=around, method="bounded", options={"xatol": 1e-9}
+        lambda time: -function(time), bounds=around, method="bounded", options={"xatol": 1e-9}
     )
-    if along(peak.x) < 0.0:
+    if function(peak.x) < 0.0:
         return None
-    return float(brentq(along, around[0], peak.x, xtol=ROOT_ERROR))
+    return float(brentq(function, around[0], peak.x, xtol=ROOT_ERROR))
+
+
+def crossings(
+    thresholds: Callable[[float, Vector], list[float]], dense: Callable[[Any], Vector], grid: Vector
+) -> list[float]:
+    """Times (s) at which thresholds first rise through zero on `grid`, of those that do."""
+    states = dense(grid).T
+    values = np.array(
+        [thresholds(float(time), state) for time, state in zip(grid, states, strict=True)]
+    )
+
+    def along(number: int) -> Callable[[float], float]:
+        return lambda time: thresholds(time, dense(time))[number]
+
+    found = [first_crossing(along(i), grid, column) for i, column in enumerate(values.T)]
+    return [time for time in found if time is not None]
 
 
 def integrate_piece(
@@ -91,11 +108,12 @@ def integrate_piece(
     def inside(function: Callable[[float, Vector], Any]) -> Callable[[float, Vector], Any]:
         return lambda time, state: function(min(time, last), state)
 
-    functions = [inside(function) for function in thresholds(system, mode)]
+    thresholds = inside(lambda time, state: system.thresholds(time, state, mode))
     rates = inside(lambda time, state: system.rates(time, state, mode))
-    stuck = mode.direction == 0
+    stuck = system.has_direction and mode.direction == 0
     solver = options["method"](
-        rates, span[0], state, span[1], rtol=options["rtol"], atol=options["atol"],
+        rates, span[0], state, span[1], rtol=options["rtol"],
+        atol=options["atol"] * np.array(system.layout.scales),
         max_step=STUCK_STEP if stuck else options["longest_step"],
     )  # fmt: skip
     samples = np.empty((0, len(state)))
@@ -104,11 +122,11 @@ def integrate_piece(
         if solver.status == "failed":
             raise RuntimeError(f"truth stopped at {solver.t} s: {message}")
         dense, grid = solver.dense_output(), np.linspace(solver.t_old, solver.t, GRID_POINTS)
-        crossings = [first_crossing(function, dense, grid) for function in functions]
-        stop = min((time for time in crossings if time is not None), default=solver.t)
+        met = crossings(thresholds, dense, grid)
+        stop = min(met, default=solver.t)
         reached = times[len(samples) : np.searchsorted(times, stop, side="right")]
         samples = np.vstack([samples, dense(reached).T])
-        if any(time is not None for time in crossings):
+        if met:
             return samples, stop, dense(stop)
     return samples, span[1], solver.y
 
@@ -130,7 +148,7 @@ def pieces(system: System, time: Vector, **options: Any) -> Iterator[Piece]:
     }
     end = float(time[-1])
     stops = [*sorted(point for point in breakpoints if 0.0 < point < end), end]
-    mode, state = initial(system)
+    mode, state = system.initial()
     now, done = 0.0, 0
     for _ in range(len(stops) + MOST_EVENTS):
         stop = stops[bisect_right(stops, now)]
@@ -144,7 +162,7 @@ def pieces(system: System, time: Vector, **options: Any) -> Iterator[Piece]:
         if now >= end:
             yield Piece(mode, now, np.tile(state, (len(time) - done, 1)))
             return
-        mode, state = updated(system, now, state, mode)
+        mode, state = system.updated(now, state, mode)
     raise RuntimeError(f"truth met more than {MOST_EVENTS} events by {now} s")
 
 
@@ -155,8 +173,8 @@ def outputs(system: System, time: float, state: Vector, mode: Mode) -> dict[str,
     (upper slack), 3 is III (none), 4 both.
     """
     motor_position, motor_velocity = system.motor(time)
-    forces = system.forces(time, state, mode)
-    joint_torque = system.joint_torque(time, state, mode)
+    tensions = system.tensions(time, state, mode)
+    forces = system.at_joint(tensions)
     ratio = system.actuator.joint_pulley_radius / system.actuator.motor_pulley_radius
     return {
         "motor_position": motor_position,
@@ -165,11 +183,11 @@ def outputs(system: System, time: float, state: Vector, mode: Mode) -> dict[str,
         "joint_position": float(state[0]),
         "joint_velocity": float(state[1]),
         "deflection": float(state[0]) - motor_position / ratio,
-        "joint_torque": joint_torque,
-        "motor_torque": joint_torque / ratio,
-        "upper_spring_force": forces[0] if mode.taut[0] else 0.0,
-        "lower_spring_force": forces[1] if mode.taut[1] else 0.0,
-        "friction_torque": system.friction_torque(time, state, mode),
+        "joint_torque": system.joint_torque(time, state, mode, tensions),
+        "motor_torque": system.motor_torque(tensions),
+        "upper_spring_force": forces[0],
+        "lower_spring_force": forces[1],
+        "friction_torque": system.friction_torque(time, state, mode, tensions),
         "slack_state": {(1, 0): 1, (0, 1): 2, (1, 1): 3, (0, 0): 4}[mode.taut],
     }
 
@@ -188,7 +206,7 @@ def simulate(
     Parameters
     ----------
     time : (n,) array, s; increasing sample times, the first not negative
-    tolerance : relative; absolute a tenth of it in rad and rad/s
+    tolerance : relative; absolute a tenth of it in the states' ordinary sizes
     longest_step : s, while the joint moves; shorter than what the inputs do
     method : a name in `METHODS`: DOP853, or Radau where the actuator is stiff
     """

@@ -4,32 +4,58 @@ Effects fill *slots* of fixed order along the chain motor -> springs -> joint, s
 composes in any listing order. The equations of a slot are a function
 ``equations(at, p, state, mode)`` where
 
-* ``at`` is the place in the chain: `MotorAngle`, `Spring` or `Joint`;
+* ``at`` is the place in the chain, a class of this module, see `Slot`;
 * ``p``, ``state``, ``mode`` carry the effect's parameters, states and relation modes by name.
+
+It returns a `Contribution`, whose ``value`` means what `Slot` says, or for friction
+`FrictionBounds` and for a spring's mass `HalfTensions`. It is called once with symbols, so it
+chooses with `symbolic.where`, never with ``if``.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from enum import Enum, IntEnum
+from enum import IntEnum
+from math import sqrt
 
 from elastic_tendon.symbolic import Symbol
 
 
 class Slot(IntEnum):
-    """Places along the chain, in the order in which they act."""
+    """Places along the chain, in the order in which they act; effects of a slot add up."""
 
-    ANGLE_MAP = 1  # motor position -> angle of the motor pulley; effects act one after the other
-    SPRING_LAW = 2  # added force of one spring; used for the upper and the lower spring
-    JOINT_TORQUE = 3  # smooth torque added on the joint
-    DRY_FRICTION = 4  # torque bounds, summed into the one stick relation of the joint
+    MOTOR_SIGNAL = 1  # Signal -> error of the motor encoder, rad
+    ANGLE_MAP = 2  # MotorAngle -> angle of the motor pulley, rad; one effect after the other
+    SERIES_ELEMENT = 3  # Tendon -> compliance in series with the springs of a side, m/N
+    SPRING_LAW = 4  # Spring -> added force of one spring, N
+    SPRING_MASS = 5  # SpringHalves -> HalfTensions; one effect at most
+    TENDON_LOSS = 6  # JointPulley -> FrictionBounds of what is lost between tendon and joint
+    JOINT_TORQUE = 7  # Joint -> smooth torque added on the joint, N·m
+    DRY_FRICTION = 8  # Joint -> FrictionBounds, with the losses one stick relation of the joint
+    JOINT_SIGNAL = 9  # Signal -> error of the joint encoder, rad
+    SIGNAL_DELAY = 10  # None -> delay of the signals measured at the joint, s
 
 
-class Scale(Enum):
-    """Characteristic size of the actuator by which a typical magnitude is measured."""
+@dataclass(frozen=True)
+class Sizes:
+    """Characteristic sizes of an actuator, by which typical magnitudes are measured."""
 
-    ONE = "1"
-    TORQUE = "maximum joint torque R k l_max"
-    STIFFNESS = "stiffness of the softer spring"
+    torque: float  # largest torque on the joint, R k l_max, N·m
+    stiffness: float  # of one of the softer springs, N/m
+    max_deflection: float  # of the shorter spring, m
+    joint_stiffness: float  # of the joint with both tendons taut, (25), N·m/rad
+    inertia: float  # of the link, kg·m²
+    radius: float  # of the joint pulley, m
+    parallel: int  # springs side by side
+
+    @property
+    def force(self) -> float:
+        """Force of one spring at its largest deflection, N."""
+        return self.stiffness * self.max_deflection
+
+    @property
+    def frequency(self) -> float:
+        """Natural angular frequency of the joint with both tendons taut, rad/s."""
+        return sqrt(self.joint_stiffness / self.inertia)
 
 
 @dataclass(frozen=True)
@@ -37,7 +63,9 @@ class Parameter:
     """A number of an effect, as it stands in model.toml.
 
     `null` is the value at which the effect vanishes (or the default, where another parameter
-    makes it vanish). `typical` times `scale` is a typical magnitude on a real actuator.
+    makes it vanish). `typical` is a typical magnitude on a real actuator, in `unit`. `shape` marks
+    a number that says where or how fast the effect acts; the others are its strength, and grow
+    together.
     """
 
     name: str
@@ -46,19 +74,26 @@ class Parameter:
     null: float
     lower: float
     upper: float
-    typical: float
-    scale: Scale = Scale.ONE
+    typical: float | Callable[[Sizes], float]
+    shape: bool = False
+
+    def typical_for(self, sizes: Sizes) -> float:
+        """Typical magnitude on an actuator of these sizes, in `unit`."""
+        return self.typical(sizes) if callable(self.typical) else self.typical
 
 
 @dataclass(frozen=True)
 class State:
-    """A continuous state that the effect adds; in a spring's slot one for each spring."""
+    """A continuous state that the effect adds; in a spring's slot one for each spring.
+
+    `start` None: the effect's equations give it, in `Contribution.starts`.
+    """
 
     name: str
     unit: str
     meaning: str
     nominal: float
-    start: float = 0.0
+    start: float | None = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,21 +105,80 @@ class Relation:
 
 
 @dataclass(frozen=True)
+class Alias:
+    """What the effect cannot be told from by any measurement of the joint, while `when` holds.
+
+    `of` are ids of effects or dotted paths of model.toml.
+    """
+
+    of: tuple[str, ...]
+    when: str
+
+
+# ---- places --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Where an encoder reads: the true angle, rad."""
+
+    value: Symbol
+
+
+@dataclass(frozen=True)
 class MotorAngle:
     """Where an angle map acts: angles at the motor pulley, rad."""
 
     motor_position: Symbol
-    joint_position: Symbol  # joint angle seen at the motor pulley, n_t q
+    free_position: Symbol  # at which both tendons pull the pulley alike
+
+
+@dataclass(frozen=True)
+class Tendon:
+    """Where a series element acts: the tendon of one side."""
+
+    stiffness: Symbol  # of its springs together, N/m
 
 
 @dataclass(frozen=True)
 class Spring:
-    """Where a spring law acts: one spring, `elongation` from its rest length (m), rate (m/s)."""
+    """Where a spring law acts: one spring, `elongation` from its rest length (m), rate (m/s).
+
+    The law's value and state rates must be affine in `rate`, given the modes. A slack spring
+    sees the elongation at which it carries no force, not what the kinematics would ask of it.
+    """
 
     elongation: Symbol
     rate: Symbol
     stiffness: Symbol
     max_deflection: Symbol
+
+
+@dataclass(frozen=True)
+class SpringHalves:
+    """Where a spring's mass acts: between its halves.
+
+    Positions (m) and rates (m/s) along the tendon, towards the motor. `motor_half` and
+    `joint_half` give the tension (N, of all parallel springs, never negative) of a half whose
+    inner end has the given position and rate.
+    """
+
+    motor_end: Symbol
+    motor_rate: Symbol
+    joint_end: Symbol
+    joint_rate: Symbol
+    parallel: Symbol
+    motor_half: Callable[[Symbol, Symbol], Symbol]
+    joint_half: Callable[[Symbol, Symbol], Symbol]
+
+
+@dataclass(frozen=True)
+class JointPulley:
+    """Where tendons lose force to the joint pulley and guides: tensions (N), radius (m)."""
+
+    upper_tension: Symbol
+    lower_tension: Symbol
+    radius: Symbol
 
 
 @dataclass(frozen=True)
@@ -95,17 +189,21 @@ class Joint:
     velocity: Symbol
 
 
+# ---- what equations return -----------------------------------------------------------------
+
+
 @dataclass(frozen=True)
 class Contribution:
     """What an effect adds in its slot.
 
-    `value`: the mapped angle (rad), the force of one spring (N) or the joint torque (N·m).
-    `rates`: time derivative of each state. `thresholds`: for each relation the quantity whose
+    `value`: what `Slot` says. `rates`: time derivative of each state. `starts`: the states
+    that do not start from a constant. `thresholds`: for each relation the quantity whose
     sign is its mode, divided by its natural scale so that it is of order one.
     """
 
     value: Symbol
     rates: Mapping[str, Symbol] = field(default_factory=dict)
+    starts: Mapping[str, Symbol] = field(default_factory=dict)
     thresholds: Mapping[str, Symbol] = field(default_factory=dict)
 
 
@@ -117,12 +215,33 @@ class FrictionBounds:
     upper: Symbol
 
 
-Equations = Callable[..., Contribution | FrictionBounds]  # (at, p, state, mode), see above
+@dataclass(frozen=True)
+class HalfTensions:
+    """Tensions at the two ends of a spring with a mass, N; rates and starts of its states."""
+
+    motor: Symbol
+    joint: Symbol
+    rates: Mapping[str, Symbol]
+    starts: Mapping[str, Symbol] = field(default_factory=dict)
+
+
+Answer = Contribution | FrictionBounds | HalfTensions
+Equations = Callable[..., Answer]  # (at, p, state, mode), see above
+Check = Callable[[Mapping[str, float]], str]  # numbers by name -> a sentence, "" where all is well
+
+
+def _all_well(_numbers: Mapping[str, float]) -> str:
+    return ""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """One physical effect; see the module's text for the signature of `equations`."""
+    """One physical effect; see the module's text for the signature of `equations`.
+
+    Texts are sentences. `law_of`: of what the effect is the whole law; a model takes one law of
+    each. `singular_null`: at its null the effect is structurally absent, so its derivative
+    there says nothing. `refuses` and `cautions` judge the numbers of model.toml together.
+    """
 
     id: str
     title: str
@@ -132,5 +251,15 @@ class Effect:
     parameters: tuple[Parameter, ...]
     equations: Equations
     reference: str
+    law: str = ""  # the equations as a formula; q, v joint, θ motor, e elongation of one spring
+    confused_with: str = ""  # what else looks like it, and what tells them apart
+    confirm: str = ""  # how to make sure on the machine
+    cure: str = ""  # how to be rid of it
+    magnitude: str = ""  # what is typical, and on what it depends
     states: tuple[State, ...] = ()
     relations: tuple[Relation, ...] = ()
+    law_of: str = ""
+    aliases: tuple[Alias, ...] = ()
+    singular_null: bool = False
+    refuses: Check = _all_well
+    cautions: Check = _all_well

@@ -11,7 +11,7 @@ from pathlib import Path
 from elastic_tendon import compiler
 from elastic_tendon.codegen import generate
 from elastic_tendon.fmu.layout import FmuVariable, c_tables
-from elastic_tendon.model import HybridSystem
+from elastic_tendon.system import HybridSystem
 
 
 def write_sources(

@@ -190,9 +190,19 @@ class _Structure:
         pattern = patterns.outputs if one.role is Role.OUTPUT else patterns.rates
         return [self._columns[column] for column in pattern[one.index].nonzero()[0]]
 
+    def _initial_knowns(self, one: FmuVariable) -> list[FmuVariable]:
+        """Knowns, with those behind a calculated start in its place."""
+        columns: set[int] = set()
+        for known in self._knowns(one):
+            if known.role is Role.STATE and known.start is None:
+                columns.update(self._dependencies.starts[known.index].nonzero()[0])
+            else:
+                columns.add(self._columns.index(known))
+        return [self._columns[column] for column in columns]
+
     def of(self, one: FmuVariable, *, initial: bool) -> str:
         """Dependencies of an unknown; parameters are knowns in initialisation only."""
-        knowns = self._knowns(one)
+        knowns = self._initial_knowns(one) if initial else self._knowns(one)
         if not initial:
             knowns = [known for known in knowns if known.role is not Role.PARAMETER]
         elif any(known.name == "motor_velocity" for known in knowns):
@@ -204,7 +214,8 @@ def _model_structure(root: Element, description: Description) -> None:
     structure = _Structure(description)
     outputs = [one for one in structure.variables if one.is_output]
     rates = [one for one in structure.variables if one.role is Role.DERIVATIVE]
-    unknowns = [one for one in outputs + rates if one.start is None]
+    states = [one for one in structure.variables if one.role is Role.STATE and not one.is_output]
+    unknowns = [one for one in outputs + rates + states if one.start is None]
     unknowns.sort(key=lambda one: one.value_reference)
     element = SubElement(root, "ModelStructure")
     for name, listed, initial in (

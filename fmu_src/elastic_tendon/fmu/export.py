@@ -12,9 +12,10 @@ from elastic_tendon.fmu import description
 from elastic_tendon.fmu.binary import compile_binary
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.layout import layout
-from elastic_tendon.model import HybridSystem, build
+from elastic_tendon.model import build
 from elastic_tendon.output import OutputError, check_writable, write_file
 from elastic_tendon.parameters import Model
+from elastic_tendon.system import HybridSystem
 
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest a zip can hold: equal models give equal files
 

@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from math import inf
+from math import inf, isnan, nan
 
 from elastic_tendon.variables import Interface, Kind, Variable
 
@@ -111,10 +111,19 @@ def layout(interface: Interface, parameters: Mapping[str, float]) -> tuple[FmuVa
 
 def default_layout(interface: Interface) -> tuple[FmuVariable, ...]:
     """Layout with the default of every parameter, as the cached library has it."""
-    return layout(interface, {one.name: one.start for one in interface.parameters})
+    return layout(interface, {one.name: one.start or 0.0 for one in interface.parameters})
+
+
+def _c_start(one: FmuVariable) -> float:
+    """Start value; NaN asks the solver to calculate that of a state."""
+    if one.start is None:
+        return nan if one.role is Role.STATE else 0.0
+    return one.start
 
 
 def _c_number(value: float) -> str:
+    if isnan(value):
+        return "NAN"
     if value in (inf, -inf):
         return "INFINITY" if value > 0 else "-INFINITY"
     return repr(float(value))
@@ -132,7 +141,7 @@ def _row(one: FmuVariable) -> str:
         one.role.value,
         str(one.index),
         str(int(one.is_output)),
-        *(_c_number(value) for value in (one.start or 0.0, variable.lower, variable.upper)),
+        *(_c_number(value) for value in (_c_start(one), variable.lower, variable.upper)),
     )
     return f"  {{{', '.join(cells)}}},"
 

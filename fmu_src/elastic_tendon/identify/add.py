@@ -1,11 +1,12 @@
 """Add a named effect to a model, refit, and watch the error fall."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any
 
-from elastic_tendon.effects import BY_ID
+from elastic_tendon import effects, problems
 from elastic_tendon.effects.base import Effect, Parameter
 from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.identify.compare import compare
@@ -19,7 +20,7 @@ SCHEMA = "elastic-tendon/addition/1"
 
 Report = Callable[[str, float], None]  # what is being done, and the share of all that is done
 
-# multiples of the typical value from which a strength (zero where the effect vanishes) starts
+# multiples of the typical values from which the strength of an effect starts
 STRENGTHS = (0.1, 1.0, 3.0)
 # ... and any other number, which says where or how fast the effect acts
 SHAPES = (0.3, 0.6, 1.0)
@@ -68,11 +69,11 @@ def add_typical(model: Model, effect_id: str) -> Model:
 
     Raises
     ------
-    ModelError : no such effect, or the model has it already
+    ModelError : no such effect, or one that the model has already or cannot take
     """
-    _check_absent(model, effect_id)
+    _check_welcome(model, effect_id)
     return model.with_effect(
-        effect_id, {one.name: _typical(model, one) for one in BY_ID[effect_id].parameters}
+        effect_id, {one.name: _typical(model, one) for one in effects.BY_ID[effect_id].parameters}
     )
 
 
@@ -91,7 +92,7 @@ def add(
     Parameters
     ----------
     model : Model as given; its uncertainties are the prior of every step
-    effect_id : id in the catalogue, absent from the model
+    effect_id : of the catalogue or of one's own, absent from the model
     measurements : fitted
     validation : never fitted; gives its initial state on its first 0.1 s and nothing else
     report : called with words and the share of the work done, 0 to 1
@@ -102,11 +103,11 @@ def add(
 
     Raises
     ------
-    ModelError : no such effect, or the model has it already
+    ModelError : no such effect, or one that the model has already or cannot take
     MeasurementError : a recording is both fitted and held out
     SimulationError : the model as given cannot be simulated
     """
-    _check_absent(model, effect_id)
+    _check_welcome(model, effect_id)
     _check_apart(measurements, validation)
 
     def step(title: str, added: str | None, result: FitResult | None) -> Step:
@@ -114,7 +115,7 @@ def add(
         return Step(
             title=title,
             added=added,
-            parameters=0 if added is None else len(BY_ID[added].parameters),
+            parameters=0 if added is None else len(effects.BY_ID[added].parameters),
             effective=0.0 if result is None else result.findings.effective,
             comparison=compare(reached, measurements),
             heldout=compare(reached, validation) if validation else None,
@@ -132,7 +133,7 @@ def add(
     steps.append(step(REFIT, None, refit))
     interrupted = refit.interrupted
     if not interrupted:
-        words = f"adding {BY_ID[effect_id].title}"
+        words = f"adding {effects.BY_ID[effect_id].title}"
         try:
             fitted = fit(
                 model.with_effect(effect_id, None),
@@ -145,7 +146,7 @@ def add(
         else:
             interrupted = fitted.interrupted
             fits.append(fitted)
-            steps.append(step(f"+ {BY_ID[effect_id].title}", effect_id, fitted))
+            steps.append(step(f"+ {effects.BY_ID[effect_id].title}", effect_id, fitted))
     return Addition(
         effect_id=effect_id,
         model=with_estimates(fits[-1].model, fits[-1].findings.estimates),
@@ -169,25 +170,27 @@ def with_estimates(model: Model, estimates: Sequence[Estimate]) -> Model:
 
 
 def effect_by_id(effect_id: str) -> Effect:
-    """The effect of the catalogue with this id.
+    """The effect with this id, of the catalogue, loaded or of an installed package.
 
     Raises
     ------
     ModelError : there is none
+    EffectError : that of an installed package cannot be used
     """
-    if effect_id not in BY_ID:
-        raise ModelError(
-            "effects", [f"there is no effect {effect_id!r}; choose one of {', '.join(BY_ID)}"]
-        )
-    return BY_ID[effect_id]
+    effect = effects.BY_ID.find(effect_id)
+    if effect is None:
+        raise ModelError("effects", [problems.unknown_effect(effect_id, effects.BY_ID.ids())])
+    return effect
 
 
-def _check_absent(model: Model, effect_id: str) -> None:
+def _check_welcome(model: Model, effect_id: str) -> None:
+    """Whether the model can take the effect, before anything is fitted."""
     if effect_by_id(effect_id).id in model.effect_ids:
         raise ModelError(
             model.name,
             [f"it has the effect {effect_id} already; name another one, or the model without it"],
         )
+    model.with_effect(effect_id, None)
 
 
 def _check_apart(fitted: Sequence[Measurement], heldout: Sequence[Measurement]) -> None:
@@ -210,18 +213,26 @@ def _starts(given: Model, refitted: Model, effect_id: str) -> Iterator[Model]:
     yield refitted.with_effect(effect_id, None)
     for origin in (given, refitted):
         for values in _grid(origin, effect_id):
-            yield origin.with_effect(effect_id, values)
+            with suppress(ModelError):  # the effect may refuse some numbers together
+                yield origin.with_effect(effect_id, values)
 
 
 def _grid(model: Model, effect_id: str) -> Iterator[Mapping[str, float]]:
-    parameters = BY_ID[effect_id].parameters
-    choices = []
-    for parameter in parameters:
-        multiples = list(STRENGTHS if parameter.null == 0.0 else SHAPES)
-        if parameter.null == 0.0 and parameter.lower < 0.0:
-            multiples += [-one for one in multiples]
-        typical = typical_value(model, parameter)
-        values = {min(max(typical * one, parameter.lower), parameter.upper) for one in multiples}
-        choices.append(sorted(values))
-    for combination in product(*choices):
-        yield {one.name: value for one, value in zip(parameters, combination, strict=True)}
+    """Numbers of an effect to start from: several strengths, at each several shapes."""
+    parameters = effects.BY_ID[effect_id].parameters
+    strengths = [one for one in parameters if not one.shape]
+    shapes = [one for one in parameters if one.shape]
+    signed = any(one.lower < 0.0 for one in strengths)
+    for strength in _with_signs(STRENGTHS, signed):
+        for multiples in product(
+            *(_with_signs(SHAPES, one.null == 0.0 and one.lower < 0.0) for one in shapes)
+        ):
+            pairs = [*((one, strength) for one in strengths), *zip(shapes, multiples, strict=True)]
+            yield {
+                one.name: min(max(typical_value(model, one) * multiple, one.lower), one.upper)
+                for one, multiple in pairs
+            }
+
+
+def _with_signs(multiples: Sequence[float], signed: bool) -> tuple[float, ...]:
+    return (*multiples, *(-one for one in multiples)) if signed else tuple(multiples)

@@ -67,12 +67,16 @@ def simulate_measurement(
         measurement.load_torque,
         initial_state=initial.as_dict(),
         interpolation=measurement.interpolation,
+        as_measured=True,
     )
 
 
 def residuals_of(trajectory: Trajectory, measurement: Measurement) -> dict[str, Array]:
     """Simulated less measured, by signal; (n,) arrays in the signals' units."""
-    return {name: trajectory[name] - values for name, values in measurement.signals.items()}
+    return {
+        name: trajectory[trajectory.measured(name)] - values
+        for name, values in measurement.signals.items()
+    }
 
 
 def sensitivity(
@@ -104,10 +108,13 @@ def sensitivity(
         initial_states=INITIAL_STATES,
         initial_state=initial.as_dict(),
         interpolation=measurement.interpolation,
+        as_measured=True,
     )
     return Sensitivity(
         residuals=residuals_of(result.trajectory, measurement),
-        derivatives={name: result.of(name) for name in measurement.signals},
+        derivatives={
+            name: result.of(result.trajectory.measured(name)) for name in measurement.signals
+        },
     )
 
 

@@ -69,8 +69,8 @@ def _overlay_one(part: SubFigure, file: FileComparison, name: str) -> None:
     lower.set_xlabel("time (s)")
     if band > VISIBLE * quantity.small * error.max_abs:
         lower.legend(loc="best", frameon=False)
-    _tidy(upper)
-    _tidy(lower)
+    tidy(upper)
+    tidy(lower)
 
 
 def ladder(rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
@@ -120,7 +120,7 @@ def _draw_ladder(axes: Axes, rungs: Sequence[Rung], signal: str) -> None:
     axes.set_xlim(-0.4, len(rungs) - 0.6)
     axes.set_ylabel(f"RMS error, {quantity.words} ({quantity.small_unit})")
     axes.legend(frameon=False)
-    _tidy(axes)
+    tidy(axes)
 
 
 def _annotate(
@@ -185,7 +185,7 @@ def story(steps: Sequence[Step], rungs: Sequence[Rung], signal: str = "joint_pos
     for axes in (middle, bottom):
         # above the axes, below their title: the curves fill them
         axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 0.98), ncols=3)
-        _tidy(axes)
+        tidy(axes)
     return figure
 
 
@@ -224,6 +224,6 @@ def save(figure: Figure, path: Path) -> None:
     figure.savefig(path, dpi=130, metadata=metadata)
 
 
-def _tidy(axes: Axes) -> None:
+def tidy(axes: Axes) -> None:
     axes.grid(visible=True, color="0.92")
     axes.spines[["top", "right"]].set_visible(False)

@@ -7,7 +7,6 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from elastic_tendon.design import DesignTable
-from elastic_tendon.effects.base import Effect
 from elastic_tendon.identify.add import Addition
 from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.determinability import Findings
@@ -208,37 +207,3 @@ def _verdict(before: Rung, after: Rung) -> list[str]:
             "parameters alone; do not trust it."
         )
     return sentences
-
-
-def effects_table(effects: Sequence[Effect]) -> Table:
-    """Catalogue of effects."""
-    table = Table(title="Effects that can be added to a model")
-    table.add_column("id")
-    table.add_column("what it is")
-    table.add_column("parameters")
-    for effect in effects:
-        names = ", ".join(f"{one.name} ({one.unit})" for one in effect.parameters)
-        table.add_row(effect.id, effect.title, names)
-    return table
-
-
-def effect_page(effect: Effect) -> str:
-    """One effect in full, as plain text from its declaration."""
-    lines = [
-        f"{effect.title} ({effect.id})",
-        "",
-        effect.physics,
-        "",
-        f"In data: {effect.in_data}",
-        "",
-        "Parameters:",
-    ]
-    for one in effect.parameters:
-        scale = "" if one.scale.name == "ONE" else f" x {one.scale.value}"
-        lines.append(
-            f"  effects.{effect.id}.{one.name} ({one.unit}): {one.meaning}; "
-            f"{one.lower:g} to {one.upper:g}, without effect {one.null:g}, "
-            f"typical {one.typical:g}{scale}"
-        )
-    lines += ["", f"Reference: {effect.reference}"]
-    return "\n".join(lines)

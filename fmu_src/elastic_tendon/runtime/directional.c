@@ -4,21 +4,11 @@
 
 #include "instance.h"
 
-#define V_LENGTH (N_STATES + N_INPUTS + N_PARAMETERS)
-
-static void along(const Pattern *pattern, const double *nonzeros, const double *direction, int rows,
-                  double *result) {
-  for (int i = 0; i < rows; i++) result[i] = 0.0;
-  for (int j = 0; j < V_LENGTH; j++)
-    for (int k = pattern->columns[j]; k < pattern->columns[j + 1]; k++)
-      result[pattern->rows[k]] += nonzeros[k] * direction[j];
-}
-
 /* Change of rates and outputs along a direction in v, modes held. Needs a valid view. */
 static void derive(const Instance *instance, const double *direction, double *rates,
                    double *outputs) {
   const View *view = &instance->view;
-  const double *p = instance->state.parameter;
+  const double *p = instance->solver.p;
   double by_rates[N_RATES_JACOBIAN], by_outputs[N_OUTPUTS_JACOBIAN];
   model_rates_jacobian(view->x, view->u, p, view->mode, by_rates);
   model_outputs_jacobian(view->x, view->u, p, view->mode, by_outputs);
@@ -26,11 +16,22 @@ static void derive(const Instance *instance, const double *direction, double *ra
   along(&outputs_jacobian_pattern, by_outputs, direction, N_OUTPUTS, outputs);
 }
 
+/* While initialising, states whose start is calculated follow the knowns. Needs a valid view. */
+static int starts_follow(const Instance *instance, double *direction) {
+  const View *view = &instance->view;
+  int calculated[N_STATES];
+  double nonzeros[N_STARTS_JACOBIAN];
+  if (!find_calculated(instance->state.motion.x, calculated)) return 1;
+  model_starts_jacobian(view->x, view->u, instance->solver.p, view->mode, nonzeros);
+  return follow_starts(calculated, nonzeros, direction);
+}
+
 /* Place of a known in v, or -1. */
 static int place(const Instance *instance, unsigned reference) {
   const VariableInfo *variable = &variables[reference];
   switch (variable->role) {
-    case ROLE_STATE: return V_STATES + variable->index;
+    case ROLE_STATE:
+      return isnan(instance->state.motion.x[variable->index]) ? -1 : V_STATES + variable->index;
     case ROLE_INPUT: return V_INPUTS + variable->index;
     case ROLE_PARAMETER:
       return instance->state.phase == INITIALISATION ? V_PARAMETERS + variable->index : -1;
@@ -80,6 +81,8 @@ static Status directional(Instance *instance, const unsigned *unknown, size_t n_
     return STATUS_ERROR;
   for (size_t i = 0; i < n_knowns; i++) direction[place(instance, known[i])] += seed[i];
   if (!instance->state.motor_velocity_connected) direction[V_INPUTS + MOTOR_VELOCITY] = 0.0;
+  if (!starts_follow(instance, direction))
+    return report(instance, STATUS_ERROR, "%s", outcome_text(STARTS_DO_NOT_SETTLE));
   derive(instance, direction, rates, outputs);
   for (size_t i = 0; i < n_unknowns; i++)
     result[i] = pick(&variables[unknown[i]], direction, rates, outputs);

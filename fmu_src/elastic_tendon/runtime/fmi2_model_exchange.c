@@ -77,7 +77,7 @@ fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], s
       !sized(instance, ni, N_INDICATORS) || look(instance) != STATUS_OK)
     return fmi2Error;
   const View *view = &instance->view;
-  model_indicators(view->x, view->u, instance->state.parameter, view->mode, eventIndicators);
+  model_indicators(view->x, view->u, instance->solver.p, view->mode, eventIndicators);
   return fmi2OK;
 }
 
@@ -85,7 +85,8 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
   Instance *instance = enter(c, "fmi2GetContinuousStates",
                              INITIALISATION | EVENT | CONTINUOUS | TERMINATED, MODEL_EXCHANGE);
   if (!instance || !given(instance, x, 1, "x") || !sized(instance, nx, N_STATES)) return fmi2Error;
-  memcpy(x, instance->state.motion.x, sizeof instance->state.motion.x);
+  for (int i = 0; i < N_STATES; i++)
+    if (state_value(instance, i, &x[i]) != STATUS_OK) return fmi2Error;
   return fmi2OK;
 }
 

@@ -182,6 +182,14 @@ static void store_input_rate(Instance *instance, unsigned reference, double valu
   instance->view.valid = 0;
 }
 
+static Status state_value(Instance *instance, int i, double *value) {
+  *value = instance->state.motion.x[i];
+  if (!isnan(*value)) return STATUS_OK;
+  if (look(instance) != STATUS_OK) return STATUS_ERROR; /* calculates its start */
+  *value = instance->view.x[i];
+  return STATUS_OK;
+}
+
 static Status get(Instance *instance, unsigned reference, double *value) {
   const State *state = &instance->state;
   const VariableInfo *variable = &variables[reference];
@@ -189,14 +197,15 @@ static Status get(Instance *instance, unsigned reference, double *value) {
   switch (variable->role) {
     case ROLE_TIME: *value = state->motion.time; return STATUS_OK;
     case ROLE_INPUT: *value = state->input[i]; return STATUS_OK;
-    case ROLE_STATE: *value = state->motion.x[i]; return STATUS_OK;
+    case ROLE_STATE: return state_value(instance, i, value);
     case ROLE_PARAMETER: *value = state->parameter[i]; return STATUS_OK;
     case ROLE_OPTION: *value = state->motor_velocity_connected; return STATUS_OK;
     case ROLE_DERIVATIVE:
     case ROLE_OUTPUT: break;
   }
   if (look(instance) != STATUS_OK) return STATUS_ERROR;
-  *value = variable->role == ROLE_OUTPUT ? instance->view.outputs[i] : instance->view.rates[i];
+  const View *view = &instance->view;
+  *value = variable->role == ROLE_OUTPUT ? view->outputs[i] : view->rates[i];
   return STATUS_OK;
 }
 
@@ -209,7 +218,9 @@ static void load(Instance *instance, double origin) {
   Solver *solver = &instance->solver;
   Signal *signal = &solver->signal;
   memcpy(&solver->motion, &state->motion, sizeof solver->motion);
-  solver->p = state->parameter;
+  memcpy(instance->prepared, state->parameter, sizeof state->parameter);
+  model_prepare(instance->prepared, instance->prepared + N_PARAMETERS);
+  solver->p = instance->prepared;
   solver->tolerance = state->tolerance;
   solver->vector = instance->memory;
   memset(signal, 0, sizeof *signal);

@@ -87,6 +87,7 @@ struct Instance {
   State state;
   Solver solver; /* its motion and signal are scratch: loaded from the state before use */
   double memory[SOLVER_MEMORY(0)];
+  double prepared[N_PREPARED]; /* the parameters, as the solver takes them */
   View view;
   int interface;
   const char *call; /* the façade's function being executed, for messages */
@@ -122,6 +123,8 @@ static Status check_input_rate(Instance *instance, unsigned reference, int order
 static void store_input_rate(Instance *instance, unsigned reference, double value);
 /* Value of an existing reference. */
 static Status get(Instance *instance, unsigned reference, double *value);
+/* Value of a state; a start that is calculated is known from initialisation mode on. */
+static Status state_value(Instance *instance, int i, double *value);
 /* Make view hold what follows from the state. */
 static Status look(Instance *instance);
 

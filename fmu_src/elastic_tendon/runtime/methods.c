@@ -47,7 +47,7 @@ static void multiply(const Pattern *pattern, const double *nonzeros, const doubl
  * vectors, so the compiler evaluates what depends on parameters alone once for all stages. */
 typedef struct {
   Signal signal;
-  double p[N_PARAMETERS], mode[N_MODES];
+  double p[N_PREPARED], mode[N_MODES];
 } Frozen;
 
 ALWAYS_INLINE Frozen freeze(const Solver *s) {

@@ -43,13 +43,18 @@ static void polynomial(const double *value, const double *slope, long long i, do
   c[3] = (slope[i] + slope[i + 1] - 2 * mean) / (h * h);
 }
 
-static void signal_from_samples(const Simulation *sim, long long i, Signal *signal) {
-  const double h = sim->time[i + 1] - sim->time[i];
+/* Inputs after sample i until the next, on a clock that is late by `delay`. After the last sample
+ * they stay: only HOLD sees another value there than the segment's end. */
+static void signal_after(const Simulation *sim, long long i, double delay, Signal *signal) {
+  const int last = i + 1 == sim->n_samples;
+  if (last && sim->interpolation != HOLD) return;
+  const long long interpolation = last ? HOLD : sim->interpolation;
+  const double h = last ? 0.0 : sim->time[i + 1] - sim->time[i];
   double *position = signal->coefficient[MOTOR_POSITION];
   double *velocity = signal->coefficient[MOTOR_VELOCITY];
-  signal->origin = sim->time[i];
-  polynomial(sim->motor_position, sim->position_slope, i, h, sim->interpolation, position);
-  polynomial(sim->load_torque, sim->load_slope, i, h, sim->interpolation,
+  signal->origin = sim->time[i] + delay;
+  polynomial(sim->motor_position, sim->position_slope, i, h, interpolation, position);
+  polynomial(sim->load_torque, sim->load_slope, i, h, interpolation,
              signal->coefficient[LOAD_TORQUE]);
   velocity[0] = position[1];
   velocity[1] = 2 * position[2];
@@ -57,46 +62,117 @@ static void signal_from_samples(const Simulation *sim, long long i, Signal *sign
   velocity[3] = 0.0;
 }
 
-/* After the last sample inputs stay: only HOLD sees another value there than the segment's end. */
-static void signal_at_last_sample(const Simulation *sim, Signal *signal) {
-  if (sim->interpolation != HOLD) return;
-  signal->origin = sim->time[sim->n_samples - 1];
-  signal->coefficient[MOTOR_POSITION][0] = sim->motor_position[sim->n_samples - 1];
-  signal->coefficient[LOAD_TORQUE][0] = sim->load_torque[sim->n_samples - 1];
+/* ---- delayed signals ---------------------------------------------------------------------------
+ *
+ * Signals of the joint that are recorded late are those of a model whose inputs come late: the
+ * model's clock is that of the recording, and what is measured at the motor is seen `delay` later.
+ */
+
+#define DELAYED (N_DELAY_JACOBIAN > 0)
+
+/* Before the first sample inputs are as there. */
+static void signal_before_samples(const Simulation *sim, Signal *signal) {
+  memset(signal, 0, sizeof *signal);
+  signal->origin = sim->time[0];
+  signal->coefficient[MOTOR_POSITION][0] = sim->motor_position[0];
+  signal->coefficient[LOAD_TORQUE][0] = sim->load_torque[0];
 }
 
-static void write_derivatives(const Solver *s, const double *u, double *derivatives) {
+/* Derivative of the delay by each direction. */
+static void delay_slopes(const Solver *s, double *slope) {
+  double u[N_INPUTS], nonzeros[N_DELAY_JACOBIAN + 1], none[N_STATES] = {0};
+  signal_at(&s->signal, s->motion.time, u);
+  model_delay_jacobian(s->motion.x, u, s->p, s->motion.mode, nonzeros);
+  for (int j = 0; j < s->n_directions; j++)
+    multiply(&delay_jacobian_pattern, nonzeros, none, s->direction[j], 1, &slope[j]);
+}
+
+/* A longer delay: the model has waited longer at its start, and is seen earlier (`write_...`). */
+static void shift_sensitivities(Solver *s, const double *slope) {
+  double u[N_INPUTS], rate[N_STATES];
+  signal_at(&s->signal, s->motion.time, u);
+  model_rates(s->motion.x, u, s->p, s->motion.mode, rate);
+  for (int j = 0; j < s->n_directions; j++)
+    for (int i = 0; i < N_STATES; i++) s->vector[LENGTH(j) + i] += slope[j] * rate[i];
+}
+
+/* Start as without delay, then wait with the inputs of the first sample. */
+static Outcome begin_delayed(Solver *s, const Simulation *sim, const double *slope) {
+  signal_after(sim, 0, 0.0, &s->signal);
+  Outcome outcome = solver_settle(s);
+  if (outcome != SOLVED) return outcome;
+  signal_before_samples(sim, &s->signal);
+  outcome = solver_settle(s);
+  if (outcome == SOLVED) shift_sensitivities(s, slope);
+  return outcome;
+}
+
+/* ---- samples --------------------------------------------------------------------------------- */
+
+/* Rates of the outputs in time. */
+static void output_rates_at(const Solver *s, const double *u, const double *nonzeros,
+                            double *rate) {
+  double x_rate[N_STATES], u_rate[N_INPUTS];
+  model_rates(s->motion.x, u, s->p, s->motion.mode, x_rate);
+  signal_rate(&s->signal, s->motion.time, u_rate);
+  multiply(&outputs_jacobian_pattern, nonzeros, x_rate, -1, N_OUTPUTS, rate);
+  for (int j = 0; j < N_INPUTS; j++)
+    for (int k = outputs_jacobian_pattern.columns[V_INPUTS + j];
+         k < outputs_jacobian_pattern.columns[V_INPUTS + j + 1]; k++)
+      rate[outputs_jacobian_pattern.rows[k]] += nonzeros[k] * u_rate[j];
+}
+
+static void write_derivatives(const Solver *s, const double *u, const double *slope, int at_motor,
+                              double *derivatives) {
   const int m = s->n_directions;
-  double nonzeros[N_OUTPUTS_JACOBIAN], column[N_OUTPUTS];
+  double nonzeros[N_OUTPUTS_JACOBIAN], column[N_OUTPUTS], rate[N_OUTPUTS] = {0};
   model_outputs_jacobian(s->motion.x, u, s->p, s->motion.mode, nonzeros);
+  if (DELAYED && !at_motor) output_rates_at(s, u, nonzeros, rate);
   for (int j = 0; j < m; j++) {
     multiply(&outputs_jacobian_pattern, nonzeros, s->vector + LENGTH(j), s->direction[j], N_OUTPUTS,
              column);
-    for (int i = 0; i < N_OUTPUTS; i++) derivatives[i * m + j] = column[i];
+    for (int i = 0; i < N_OUTPUTS; i++)
+      if (output_at_motor[i] == at_motor) derivatives[i * m + j] = column[i] - slope[j] * rate[i];
   }
 }
 
-static void write_sample(const Solver *s, long long i, Simulation *sim) {
-  double u[N_INPUTS];
+/* Outputs of sample i that are measured at the joint or at the motor. */
+static void write_sample(const Solver *s, long long i, const double *slope, int at_motor,
+                         Simulation *sim) {
+  double u[N_INPUTS], outputs[N_OUTPUTS];
   signal_at(&s->signal, s->motion.time, u);
-  memcpy(sim->states + i * N_STATES, s->motion.x, sizeof s->motion.x);
-  model_outputs(s->motion.x, u, s->p, s->motion.mode, sim->outputs + i * N_OUTPUTS);
+  model_outputs(s->motion.x, u, s->p, s->motion.mode, outputs);
+  for (int k = 0; k < N_OUTPUTS; k++)
+    if (output_at_motor[k] == at_motor) sim->outputs[i * N_OUTPUTS + k] = outputs[k];
+  if (!at_motor) memcpy(sim->states + i * N_STATES, s->motion.x, sizeof s->motion.x);
   if (s->n_directions > 0)
-    write_derivatives(s, u, sim->output_derivatives + i * N_OUTPUTS * s->n_directions);
+    write_derivatives(s, u, slope, at_motor,
+                      sim->output_derivatives + i * N_OUTPUTS * s->n_directions);
 }
 
-static Outcome run(Solver *s, Simulation *sim) {
-  for (long long i = 0; i < sim->n_samples; i++) {
-    Outcome outcome = SOLVED;
-    if (i > 0) outcome = solver_advance(s, sim->time[i]);
+/* `slope` is work of n_directions. */
+static Outcome run(Solver *s, Simulation *sim, double *slope) {
+  long long joint = 0, motor = 0; /* samples written */
+  double u[N_INPUTS] = {0}, delay = 0.0;
+  if (DELAYED) {
+    model_delay(s->motion.x, u, s->p, s->motion.mode, &delay);
+    delay_slopes(s, slope);
+    const Outcome outcome = begin_delayed(s, sim, slope);
     if (outcome != SOLVED) return outcome;
-    if (i + 1 < sim->n_samples)
-      signal_from_samples(sim, i, &s->signal);
-    else
-      signal_at_last_sample(sim, &s->signal);
+  }
+  while (motor < sim->n_samples) {
+    const double knot = sim->time[motor] + delay;
+    const int at_sample = joint < sim->n_samples && sim->time[joint] <= knot;
+    const double stop = at_sample ? sim->time[joint] : knot;
+    const int at_knot = knot <= stop;
+    Outcome outcome = SOLVED;
+    if (stop > s->motion.time) outcome = solver_advance(s, stop);
+    if (outcome != SOLVED) return outcome;
+    if (at_knot) signal_after(sim, motor, delay, &s->signal);
     outcome = solver_settle(s);
     if (outcome != SOLVED) return outcome;
-    write_sample(s, i, sim);
+    if (at_sample) write_sample(s, joint++, slope, 0, sim);
+    if (at_knot) write_sample(s, motor++, slope, 1, sim);
   }
   return SOLVED;
 }
@@ -104,19 +180,22 @@ static Outcome run(Solver *s, Simulation *sim) {
 /* Returns an Outcome, or -1 where memory is short. */
 EXPORT int elastic_tendon_simulate(Simulation *sim) {
   const int m = (int)sim->n_directions;
-  Solver s = {.p = sim->parameters,
+  double p[N_PREPARED];
+  memcpy(p, sim->parameters, sizeof(double) * N_PARAMETERS);
+  model_prepare(p, p + N_PARAMETERS);
+  Solver s = {.p = p,
               .tolerance = sim->tolerance,
               .n_directions = m,
               .direction = sim->direction,
               .event_time = sim->event_time,
               .event_capacity = sim->event_capacity};
-  s.vector = calloc(SOLVER_MEMORY((size_t)m), sizeof(double));
+  s.vector = calloc(SOLVER_MEMORY((size_t)m) + (size_t)m, sizeof(double));
   if (!s.vector) return -1;
   memcpy(s.motion.x, sim->initial_state, sizeof s.motion.x);
   for (int j = 0; j < m; j++)
     if (s.direction[j] < N_STATES) s.vector[LENGTH(j) + s.direction[j]] = 1.0;
   solver_restart(&s, sim->time[0]);
-  const Outcome outcome = run(&s, sim);
+  const Outcome outcome = run(&s, sim, s.vector + SOLVER_MEMORY((size_t)m));
   sim->statistics = s.statistics;
   sim->failure_time = s.motion.time;
   free(s.vector);

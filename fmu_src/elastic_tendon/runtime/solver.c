@@ -7,6 +7,8 @@
 
 #include "events.c"
 
+#include "starts.c"
+
 #define MAX_STEPS 10000000
 #define MAX_EVENTS_AT_ONE_TIME 64
 #define LONG_STEP 0.005 /* squared error of a step two thirds of what accuracy allows */
@@ -19,6 +21,7 @@ static const char *outcome_text(Outcome outcome) {
     case STEP_TOO_SMALL: return "the step size fell below the resolution of time";
     case TOO_MANY_STEPS: return "more than ten million steps would be needed";
     case EVENTS_DO_NOT_SETTLE: return "the slack or friction states do not settle";
+    case STARTS_DO_NOT_SETTLE: return "the starts of the springs' states do not settle";
     case NOT_FINITE: return "a state or its rate is not finite";
   }
   return "unknown outcome";
@@ -71,6 +74,12 @@ static double spectral_radius(const double *matrix) {
   return exp(log_radius);
 }
 
+static double stiffness(Solver *s) {
+  double jacobian[N_STATES * N_STATES];
+  jacobian_at(s, s->motion.time, s->vector, jacobian);
+  return spectral_radius(jacobian);
+}
+
 /* Choose the method for the next steps by step size times spectral radius: Dormand-Prince is
  * stable up to about 3, so a mean near it says that stability, not accuracy, limits the step;
  * a step of Radau costs as much as several explicit ones. */
@@ -78,10 +87,18 @@ ALWAYS_INLINE void judge_stiffness(Solver *s, double h) {
   Motion *motion = &s->motion;
   motion->span += h;
   if (++motion->judged < STEPS_TO_JUDGE) return;
-  double jacobian[N_STATES * N_STATES];
-  jacobian_at(s, motion->time, s->vector, jacobian);
-  const double pace = spectral_radius(jacobian) * motion->span / motion->judged;
+  const double pace = stiffness(s) * motion->span / motion->judged;
   motion->implicit = motion->implicit ? pace > 5.0 : pace > 2.5;
+  motion->judged = 0;
+  motion->span = 0.0;
+}
+
+/* A state that rests where it is attracted strongly, as saturated hysteresis, has no error in an
+ * unstable step, but its sensitivities, which do not choose the step, grow without bound. */
+ALWAYS_INLINE void keep_sensitivities_stable(Solver *s, double h) {
+  Motion *motion = &s->motion;
+  if (motion->implicit || h * stiffness(s) <= 3.0) return;
+  motion->implicit = 1;
   motion->judged = 0;
   motion->span = 0.0;
 }
@@ -126,6 +143,7 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     if (count > MAX_STEPS) return TOO_MANY_STEPS;
     if (motion->time + h == motion->time) return STEP_TOO_SMALL;
 
+    if (m > 0) keep_sensitivities_stable(s, h);
     const int implicit = motion->implicit;
     const double error = take_step(s, y, m, h, k, trial);
     if (!(error <= 1.0)) {
@@ -166,7 +184,8 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
 static Outcome solver_settle(Solver *s) {
   double *work = s->vector + LENGTH(s->n_directions);
   memcpy(s->vector, s->motion.x, sizeof s->motion.x);
-  const Outcome outcome = settle(s, -1, work);
+  Outcome outcome = s->motion.fresh ? calculate_starts(s) : SOLVED;
+  if (outcome == SOLVED) outcome = settle(s, -1, work);
   memcpy(s->motion.x, s->vector, sizeof s->motion.x);
   return outcome;
 }

@@ -31,12 +31,19 @@ typedef struct {
   long long steps, implicit_steps, rejected, rates, events, grazing;
 } Statistics;
 
-typedef enum { SOLVED, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENTS_DO_NOT_SETTLE, NOT_FINITE } Outcome;
+typedef enum {
+  SOLVED,
+  STEP_TOO_SMALL,
+  TOO_MANY_STEPS,
+  EVENTS_DO_NOT_SETTLE,
+  STARTS_DO_NOT_SETTLE,
+  NOT_FINITE
+} Outcome;
 
 typedef struct {
   Motion motion;
   Signal signal;
-  const double *p;
+  const double *p;      /* N_PREPARED numbers, see model.h */
   double tolerance;     /* relative, and absolute in units of the states' nominals */
   int n_directions;     /* sensitivities: number of columns, */
   const int *direction; /* for each the index in v, */
@@ -52,7 +59,8 @@ typedef struct {
 
 static const char *outcome_text(Outcome outcome);
 
-/* Start afresh at a time, from the states in motion.x: modes and solver memory as at creation. */
+/* Start afresh at a time, from the states in motion.x: modes and solver memory as at creation. A
+ * state that is NaN gets its calculated start when the solver settles. */
 static void solver_restart(Solver *s, double time);
 
 /* Make modes and states consistent with inputs, parameters and states at the present time; call

@@ -24,7 +24,7 @@ static int any_in_column(const Pattern *pattern, const double *nonzeros, int col
 static int uses_motor_velocity(const Instance *instance, const double *mode) {
   const int column = V_INPUTS + MOTOR_VELOCITY;
   const View *view = &instance->view;
-  const double *p = instance->state.parameter;
+  const double *p = instance->solver.p;
   double rates[N_RATES_JACOBIAN], outputs[N_OUTPUTS_JACOBIAN];
   model_rates_jacobian(view->x, view->u, p, mode, rates);
   model_outputs_jacobian(view->x, view->u, p, mode, outputs);

@@ -1,0 +1,149 @@
+"""The effects that are known: those of the catalogue, and those that the user named.
+
+An effect of one's own is a Python file that defines ``EFFECT``, given by its path, or an entry
+point of the group ``elastic_tendon.effects`` in an installed package. The entry point is named by
+the effect's id and refers to the module that defines ``EFFECT`` or to the `Effect` in it. Nothing
+is run before a command, a call or a model.toml names it.
+"""
+
+from collections.abc import Iterable
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from inspect import getfile
+from pathlib import Path
+from types import ModuleType
+
+from elastic_tendon.effects.base import Effect
+from elastic_tendon.effects.source import Source, read_source, reason
+from elastic_tendon.errors import EffectError
+
+GROUP = "elastic_tendon.effects"
+
+
+class Registry(dict[str, Effect]):
+    """Effects by id: the catalogue in its order, then those that were loaded, by their ids.
+
+    The order does not depend on that of loading, and so neither do the order in which effects
+    act, the compiled library and the FMU.
+    """
+
+    def __init__(self, catalogue: Iterable[Effect]) -> None:
+        super().__init__((effect.id, effect) for effect in catalogue)
+        self._catalogue = tuple(self)
+        self._sources: dict[str, Source] = {}
+
+    def load(self, path: str | Path) -> Effect:
+        """Run a Python file and register the effect that it defines as ``EFFECT``.
+
+        Parameters
+        ----------
+        path : of the file; a file that is loaded already is not run again
+
+        Returns
+        -------
+        Effect
+
+        Raises
+        ------
+        EffectError
+            for a file that cannot be used
+        """
+        source = read_source(Path(path))
+        for effect_id, loaded in self._sources.items():
+            if loaded.file == source.file:
+                if loaded.content != source.content:
+                    raise source.error("it changed after it was loaded; start Python anew")
+                return self[effect_id]
+        effect = _checked(source.run(), source)
+        self._check_free(effect.id, source)
+        return self._add(effect, source)
+
+    def find(self, effect_id: str) -> Effect | None:
+        """The effect with this id, imported from an installed package where one has it.
+
+        Raises
+        ------
+        EffectError
+            for an effect of a package that cannot be used
+        """
+        if effect_id not in self and (entries := self.installed().get(effect_id)):
+            self._import(entries)
+        return self.get(effect_id)
+
+    def installed(self) -> dict[str, tuple[EntryPoint, ...]]:
+        """Entry points of effects that are not loaded, by id; none of them is imported."""
+        found: dict[str, tuple[EntryPoint, ...]] = {}
+        for entry in entry_points(group=GROUP):
+            if entry.name not in self:
+                found[entry.name] = (*found.get(entry.name, ()), entry)
+        return found
+
+    def ids(self) -> tuple[str, ...]:
+        """What a model can name: the effects that are loaded, then those only installed."""
+        return (*self, *sorted(self.installed()))
+
+    def content(self, effect: Effect) -> bytes:
+        """The Python file from which an effect was loaded, as it was then."""
+        source = self._sources.get(effect.id)
+        return source.content if source else Path(getfile(effect.equations)).read_bytes()
+
+    def _import(self, entries: tuple[EntryPoint, ...]) -> None:
+        entry = entries[0]
+        words = f"the effect {entry.name} of {package(entry)}"
+        if len(entries) > 1:
+            packages = " and ".join(package(one) for one in entries)
+            raise EffectError(f"{packages} both have an effect {entry.name}; uninstall one")
+        try:
+            spec = find_spec(entry.module)
+        except Exception as error:
+            raise EffectError(f"{words} cannot be imported: {reason(error)}") from None
+        if spec is None or spec.origin is None or not spec.has_location:
+            raise EffectError(f"{words} cannot be imported: there is no module {entry.module}")
+        source = read_source(Path(spec.origin), spec.origin)
+        try:
+            loaded = entry.load()
+        except (Exception, SystemExit) as error:
+            raise source.blamed(error, f"{words} cannot be imported") from None
+        effect = _checked(loaded, source)
+        if effect.id != entry.name:
+            raise source.error(
+                f"its id is {effect.id}, but its entry point is called {entry.name}; "
+                "give both the same name",
+                source.line_of(effect.id),
+            )
+        self._add(effect, source)
+
+    def _check_free(self, effect_id: str, source: Source) -> None:
+        if effect_id in self._sources:
+            owner = str(self._sources[effect_id].path)
+        elif effect_id in self:
+            owner = "the catalogue"
+        elif entries := self.installed().get(effect_id):
+            owner = package(entries[0])
+        else:
+            return
+        fault = f"{owner} has an effect {effect_id} already; give this one another id"
+        raise source.error(fault, source.line_of(effect_id))
+
+    def _add(self, effect: Effect, source: Source) -> Effect:
+        self._sources[effect.id] = source
+        self[effect.id] = effect
+        for effect_id in sorted(self.keys() - set(self._catalogue)):
+            self[effect_id] = self.pop(effect_id)
+        return effect
+
+
+def _checked(loaded: object, source: Source) -> Effect:
+    """The effect, if it is one that can be used; of a module its ``EFFECT``."""
+    from elastic_tendon.effects.checks import check  # needs CasADi
+
+    if not isinstance(loaded, ModuleType):
+        return check(loaded, source)
+    if not hasattr(loaded, "EFFECT"):
+        raise source.error("it defines no EFFECT; end it with EFFECT = Effect(...)")
+    return check(loaded.EFFECT, source)
+
+
+def package(entry: EntryPoint) -> str:
+    """Name and version of the installed package that has an entry point."""
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an installed package"

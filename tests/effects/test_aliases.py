@@ -1,0 +1,93 @@
+"""Aliases that effects declare: what they say cannot be told apart gives the same measurement."""
+
+import numpy as np
+import pytest
+from contract_cases import LOAD, MOTOR, PAPER, TIME
+
+from elastic_tendon.compiled import simulate
+from elastic_tendon.effects import BY_ID, CATALOGUE
+
+AGREEMENT = 1e-9  # rad, of two integrators at 1e-11
+OFFSET = 0.05  # rad at the motor pulley
+
+GEARED = PAPER.with_values({"transmission.motor_pulley_radius": 0.02})
+
+
+def measured(model, **options):
+    options |= {"as_measured": True, "tolerance": 1e-11}
+    motion = simulate(model, TIME, MOTOR, LOAD, **options)
+    return motion[motion.measured("joint_position")]
+
+
+def with_offsets(model):
+    """The same misalignment, at the motor's encoder and at the joint's; what each measures."""
+    at_joint = -OFFSET * 0.02 / 0.03
+    motor = model.with_effect("motor_encoder_offset", {"offset": OFFSET})
+    joint = model.with_effect("joint_encoder_offset", {"offset": at_joint})
+    # the joint rests where the motor truly is
+    start = {"joint_position": at_joint}
+    return measured(motor, initial_state=start), measured(joint)
+
+
+def test_encoder_offsets_are_the_same_once_the_start_is_free():
+    at_motor, at_joint = with_offsets(GEARED)
+    assert np.abs(at_motor - measured(GEARED)).max() > 0.5 * OFFSET
+    assert np.abs(at_motor - at_joint).max() < AGREEMENT
+
+
+@pytest.mark.parametrize(
+    ("effect", "numbers"),
+    [
+        ("gravity_load", {"torque": 2.0, "angle": 0.3}),
+        ("joint_stop", {"lower": -0.3, "upper": 0.3, "stiffness": 500.0}),
+        ("pulley_eccentricity", {"amplitude": 0.1, "phase": 0.4}),
+    ],
+)
+def test_encoder_offsets_differ_where_an_effect_knows_the_angle(effect, numbers):
+    at_motor, at_joint = with_offsets(GEARED.with_effect(effect, numbers))
+    assert np.abs(at_motor - at_joint).max() > 1e-4
+
+
+def softer(model, compliance):
+    """The springs that are as soft as springs and tendons together."""
+    values = {}
+    for side in ("upper", "lower"):
+        spring = getattr(model.transmission, f"{side}_spring")
+        together = 1 + compliance * spring.combined_stiffness
+        values[f"transmission.{side}_spring.stiffness"] = spring.stiffness / together
+    return model.with_values(values)
+
+
+def compliant_and_softer(model):
+    compliance = 8e-6
+    tendon = model.with_effect("tendon_compliance", {"compliance": compliance})
+    return measured(tendon), measured(softer(model, compliance))
+
+
+def test_tendon_compliance_is_softer_springs_without_damping():
+    tendon, springs = compliant_and_softer(GEARED)
+    assert np.abs(tendon - measured(GEARED)).max() > 1e-2
+    assert np.abs(tendon - springs).max() < AGREEMENT
+
+
+def test_tendon_compliance_differs_with_damping():
+    damping = {f"transmission.{side}_spring.damping": 30.0 for side in ("upper", "lower")}
+    tendon, springs = compliant_and_softer(GEARED.with_values(damping))
+    assert np.abs(tendon - springs).max() > 1e-4
+
+
+def test_tendon_compliance_differs_with_hardening_springs():
+    hard = GEARED.with_effect("spring_hardening", {"cubic_stiffness": 5e7})
+    tendon, springs = compliant_and_softer(hard)
+    assert np.abs(tendon - springs).max() > 1e-4
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.id)
+def test_aliases_exist_and_are_declared_on_both_sides(effect):
+    for alias in effect.aliases:
+        assert alias.when
+        for other in alias.of:
+            if other in BY_ID:
+                assert any(effect.id in back.of for back in BY_ID[other].aliases)
+            else:
+                assert other in PAPER.values()

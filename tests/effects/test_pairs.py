@@ -1,0 +1,91 @@
+"""Every two effects together: they compose, in any order, and each still vanishes at its null.
+
+A sample of the pairs runs in CI, all of them with ``-m slow``.
+"""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from contract_cases import CROOKED, LOAD, MOTOR, TIME, with_typical
+
+from elastic_tendon.compiled import sensitivities, simulate
+from elastic_tendon.effects import CATALOGUE
+from elastic_tendon.errors import ModelError
+
+NULL_ERROR = 1e-8  # rad
+DIFFERENCES = 1e-4  # relative: two effects have more events, at which differences lose digits
+SAMPLE = 20
+
+ALLOWED = [
+    pair
+    for pair in combinations(CATALOGUE, 2)
+    if not pair[0].law_of or pair[0].law_of != pair[1].law_of
+]
+REFUSED = [pair for pair in combinations(CATALOGUE, 2) if pair not in ALLOWED]
+IN_CI = set(np.random.default_rng(5).choice(len(ALLOWED), SAMPLE, replace=False))
+
+
+def name(pair):
+    return "-".join(effect.id for effect in pair)
+
+
+allowed = pytest.mark.parametrize(
+    "pair",
+    [
+        pytest.param(pair, id=name(pair), marks=[] if i in IN_CI else [pytest.mark.slow])
+        for i, pair in enumerate(ALLOWED)
+    ],
+)
+
+
+def measured(model, **options):
+    motion = simulate(model, TIME, MOTOR, LOAD, as_measured=True, **options)
+    return motion[motion.measured("joint_position")]
+
+
+@allowed
+def test_two_effects(pair):
+    first, second = pair
+    model = with_typical(with_typical(CROOKED, first), second)
+    reverse = with_typical(with_typical(CROOKED, second), first)
+    both = measured(model, tolerance=1e-11)
+    assert np.isfinite(both).all()
+    assert np.array_equal(both, measured(reverse, tolerance=1e-11))
+    for one, other in (pair, pair[::-1]):
+        alone = with_typical(CROOKED, one)
+        vanished = measured(alone.with_effect(other.id, None), tolerance=1e-11)
+        assert np.abs(vanished - measured(alone, tolerance=1e-11)).max() < NULL_ERROR, other.id
+
+
+@allowed
+def test_sensitivities_of_two_effects(pair):
+    model = with_typical(with_typical(CROOKED, pair[0]), pair[1])
+    paths = [path for path in model.values() if path.startswith("effects.")]
+    options = {"interpolation": "cubic", "as_measured": True}
+    exact = sensitivities(model, TIME, MOTOR, LOAD, parameters=paths, tolerance=1e-10, **options)
+    derivatives = exact.of(exact.trajectory.measured("joint_position"))
+    for path, column in zip(paths, derivatives.T, strict=True):
+        value = model.values()[path]
+        step = 1e-5 * value
+        high, low = (
+            measured(
+                model.with_values({path: value + sign * step}),
+                interpolation="cubic",
+                tolerance=1e-12,
+            )
+            for sign in (1, -1)
+        )
+        error = np.linalg.norm((high - low) / (2 * step) - column)
+        assert error <= DIFFERENCES * np.linalg.norm(column), path
+
+
+@pytest.mark.parametrize("pair", REFUSED, ids=name)
+def test_two_laws_of_the_same_are_refused(pair):
+    with pytest.raises(ModelError, match="both laws of"):
+        with_typical(with_typical(CROOKED, pair[0]), pair[1])
+
+
+def test_there_are_pairs_of_both_kinds():
+    assert len(ALLOWED) > 100
+    assert len(REFUSED) == 3

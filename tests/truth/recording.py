@@ -1,0 +1,57 @@
+"""What encoders with offsets and a late joint side record of a motion."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from truth.actuator import Actuator
+from truth.signals import Experiment, later
+from truth.solver import Trajectory, simulate
+
+Vector = NDArray[np.float64]
+
+# signals that come from the joint's side, and so late
+JOINT_SIDE = ("joint_position", "joint_velocity", "joint_torque")
+
+
+@dataclass(frozen=True)
+class SignalMaps:
+    """Offsets that encoders add (rad), and the `delay` (s) of the joint's side."""
+
+    joint_offset: float = 0.0
+    motor_offset: float = 0.0
+    delay: float = 0.0
+
+
+def waiting(experiment: Experiment, delay: float) -> Experiment:
+    """The experiment after a wait of `delay` (s) at its first inputs, from the same state."""
+    return replace(
+        experiment,
+        duration=experiment.duration + delay,
+        motor_position=later(experiment.motor_position, delay),
+        load_torque=later(experiment.load_torque, delay),
+    )
+
+
+def record(
+    actuator: Actuator, experiment: Experiment, time: Vector, maps: SignalMaps
+) -> Trajectory:
+    """Simulate as `solver.simulate` and show at `time` (s) what is recorded.
+
+    What the joint's side records at zero is the initial state, as of a run that began a delay
+    earlier with its inputs at rest; the motor's side is recorded as it happens.
+    """
+    run = simulate(
+        actuator,
+        waiting(experiment, maps.delay),
+        np.unique(np.concatenate([time, time + maps.delay])),
+    )
+    late, present = (np.searchsorted(run.time, one) for one in (time, time + maps.delay))
+    columns = {
+        name: column[late if name in JOINT_SIDE else present]
+        for name, column in run.columns.items()
+    }
+    columns["joint_position"] = columns["joint_position"] + maps.joint_offset
+    columns["motor_position"] = columns["motor_position"] + maps.motor_offset
+    return replace(run, time=time, columns=columns)
