@@ -6,7 +6,7 @@ from contract_cases import CROOKED, with_typical
 from fmpy.validation import validate_fmu
 
 from elastic_tendon.compiled import simulate
-from elastic_tendon.effects import CATALOGUE
+from elastic_tendon.effects import BY_ID, CATALOGUE
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.variables import interface
 from fmu_driver import Fmu, Segments, run_co_simulation, run_model_exchange
@@ -20,11 +20,20 @@ MOVING = np.maximum(TIME - TIME[1], 0.0)
 MOTION = Segments(TIME, 0.4 * (np.sin(9.0 * MOVING) + 0.5 * np.sin(31.0 * MOVING)), linear=True)
 
 
-@pytest.fixture(scope="module", params=CATALOGUE, ids=lambda effect: effect.id)
+# each alone, and three with equations that are solved at run time
+SETS = [
+    *((effect.id,) for effect in CATALOGUE),
+    ("spring_hardening", "spring_relaxation", "tendon_compliance"),
+]
+
+
+@pytest.fixture(scope="module", params=SETS, ids="-".join)
 def case(request, tmp_path_factory):
-    """An actuator with the effect, and its FMU."""
-    model = with_typical(CROOKED, request.param)
-    folder = tmp_path_factory.mktemp(request.param.id)
+    """An actuator with the effects, and its FMU."""
+    model = CROOKED
+    for effect_id in request.param:
+        model = with_typical(model, BY_ID[effect_id])
+    folder = tmp_path_factory.mktemp("-".join(request.param))
     return model, Fmu(export_fmu(model, folder / "x.fmu"), folder / "unpacked")
 
 
