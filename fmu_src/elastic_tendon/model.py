@@ -3,27 +3,25 @@
 The chain follows the slots of `effects.base`: motor, its pulley, two tendons, joint pulley, link.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
 
 import casadi as ca
 
 from elastic_tendon import transmission
-from elastic_tendon.effects.base import Joint, JointPulley, MotorAngle, Signal, Slot
+from elastic_tendon.effects.base import (
+    FrictionBounds,
+    Joint,
+    JointPulley,
+    MotorAngle,
+    Signal,
+    Slot,
+)
 from elastic_tendon.symbolic import Symbol, both, where
 from elastic_tendon.system import HybridSystem, Symbols, linear_root, total_jacobian
-from elastic_tendon.tendon import TendonForces, largest_force, tendon
+from elastic_tendon.tendon import TendonForces, tendon
 from elastic_tendon.variables import JOINT_MOTION, SPRINGS, interface
 
 VELOCITY_SCALE = 1.0  # rad/s, by which the joint's velocity is judged to have crossed zero
-
-
-@dataclass(frozen=True)
-class _Friction:
-    """Range of a dry friction torque at the present velocity, N·m."""
-
-    lower: Symbol
-    upper: Symbol
 
 
 def build(effect_ids: tuple[str, ...]) -> HybridSystem:
@@ -169,7 +167,7 @@ def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) ->
     friction = ca.SX(0)
     moving: Symbol = 1
     if JOINT_MOTION.name in s.mode:
-        friction = _dry_friction(s, joint, torque, dry, radius * largest_force(s, SPRINGS[0]))
+        friction = _dry_friction(s, joint, torque, dry, radius * upper.largest)
         moving = s.mode[JOINT_MOTION.name]
     s.rate["joint_position"] = where(moving, joint.velocity, 0)
     s.rate["joint_velocity"] = where(moving, (torque + friction) / s.parameter["link.inertia"], 0)
@@ -185,16 +183,16 @@ def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) ->
     }
 
 
-def _bounds(frictions: list[Any]) -> _Friction:
+def _bounds(frictions: Sequence[FrictionBounds]) -> FrictionBounds:
     """Frictions that act together: their bounds add up."""
-    return _Friction(
+    return FrictionBounds(
         sum((one.lower for one in frictions), ca.SX(0)),
         sum((one.upper for one in frictions), ca.SX(0)),
     )
 
 
 def _dry_friction(
-    s: Symbols, joint: Joint, torque: Symbol, bounds: _Friction, torque_scale: Symbol
+    s: Symbols, joint: Joint, torque: Symbol, bounds: FrictionBounds, torque_scale: Symbol
 ) -> Symbol:
     """Dry friction torque: a bound while the joint slides, what holds it while it sticks."""
     at_rest = ca.substitute(

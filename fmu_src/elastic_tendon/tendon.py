@@ -24,12 +24,14 @@ class TendonForces:
     """What a tendon does to its ends.
 
     `joint`, `motor`: tensions there, N. `unbounded`: force at the motor, before a slack tendon cuts
-    it off and without dampers, N; with it the pulley finds where it has no torque.
+    it off and without dampers, N; with it the pulley finds where it has no torque. `largest`:
+    F_max,i = l_max,i k_i, (32), N.
     """
 
     joint: Symbol
     motor: Symbol
     unbounded: Symbol
+    largest: Symbol
     overstretched: Symbol
 
 
@@ -44,7 +46,7 @@ class _Side:
     in_series: bool
     compliance: Symbol
     rest: Symbol
-    max_force: Symbol
+    largest: Symbol
 
 
 @dataclass(frozen=True)
@@ -68,8 +70,8 @@ class _Law:
 
     def at(self, expression: ca.SX, elongation: Symbol, rate: Symbol) -> ca.SX:
         """An expression of this law at an elongation and rate."""
-        both_symbols = ca.vertcat(self.elongation, self.rate)
-        return ca.substitute(expression, both_symbols, ca.vertcat(elongation, rate))
+        own = ca.vertcat(self.elongation, self.rate)
+        return ca.substitute(expression, own, ca.vertcat(elongation, rate))
 
     def rate_from(self, residual: ca.SX, elongation: Symbol) -> ca.SX:
         """Rate at which an expression of this law vanishes at an elongation."""
@@ -126,12 +128,7 @@ def tendon(
         elongation = whole.elongation
     stretched = f"{name}.overstretched"
     s.relations.threshold(stretched, elongation / side.spring.max_deflection - 1)
-    return TendonForces(*forces, s.mode[stretched])
-
-
-def largest_force(s: Symbols, name: str) -> Symbol:
-    """F_max,i = l_max,i k_i of a side, (32), N."""
-    return _side(s, name).max_force
+    return TendonForces(*forces, side.largest, s.mode[stretched])
 
 
 def _side(s: Symbols, name: str) -> _Side:
@@ -145,7 +142,7 @@ def _side(s: Symbols, name: str) -> _Side:
         bool(elements),
         compliance,
         rest=transmission.prestretched_length(pretension, combined) + compliance * pretension,
-        max_force=combined * spring.max_deflection,
+        largest=combined * spring.max_deflection,
     )
 
 
@@ -193,7 +190,7 @@ def _strand(s: Symbols, name: str, side: _Side, length: Symbol, rate: Symbol) ->
         force = parallel * law.at(law.force, length, rate)
         stretch = _Stretch(length, rate, force, parallel * law.at(law.static, length, 0))
     taut = s.mode[f"{name}.taut"]
-    s.relations.threshold(f"{name}.taut", stretch.force / side.max_force)
+    s.relations.threshold(f"{name}.taut", stretch.force / side.largest)
     driving = stretch.elongation, stretch.rate
     if law.remembers or side.in_series:
         # nothing is solved for a taut spring
@@ -211,8 +208,8 @@ def _law(s: Symbols, name: str, side: _Side) -> _Law:
     """Law of one spring of a strand, (3), with its effects."""
     spring = side.spring
     elongation, rate = ca.SX.sym("elongation"), ca.SX.sym("rate")
-    place = Spring(elongation, rate, spring.stiffness, spring.max_deflection)
-    effects = s.answers(Slot.SPRING_LAW, place, name)
+    at = Spring(elongation, rate, spring.stiffness, spring.max_deflection)
+    effects = s.answers(Slot.SPRING_LAW, at, name)
     force = transmission.spring_force(spring.stiffness, elongation, spring.damping, rate)
     force += sum((added.value for _, added in effects), ca.SX(0))
     static = ca.substitute(force, rate, 0)
@@ -263,10 +260,9 @@ def _in_series(
 def _at(law: _Law, added: Contribution, elongation: Symbol, rate: Symbol) -> Contribution:
     """A spring effect's contribution at the elongation and rate that drive it."""
 
-    def placed(quantities: object) -> dict[str, ca.SX]:
+    def placed(quantities: Mapping[str, Symbol]) -> dict[str, ca.SX]:
         return {
-            name: law.at(ca.SX(quantity), elongation, rate)
-            for name, quantity in dict(quantities).items()  # type: ignore[call-overload]
+            name: law.at(ca.SX(quantity), elongation, rate) for name, quantity in quantities.items()
         }
 
     return Contribution(
