@@ -135,7 +135,7 @@ static double change_inside(const Solver *s, double h, const double *k, const do
 static double locate(Solver *s, double h, const double *start, double *k, double *trial,
                      int *fired) {
   const int m = s->n_directions;
-  const double resolution = 2.3e-16 * fmax(fabs(s->motion.time), h);
+  const double resolution = 4 * 2.3e-16 * fmax(fabs(s->motion.time), h);
   double z[N_INDICATORS], low = 0.0, high = h;
   int candidate[N_INDICATORS], which = 0;
   take_step(s, s->vector, m, h, k, trial);
@@ -144,21 +144,28 @@ static double locate(Solver *s, double h, const double *start, double *k, double
   for (int i = 0; i < N_INDICATORS; i++) candidate[i] = (start[i] > 0) != (z[i] > 0);
   double at_low = distance(start, start, candidate, &which);
   double at_high = distance(start, z, candidate, fired);
-  for (int i = 0; i < 100 && high - low > resolution && at_high < -1e-15; i++) {
-    double step = high - at_high * (high - low) / (at_high - at_low);
+  double weight = 1.0; /* of the end that stays, by the Illinois rule */
+  int moved = 0;       /* the end that moved last: -1 low, 1 high */
+  for (int i = 0; i < 100; i++) {
+    const double past = at_high * (high - low) / (at_high - at_low); /* the root, as a chord says */
+    if (past <= resolution || high - low <= resolution) break;
+    const double by_low = moved > 0 ? weight * at_low : at_low;
+    const double by_high = moved < 0 ? weight * at_high : at_high;
+    double step = high - by_high * (high - low) / (by_high - by_low);
     if (!(step > low && step < high)) step = 0.5 * (low + high);
     take_step(s, s->vector, m, step, k, trial);
     indicators_at(s, s->motion.time + step, trial, z);
     const double value = distance(start, z, candidate, &which);
-    if (any_change(start, z)) {
+    const int beyond = any_change(start, z) ? 1 : -1;
+    weight = beyond == moved ? 0.5 * weight : 1.0;
+    moved = beyond;
+    if (beyond > 0) {
       high = step;
       at_high = value;
-      at_low *= 0.5;
       *fired = which;
     } else {
       low = step;
       at_low = value;
-      at_high *= 0.5;
     }
   }
   take_step(s, s->vector, m, high, k, trial);
