@@ -293,3 +293,19 @@ def test_cache_shows_its_folder(run, monkeypatch, tmp_path: Path) -> None:
     assert result.exit_code == 0
     assert "0 compiled libraries deleted" in result.stdout
     assert "libraries" in result.stdout
+
+
+def test_a_recording_of_sensors_is_met_by_its_own_model(run, tmp_path) -> None:
+    """`compare` takes what the encoders read where a table has it beside what is true."""
+    model = load_model("biorob_x4_joint_3")
+    for effect, numbers in (
+        ("joint_encoder_offset", {"offset": 0.02}),
+        ("motor_encoder_offset", {"offset": 0.03}),
+        ("measurement_delay", {"delay": 0.0031}),
+    ):
+        model = model.with_effect(effect, numbers)
+    Path("sensors.toml").write_text(model.to_toml(), "utf-8")
+    assert run("simulate", "sensors.toml", "-o", "sensors.csv").exit_code == 0
+    assert run("compare", "sensors.toml", "sensors.csv", "--json", "c.json").exit_code == 0
+    (comparison,) = json.loads(Path("c.json").read_text())["files"]
+    assert comparison["signals"]["joint_position"]["rmse"] < 1e-6

@@ -1,4 +1,8 @@
-"""Simulated trajectories as tables with the measurement contract's column names."""
+"""Simulated trajectories as tables with the measurement contract's column names.
+
+They are recordings: the motor position is what its encoder reads, and a delay is exact. Beside
+what a sensor reads (``measured_...``) stands what is true at the time it reads.
+"""
 
 import pandas as pd
 
@@ -25,8 +29,9 @@ def default_table(model: Model) -> pd.DataFrame:
     DataFrame; SI units, as the columns' suffixes say
     """
     excitation = default_excitation(model)
-    trajectory = simulate(model, excitation.time, excitation.motor_position, excitation.load_torque)
-    return _table(model, trajectory, excitation.motor_position, excitation.load_torque)
+    inputs = (excitation.motor_position, excitation.load_torque)
+    trajectory = simulate(model, excitation.time, *inputs, as_measured=True)
+    return _table(model, trajectory, *inputs)
 
 
 def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:

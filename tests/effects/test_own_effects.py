@@ -257,6 +257,7 @@ BAD_DECLARATIONS = [
     ('"m", "of the lag"', '"m", ""', '"length"', "meaning of 'length' is empty"),
     ("upper=2.0", "upper='2'", '"length"', "upper of Parameter length is '2'; a number"),
     ("typical=0.5", "typical=0", '"length"', "length: typical is 0"),
+    ("typical=0.5", "typical=50.0", '"length"', "length: typical 50 is outside 0.1 to 2"),
     ("typical=0.5", "typical=lambda s: s.mass", '"length"', "Sizes has no mass; it has force"),
     ("typical=0.5", "typical=lambda s: None", '"length"', "typical is None"),
     ("nominal=1.0),)", "nominal=1.0))", "states=", "(one alone needs a comma behind it)"),
@@ -279,6 +280,7 @@ BAD_DECLARATIONS = [
 BAD_EQUATIONS = [
     ("p.force * state.lag", "p.fore * state.lag", "p.fore", "no fore is declared"),
     ("1 - state.lag, 1)", "1 - state.lag)", "yielding =", "TypeError"),
+    ("p.force * state.lag", "p.force - 1", "def equations", "leave -1 where all parameters have"),
     ("at, p, state, mode", "at, p", "def equations", "takes 2 positional arguments but 4"),
     ("where(mode.loading, 1 - state.lag, 1)", "1 if at.rate > 0 else 0", "if at", "symbolic.where"),
     ("p.force * state.lag", "max(p.force, 0)", "max", "symbolic.where"),

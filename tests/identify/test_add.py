@@ -4,6 +4,7 @@ import json
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from elastic_tendon.compiled import simulate
@@ -15,6 +16,8 @@ from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.fit import fit
 from elastic_tendon.measurement import Measurement, read_measurement
 from elastic_tendon.parameters import load_model, parse_model
+from elastic_tendon.report.tables import addition_sentences
+from elastic_tendon.simulated import default_table
 
 RUNG_KEYS = {"title", "added", "rmse", "heldout_rmse", "noise_ratio", "bic", "p_value"}
 TORQUE = "effects.coulomb_friction.torque"
@@ -176,3 +179,23 @@ def test_held_out_data_must_not_be_fitted_too(sticking) -> None:
     with pytest.raises(MeasurementError, match=r"\[1:3\]: it is held out but shares samples"):
         add(known.model, "coulomb_friction", [recording], [other, recording.window(1.0, 3.0)])
     assert not recording.window(0.0, 2.0).shares_samples(recording.window(2.5, 4.0))
+
+
+@pytest.mark.parametrize("effect_id", ["tendon_compliance", "joint_encoder_offset"])
+def test_aliases_in_data_without_noise_are_open_and_named(effect_id: str) -> None:
+    """Rounding is all the noise there is, so the data outweigh the prior by many digits."""
+    model = load_model("biorob_x4_joint_3")
+    if effect_id == "joint_encoder_offset":
+        model = model.with_effect("motor_encoder_offset", {"offset": 0.01})
+    table = default_table(model).iloc[:1500]
+    recording = Measurement(
+        name="exact",
+        time=table["time_s"].to_numpy(),
+        motor_position=table["motor_position_rad"].to_numpy(),
+        signals={"joint_position": table["joint_position_rad"].to_numpy()},
+        load_torque=table["load_torque_Nm"].to_numpy(),
+    )
+    result = add(model, effect_id, [recording])
+    assert all(np.isfinite(one.sigma) for one in result.findings.estimates)
+    (alias,) = BY_ID[effect_id].aliases
+    assert any(alias.when in sentence for sentence in addition_sentences(result))

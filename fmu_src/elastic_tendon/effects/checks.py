@@ -15,8 +15,10 @@ from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 import casadi as ca
+import numpy as np
 
 from elastic_tendon.effects.base import (
+    Answer,
     Contribution,
     Effect,
     FrictionBounds,
@@ -39,6 +41,9 @@ from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu.units import base_exponents
 
 Fault = tuple[str, str]  # word whose line is at fault, and what is wrong
+
+_TRIALS = 8  # random numbers and modes at which an effect is looked for where it must be absent
+_VANISHED = 1e-12  # what may be left there by rounding, of quantities of order one
 
 _TEXTS = ("title", "physics", "in_data", "reference")
 _TRIAL = Sizes(  # of some actuator, to try out what depends on sizes
@@ -226,6 +231,11 @@ def _functions(effect: Effect, source: Source) -> Iterator[Fault]:
         value = _tried(one.typical_for, _TRIAL, one.name, source, f"typical of {one.name}")
         if not (_fits(value, float) and isfinite(value) and value != 0.0):
             yield one.name, f"{one.name}: typical is {_shown(value)}; a number not 0 is expected"
+        if not one.lower <= value <= one.upper:
+            yield (
+                one.name,
+                f"{one.name}: typical {value:g} is outside {one.lower:g} to {one.upper:g}",
+            )
         typical[one.name] = min(max(value, one.lower), one.upper)
     null = {one.name: one.null for one in effect.parameters}
     for words, numbers in (("null", null), ("typical", typical)):
@@ -264,6 +274,35 @@ def _check_equations(effect: Effect, source: Source) -> None:
     given = [*_symbols(at), *(one for space in (p, state, mode) for one in vars(space).values())]
     for fault in chain(_shape(effect, answer), _expressions(answer, given), _rate(at, answer)):
         raise source.error(f"the equations {fault}", line)
+    null = ca.vertcat(*(one.null for one in effect.parameters))
+    absent = [ca.substitute(one, ca.vertcat(*vars(p).values()), null) for one in _added(at, answer)]
+    for fault in _vanishes(absent, given, list(vars(mode).values())):
+        raise source.error(f"the equations {fault}", line)
+
+
+def _added(at: Any, answer: Answer) -> list[ca.SX]:
+    """What must be zero where the effect is absent."""
+    if isinstance(answer, FrictionBounds):
+        return [ca.SX(answer.lower), ca.SX(answer.upper)]
+    if isinstance(answer, Contribution):
+        return [ca.SX(answer.value) - (at.motor_position if isinstance(at, MotorAngle) else 0)]
+    return []  # a spring's mass has no value of its own
+
+
+def _vanishes(absent: list[ca.SX], given: list[ca.SX], modes: list[ca.SX]) -> Iterator[str]:
+    """Whether nothing is left at the nulls, tried on random numbers and modes."""
+    trial = ca.Function("trial", given, absent)
+    random = np.random.default_rng(1)
+    is_mode = [any(ca.is_equal(one, mode) for mode in modes) for one in given]
+    for _ in range(_TRIALS):
+        numbers = [random.integers(2) if mode else random.uniform(0.1, 1.0) for mode in is_mode]
+        for left in trial.call([ca.DM(float(number)) for number in numbers]):
+            if not abs(float(left)) < _VANISHED:
+                yield (
+                    f"leave {float(left):.3g} where all parameters have their null values; there "
+                    "the effect must be absent"
+                )
+                return
 
 
 def _place(slot: Slot) -> Any:

@@ -44,7 +44,10 @@ def _factors(product: str) -> Counter[str]:
         match = re.fullmatch(r"([A-Za-z]+)(-?\d+)?", factor)
         if match is None or match[1] not in _SYMBOLS:
             known = ", ".join(_SYMBOLS)
-            raise BuildError(f"the unit factor {factor!r} is none of {known} with an exponent")
+            raise BuildError(
+                f"the unit factor {factor!r} is none of {known} with an exponent; "
+                "factors are joined by a point, as in N.m/rad"
+            )
         for base, exponent in _SYMBOLS[match[1]].items():
             exponents[base] += exponent * int(match[2] or 1)
     return exponents

@@ -106,7 +106,7 @@ def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
     jacobian = problem.data_jacobian(vector, sigmas)
     data = _project_out(jacobian[:, :count] * coordinates.sigma, jacobian[:, count:])
     values = coordinates.values(problem.numbers(vector))
-    covariance = np.linalg.inv(data.T @ data + np.eye(count))
+    covariance = _covariance(data)
     open_directions = find_open_directions(data, values / coordinates.sigma, coordinates.paths)
     estimates = _estimates(problem, values, np.sqrt(np.diag(covariance)), open_directions)
     information = np.linalg.svd(data, compute_uv=False) ** 2
@@ -121,6 +121,16 @@ def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
         ),
         sentences=_sentences(problem, open_directions),
     )
+
+
+def _covariance(data: Array) -> Array:
+    """(data' data + 1)^-1, of data (N, m) and the prior; whatever the size of the data.
+
+    From singular values: in the product of data without noise the prior would be lost.
+    """
+    with_prior = np.vstack([data, np.eye(data.shape[1])])
+    _, singular, rows = np.linalg.svd(with_prior, full_matrices=False)
+    return np.asarray((rows.T / singular**2) @ rows)
 
 
 def _project_out(columns: Array, nuisance: Array) -> Array:

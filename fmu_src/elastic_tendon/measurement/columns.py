@@ -96,7 +96,8 @@ def find_columns(
     """Decide which column of a file is which signal.
 
     A mapped signal takes its column; any other is found by its own name with a unit as suffix,
-    such as ``time_s`` or ``joint_position_deg``.
+    such as ``time_s`` or ``joint_position_deg``. A column that says it is measured, such as
+    ``measured_joint_position_rad``, comes before one that does not.
 
     Parameters
     ----------
@@ -117,15 +118,13 @@ def find_columns(
     by_map = {column.signal: column for column in mapped}
     if len(by_map) < len(mapped):
         raise MeasurementError(f"{source}: --map names a signal twice; map each signal once")
-    for signal, factors in UNITS.items():
+    for signal in UNITS:
         if signal in by_map:
             candidates = [by_map[signal]] if by_map[signal].name in header else []
         else:
-            candidates = [
-                Column(signal, f"{signal}_{unit}", factor)
-                for unit, factor in factors.items()
-                if f"{signal}_{unit}" in header
-            ]
+            candidates = _named(f"measured_{signal}", signal, header) or _named(
+                signal, signal, header
+            )
         if len(candidates) > 1:
             names = " and ".join(column.name for column in candidates)
             raise MeasurementError(
@@ -135,6 +134,15 @@ def find_columns(
             raise _missing(signal, by_map.get(signal), header, source)
         found += candidates
     return found
+
+
+def _named(name: str, signal: str, header: Sequence[str]) -> list[Column]:
+    """Columns called by a name with a unit of the signal as suffix."""
+    return [
+        Column(signal, f"{name}_{unit}", factor)
+        for unit, factor in UNITS[signal].items()
+        if f"{name}_{unit}" in header
+    ]
 
 
 def _missing(

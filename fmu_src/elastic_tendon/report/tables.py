@@ -6,7 +6,9 @@ from math import floor, log10, nan
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from elastic_tendon import effects
 from elastic_tendon.design import DesignTable
+from elastic_tendon.effects.base import Effect
 from elastic_tendon.identify.add import Addition
 from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.determinability import Findings
@@ -184,9 +186,18 @@ def addition_sentences(addition: Addition) -> list[str]:
         sentences.append(text + f"; {last.noise_ratio[name]:.1f} times the noise is left.")
     if last.added is not None:
         sentences += _verdict(addition.ladder[-2], last)
+        sentences += alias_sentences(effects.BY_ID[last.added])
     else:
         sentences.append(f"Stopped before {addition.effect_id} was fitted: it is not in the model.")
     return sentences
+
+
+def alias_sentences(effect: Effect) -> list[str]:
+    """What no measurement of the joint can tell the effect from."""
+    return [
+        f"{effect.title} is not to be told from {' and '.join(alias.of)} as long as {alias.when}."
+        for alias in effect.aliases
+    ]
 
 
 def _verdict(before: Rung, after: Rung) -> list[str]:
