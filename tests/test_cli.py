@@ -295,7 +295,7 @@ def test_cache_shows_its_folder(run, monkeypatch, tmp_path: Path) -> None:
     assert "libraries" in result.stdout
 
 
-def test_a_recording_of_sensors_is_met_by_its_own_model(run, tmp_path) -> None:
+def test_a_recording_of_sensors_is_met_by_its_own_model(run) -> None:
     """`compare` takes what the encoders read where a table has it beside what is true."""
     model = load_model("biorob_x4_joint_3")
     for effect, numbers in (
