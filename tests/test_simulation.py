@@ -214,3 +214,33 @@ def test_unknown_names_are_refused(model):
         simulate(model, TIME, THROUGH_SLACK)["torque"]
     with pytest.raises(ValueError, match="a name stands twice"):
         sensitivities(model, TIME, THROUGH_SLACK, parameters=["link.inertia"] * 2000)
+
+
+def test_events_do_not_depend_on_the_samples_between_which_they_lie():
+    """Sticking, breaking away and protection within coarse samples, and within fine ones."""
+    model = load_model("biorob_x4_joint_3")
+    for effect, numbers in (
+        ("stribeck_friction", {"coulomb_torque": 0.2, "static_torque": 0.5}),
+        ("overstretch_protection", {"engagement": 0.3, "stiffness": 3e4}),
+    ):
+        model = model.with_effect(effect, numbers)
+    coarse = np.arange(0.0, 1.0, 0.01)
+    motor = 0.5 * np.sin(9.0 * coarse)
+    load = 9.0 * np.sin(41.0 * coarse)
+    ends = []
+    for parts in (1, 2, 5, 20):
+        time = np.linspace(0.0, coarse[-1], parts * (coarse.size - 1) + 1)
+        inputs = (np.interp(time, coarse, one) for one in (motor, load))
+        ends.append(simulate(model, time, *inputs, tolerance=1e-10)["joint_position"][::parts])
+    assert max(np.abs(one - ends[-1]).max() for one in ends) < 1e-7
+
+
+def test_a_chatter_is_refused_and_does_not_hang():
+    damping = {f"transmission.{side}_spring.damping": 200.0 for side in ("upper", "lower")}
+    model = load_model("biorob_x4_joint_3").with_values(
+        damping | {"transmission.pretension_force": 20.0}
+    )
+    model = model.with_effect("spring_hysteresis", {"force": 40.0, "yield_length": 7.5e-4})
+    time = np.linspace(0.0, 4.0, 1001)
+    with pytest.raises(SimulationError, match="to and fro without end"):
+        simulate(model, time, 0.5 * np.sin(8.0 * time))

@@ -10,7 +10,8 @@
 #define MAX_NEWTON_STEPS 100
 #define CLOSE 1e-8 /* relative change after which the error, its square, is rounding */
 
-/* Never inlined, or each function of the model gets its own copy. From the guess, so that equal arguments give equal results whatever was solved before. */
+/* From the guess, so that equal arguments give equal results whatever was solved before. Never
+ * inlined, or each function of the model gets its own copy. */
 static __attribute__((noinline)) void solve_implicit(const double *x, const double *u, const double *p, const double *r,
                            double *w) {
   double next[N_UNKNOWNS];

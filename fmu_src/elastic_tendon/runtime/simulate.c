@@ -107,6 +107,10 @@ static Outcome begin_delayed(Solver *s, const Simulation *sim, const double *slo
   return outcome;
 }
 
+/* Far more than any actuator has: what has more chatters, and would keep the caller for hours. */
+#define MOST_EVENTS 20000
+#define EVENTS_PER_SAMPLE 10
+
 /* ---- samples --------------------------------------------------------------------------------- */
 
 /* Rates of the outputs in time. */
@@ -168,6 +172,8 @@ static Outcome run(Solver *s, Simulation *sim, double *slope) {
     Outcome outcome = SOLVED;
     if (stop > s->motion.time) outcome = solver_advance(s, stop);
     if (outcome != SOLVED) return outcome;
+    if (s->statistics.events > MOST_EVENTS + EVENTS_PER_SAMPLE * sim->n_samples)
+      return TOO_MANY_EVENTS;
     if (at_knot) signal_after(sim, motor, delay, &s->signal);
     outcome = solver_settle(s);
     if (outcome != SOLVED) return outcome;

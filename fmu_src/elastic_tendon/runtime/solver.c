@@ -10,6 +10,7 @@
 #include "starts.c"
 
 #define MAX_STEPS 10000000
+#define MAX_EVENTS 100000 /* in one call; no machine changes its modes so often, but a chatter does */
 #define MAX_EVENTS_AT_ONE_TIME 64
 #define LONG_STEP 0.005 /* squared error of a step two thirds of what accuracy allows */
 #define NO_ERROR 1e-20   /* squared error of a motion that the method integrates exactly */
@@ -20,6 +21,9 @@ static const char *outcome_text(Outcome outcome) {
     case SOLVED: return "solved";
     case STEP_TOO_SMALL: return "the step size fell below the resolution of time";
     case TOO_MANY_STEPS: return "more than ten million steps would be needed";
+    case TOO_MANY_EVENTS:
+      return "slack, friction or hysteresis change to and fro without end; smaller spring damping "
+             "or hysteresis may help";
     case EVENTS_DO_NOT_SETTLE: return "the slack or friction states do not settle";
     case STARTS_DO_NOT_SETTLE: return "the starts of the springs' states do not settle";
     case NOT_FINITE: return "a state or its rate is not finite";
@@ -131,7 +135,7 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
   const int n = LENGTH(m);
   double *y = s->vector, *trial = y + n, *k = trial + n;
   double start[N_INDICATORS], z[N_INDICATORS];
-  int at_one_time = 0;
+  int at_one_time = 0, events = 0;
   Motion *motion = &s->motion;
   Outcome outcome = refresh(s, m, k, start);
   if (motion->step <= 0.0) motion->step = initial_step(y, k);
@@ -155,12 +159,15 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     if (!to_end) motion->step = h * step_factor(error, implicit);
 
     /* in a step as long as accuracy allows, and in one without error, as while the joint sticks,
-     * an indicator may change and change back */
+     * an indicator may change and change back, also where another one stays changed */
     indicators_at(s, motion->time + h, trial, z);
     double part = any_change(start, z);
-    if (part == 0.0 && (error > LONG_STEP || error < NO_ERROR))
-      part = change_inside(s, h, k, start);
+    if (error > LONG_STEP || error < NO_ERROR) {
+      const double inside = change_inside(s, h, k, start);
+      if (inside > 0.0) part = inside;
+    }
     if (part > 0.0) {
+      if (++events > MAX_EVENTS) return TOO_MANY_EVENTS;
       const double before = motion->time;
       outcome = handle_event(s, part * h, start, k, trial);
       if (motion->time > t_end) motion->time = t_end;
