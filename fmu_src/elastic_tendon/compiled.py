@@ -30,9 +30,9 @@ Array = NDArray[np.float64]
 
 _INTERPOLATIONS = get_args(Interpolation)  # in the order of the enum in runtime/simulate.c
 _PACKAGE = Path(__file__).parent
-# from which the C is made, beside the effects of the structure; all modules of the first folder,
+# from which the C is made, beside a user's own effects; all modules of the first two folders,
 # because a list of those that matter would be forgotten when it grows
-_SOURCES = ("*.py", "effects/base.py", "fmu/binary.py", "fmu/layout.py", "runtime/*.[ch]")
+_SOURCES = ("*.py", "effects/*.py", "fmu/binary.py", "fmu/layout.py", "runtime/*.[ch]")
 
 DEFAULT_TOLERANCE = 1e-8
 

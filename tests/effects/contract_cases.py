@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from elastic_tendon.compiled import sensitivities, simulate
 from elastic_tendon.parameters import Model, load_model, typical_value
 
 TIME = np.arange(0.0, 3.0, 0.002)
@@ -31,3 +32,30 @@ def with_typical(model: Model, effect) -> Model:
         for one in effect.parameters
     }
     return model.with_effect(effect.id, numbers)
+
+
+def measured(model, motor=MOTOR, load=LOAD, **options):
+    """What a joint encoder reads."""
+    motion = simulate(model, TIME, motor, load, as_measured=True, **options)
+    return motion[motion.measured("joint_position")]
+
+
+def assert_sensitivities_agree_with_differences(model, paths, relative):
+    """Exact derivatives of what is measured against central differences at 1e-5 of each value."""
+    # cubic: where a delayed motor position has kinks, differences to the delay do not converge
+    options = {"interpolation": "cubic", "as_measured": True}
+    exact = sensitivities(model, TIME, MOTOR, LOAD, parameters=paths, tolerance=1e-10, **options)
+    derivatives = exact.of(exact.trajectory.measured("joint_position"))
+    for path, column in zip(paths, derivatives.T, strict=True):
+        value = model.values()[path]
+        step = 1e-5 * value
+        high, low = (
+            measured(
+                model.with_values({path: value + sign * step}),
+                interpolation="cubic",
+                tolerance=1e-12,
+            )
+            for sign in (1, -1)
+        )
+        error = np.linalg.norm((high - low) / (2 * step) - column)
+        assert error <= relative * np.linalg.norm(column), path

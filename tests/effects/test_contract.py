@@ -3,7 +3,17 @@
 import casadi as ca
 import numpy as np
 import pytest
-from contract_cases import CROOKED, LOAD, MODELS, MOTOR, PAPER, TIME, with_typical
+from contract_cases import (
+    CROOKED,
+    LOAD,
+    MODELS,
+    MOTOR,
+    PAPER,
+    TIME,
+    assert_sensitivities_agree_with_differences,
+    measured,
+    with_typical,
+)
 from scipy.integrate import cumulative_trapezoid
 
 from elastic_tendon.compiled import sensitivities, simulate
@@ -20,12 +30,6 @@ SCALING = 1e-7  # rad: solver tolerances and dead bands do not scale with the un
 
 effects = pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.id)
 models = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
-
-
-def measured(model, motor=MOTOR, load=LOAD, **options):
-    """What a joint encoder reads."""
-    motion = simulate(model, TIME, motor, load, as_measured=True, **options)
-    return motion[motion.measured("joint_position")]
 
 
 @models
@@ -62,23 +66,7 @@ def test_sensitivities_agree_with_differences(effect, model):
     model = with_typical(model, effect)
     own = [path for path in model.values() if path.startswith(f"effects.{effect.id}.")]
     paths = [*own, "transmission.pretension_force", "transmission.upper_spring.stiffness"]
-    # cubic: where a delayed motor position has kinks, differences to the delay do not converge
-    options = {"interpolation": "cubic", "as_measured": True}
-    exact = sensitivities(model, TIME, MOTOR, LOAD, parameters=paths, tolerance=1e-10, **options)
-    derivatives = exact.of(exact.trajectory.measured("joint_position"))
-    for path, column in zip(paths, derivatives.T, strict=True):
-        value = model.values()[path]
-        step = 1e-5 * value
-        high, low = (
-            measured(
-                model.with_values({path: value + sign * step}),
-                interpolation="cubic",
-                tolerance=1e-12,
-            )
-            for sign in (1, -1)
-        )
-        error = np.linalg.norm((high - low) / (2 * step) - column)
-        assert error <= DIFFERENCES * np.linalg.norm(column), path
+    assert_sensitivities_agree_with_differences(model, paths, DIFFERENCES)
 
 
 @effects

@@ -7,9 +7,13 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from contract_cases import CROOKED, LOAD, MOTOR, TIME, with_typical
+from contract_cases import (
+    CROOKED,
+    assert_sensitivities_agree_with_differences,
+    measured,
+    with_typical,
+)
 
-from elastic_tendon.compiled import sensitivities, simulate
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.errors import ModelError
 
@@ -39,11 +43,6 @@ allowed = pytest.mark.parametrize(
 )
 
 
-def measured(model, **options):
-    motion = simulate(model, TIME, MOTOR, LOAD, as_measured=True, **options)
-    return motion[motion.measured("joint_position")]
-
-
 @allowed
 def test_two_effects(pair):
     first, second = pair
@@ -62,22 +61,7 @@ def test_two_effects(pair):
 def test_sensitivities_of_two_effects(pair):
     model = with_typical(with_typical(CROOKED, pair[0]), pair[1])
     paths = [path for path in model.values() if path.startswith("effects.")]
-    options = {"interpolation": "cubic", "as_measured": True}
-    exact = sensitivities(model, TIME, MOTOR, LOAD, parameters=paths, tolerance=1e-10, **options)
-    derivatives = exact.of(exact.trajectory.measured("joint_position"))
-    for path, column in zip(paths, derivatives.T, strict=True):
-        value = model.values()[path]
-        step = 1e-5 * value
-        high, low = (
-            measured(
-                model.with_values({path: value + sign * step}),
-                interpolation="cubic",
-                tolerance=1e-12,
-            )
-            for sign in (1, -1)
-        )
-        error = np.linalg.norm((high - low) / (2 * step) - column)
-        assert error <= DIFFERENCES * np.linalg.norm(column), path
+    assert_sensitivities_agree_with_differences(model, paths, DIFFERENCES)
 
 
 @pytest.mark.parametrize("pair", REFUSED, ids=name)

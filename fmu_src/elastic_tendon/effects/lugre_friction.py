@@ -1,6 +1,5 @@
 """LuGre friction at the joint: bristles that bend before they slip."""
 
-from collections.abc import Mapping
 from types import SimpleNamespace
 
 from elastic_tendon.effects.base import (
@@ -12,8 +11,8 @@ from elastic_tendon.effects.base import (
     Slot,
     State,
 )
-from elastic_tendon.effects.stribeck_friction import cautions as stribeck_cautions
-from elastic_tendon.symbolic import exp, where
+from elastic_tendon.effects.stribeck_friction import PARAMETERS, cautions, stribeck_torque
+from elastic_tendon.symbolic import where
 
 
 def equations(
@@ -23,8 +22,7 @@ def equations(
 
     ``z' = v - s0 |v| z / g(v)``, torque ``-(s0 z + s1 z')``.
     """
-    share = exp(-((at.velocity / p.stribeck_velocity) ** 2))
-    slipping = p.coulomb_torque + (p.static_torque - p.coulomb_torque) * share
+    slipping = stribeck_torque(at.velocity, p)
     present = slipping > 0
     speed = where(mode.forward, at.velocity, -at.velocity)
     slip = p.bristle_stiffness * speed * state.bending / where(present, slipping, 1.0)
@@ -35,11 +33,6 @@ def equations(
         rates={"bending": rate},
         thresholds={"forward": at.velocity},
     )
-
-
-def cautions(p: Mapping[str, float]) -> str:
-    """Warn of friction that rises where Stribeck friction falls."""
-    return stribeck_cautions(p)
 
 
 EFFECT = Effect(
@@ -70,34 +63,7 @@ EFFECT = Effect(
     "to some thousand times the joint's stiffness. bristle_damping gives the small motion a "
     "damping ratio of 0.1 to 1. The torques are those of Stribeck friction.",
     parameters=(
-        Parameter(
-            name="coulomb_torque",
-            unit="N.m",
-            meaning="friction torque at speeds well above stribeck_velocity",
-            null=0.0,
-            lower=0.0,
-            upper=1.0e4,
-            typical=lambda sizes: 0.03 * sizes.torque,
-        ),
-        Parameter(
-            name="static_torque",
-            unit="N.m",
-            meaning="largest friction torque in very slow motion",
-            null=0.0,
-            lower=0.0,
-            upper=1.0e4,
-            typical=lambda sizes: 0.05 * sizes.torque,
-        ),
-        Parameter(
-            name="stribeck_velocity",
-            unit="rad/s",
-            meaning="joint velocity at which the excess over coulomb_torque has fallen to 1/e",
-            null=0.1,
-            lower=1.0e-4,
-            upper=1.0e3,
-            typical=0.1,
-            shape=True,
-        ),
+        *PARAMETERS,
         Parameter(
             name="bristle_stiffness",
             unit="N.m/rad",

@@ -4,16 +4,21 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 
 from elastic_tendon.effects.base import Effect, FrictionBounds, Joint, Parameter, Slot
-from elastic_tendon.symbolic import exp
+from elastic_tendon.symbolic import Symbol, exp
 
 
 def equations(
     at: Joint, p: SimpleNamespace, _state: SimpleNamespace, _mode: SimpleNamespace
 ) -> FrictionBounds:
-    """The friction torque falls from `static_torque` to `coulomb_torque` as the joint speeds up."""
-    share = exp(-((at.velocity / p.stribeck_velocity) ** 2))
-    torque = p.coulomb_torque + (p.static_torque - p.coulomb_torque) * share
+    """The torque opposes motion, and holds up to `static_torque` at rest."""
+    torque = stribeck_torque(at.velocity, p)
     return FrictionBounds(lower=-torque, upper=torque)
+
+
+def stribeck_torque(velocity: Symbol, p: SimpleNamespace) -> Symbol:
+    """Friction (N·m) that falls from `static_torque` to `coulomb_torque` with velocity (rad/s)."""
+    share = exp(-((velocity / p.stribeck_velocity) ** 2))
+    return p.coulomb_torque + (p.static_torque - p.coulomb_torque) * share
 
 
 def cautions(p: Mapping[str, float]) -> str:
@@ -25,6 +30,38 @@ def cautions(p: Mapping[str, float]) -> str:
         f"{p['coulomb_torque']:g} N.m, so friction rises with speed where it usually falls"
     )
 
+
+# of LuGre friction too, whose bristles slip at the same torque
+PARAMETERS = (
+    Parameter(
+        name="coulomb_torque",
+        unit="N.m",
+        meaning="friction torque at speeds well above stribeck_velocity",
+        null=0.0,
+        lower=0.0,
+        upper=1.0e4,
+        typical=lambda sizes: 0.03 * sizes.torque,
+    ),
+    Parameter(
+        name="static_torque",
+        unit="N.m",
+        meaning="largest friction torque at rest",
+        null=0.0,
+        lower=0.0,
+        upper=1.0e4,
+        typical=lambda sizes: 0.05 * sizes.torque,
+    ),
+    Parameter(
+        name="stribeck_velocity",
+        unit="rad/s",
+        meaning="joint velocity at which the excess over coulomb_torque has fallen to 1/e",
+        null=0.1,
+        lower=1.0e-4,
+        upper=1.0e3,
+        typical=0.1,
+        shape=True,
+    ),
+)
 
 EFFECT = Effect(
     id="stribeck_friction",
@@ -53,36 +90,7 @@ EFFECT = Effect(
     magnitude="static_torque is 1.2 to 2 times coulomb_torque, and this 1 to 5 % of the largest "
     "joint torque. stribeck_velocity is 0.01 to 0.5 rad/s; it is lower with thicker oil and with a "
     "larger radius of the rubbing surfaces.",
-    parameters=(
-        Parameter(
-            name="coulomb_torque",
-            unit="N.m",
-            meaning="friction torque at speeds well above stribeck_velocity",
-            null=0.0,
-            lower=0.0,
-            upper=1.0e4,
-            typical=lambda sizes: 0.03 * sizes.torque,
-        ),
-        Parameter(
-            name="static_torque",
-            unit="N.m",
-            meaning="largest friction torque at rest",
-            null=0.0,
-            lower=0.0,
-            upper=1.0e4,
-            typical=lambda sizes: 0.05 * sizes.torque,
-        ),
-        Parameter(
-            name="stribeck_velocity",
-            unit="rad/s",
-            meaning="joint velocity at which the excess over coulomb_torque has fallen to 1/e",
-            null=0.1,
-            lower=1.0e-4,
-            upper=1.0e3,
-            typical=0.1,
-            shape=True,
-        ),
-    ),
+    parameters=PARAMETERS,
     equations=equations,
     reference="B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis "
     "tools and compensation methods for the control of machines with friction, Automatica 30(7), "
