@@ -1,8 +1,8 @@
-"""modelDescription.xml of FMI 2.0, from the layout and the structural dependencies."""
+"""What modelDescription.xml says in any version of FMI; a module for each version writes it."""
 
 import hashlib
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -12,10 +12,12 @@ from xml.etree.ElementTree import Element, SubElement
 
 from elastic_tendon.fmu.dependencies import Dependencies
 from elastic_tendon.fmu.layout import FmuVariable, Role
+from elastic_tendon.fmu.structure import Structure, structure
 from elastic_tendon.fmu.units import DISPLAY_UNITS, TYPES, base_exponents
 from elastic_tendon.transmission import SlackState
-from elastic_tendon.variables import Interface, Kind, Variable
+from elastic_tendon.variables import Interface, Kind
 
+SLACK_STATE_TYPE = "SlackState"
 SLACK_STATES = {
     SlackState.I: ("I", "the lower tendon is slack"),
     SlackState.II: ("II", "the upper tendon is slack"),
@@ -47,192 +49,54 @@ class Description:
     interface: Interface
     variables: tuple[FmuVariable, ...]
     dependencies: Dependencies
-    co_simulation: dict[str, str] | None
-    model_exchange: dict[str, str] | None
+    co_simulation: Mapping[str, str] | None
+    model_exchange: Mapping[str, str] | None
+
+    @property
+    def structure(self) -> Structure:
+        """Unknowns and what they depend on."""
+        return structure(self.variables, self.dependencies)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the variables, each once."""
+        return tuple(dict.fromkeys(one.variable.unit for one in self.variables if is_real(one)))
+
+    @property
+    def states(self) -> dict[int, FmuVariable]:
+        """States by their index, which their derivatives have too."""
+        return {one.index: one for one in self.variables if one.role is Role.STATE}
 
 
-_STATE_HANDLING = {
-    "canBeInstantiatedOnlyOncePerProcess": "false",
-    "canNotUseMemoryManagementFunctions": "true",
-    "canGetAndSetFMUstate": "true",
-    "canSerializeFMUstate": "true",
-}
-MODEL_EXCHANGE = {
-    **_STATE_HANDLING,
-    "completedIntegratorStepNotNeeded": "true",
-    "providesDirectionalDerivative": "true",
-}
-CO_SIMULATION = {
-    **_STATE_HANDLING,
-    "canHandleVariableCommunicationStepSize": "true",
-    "canInterpolateInputs": "true",
-    "maxOutputDerivativeOrder": "1",
-    "canRunAsynchronuously": "false",
-    "providesDirectionalDerivative": "true",
-}
+# ---- elements that all versions share ------------------------------------------------------
 
 
-# ---- parts of the description --------------------------------------------------------------
-
-
-def _units(root: Element, units: Iterable[str]) -> None:
-    definitions = SubElement(root, "UnitDefinitions")
-    for name in units:
-        unit = SubElement(definitions, "Unit", name=name)
-        exponents = {base: str(power) for base, power in base_exponents(name).items()}
-        SubElement(unit, "BaseUnit", exponents)
-        if name in DISPLAY_UNITS:
-            display, factor = DISPLAY_UNITS[name]
-            SubElement(unit, "DisplayUnit", name=display, factor=repr(factor))
-
-
-def _types(root: Element, units: Iterable[str]) -> None:
-    definitions = SubElement(root, "TypeDefinitions")
-    for unit in units:
-        if unit in TYPES:
-            name, quantity = TYPES[unit]
-            declared = SubElement(definitions, "SimpleType", name=name)
-            SubElement(declared, "Real", {"quantity": quantity, **_real_unit(unit)})
-    slack = SubElement(definitions, "SimpleType", name="SlackState")
-    items = SubElement(slack, "Enumeration")
-    for state, (name, meaning) in SLACK_STATES.items():
-        SubElement(items, "Item", name=name, value=str(int(state)), description=meaning)
-
-
-def _real_unit(unit: str) -> dict[str, str]:
-    display = {"displayUnit": DISPLAY_UNITS[unit][0]} if unit in DISPLAY_UNITS else {}
-    return {"unit": unit, **display}
-
-
-def _bounds(variable: Variable) -> dict[str, str]:
-    number = int if variable.kind is Kind.INTEGER else float
-    bounds = {"min": variable.lower, "max": variable.upper}
-    return {key: repr(number(value)) for key, value in bounds.items() if isfinite(value)}
-
-
-def _typed(one: FmuVariable, state_index: int | None) -> Element:
-    """The element Real, Integer, Boolean or Enumeration of a variable."""
-    variable, kind = one.variable, one.variable.kind
-    element = Element(kind.value)
-    if kind is Kind.SLACK_STATE:
-        element.set("declaredType", "SlackState")
-    if kind is Kind.REAL:
-        if variable.unit in TYPES:
-            element.set("declaredType", TYPES[variable.unit][0])
-        element.attrib.update(_real_unit(variable.unit))
-        element.set("nominal", repr(float(variable.nominal)))
-    if kind in (Kind.REAL, Kind.INTEGER):
-        element.attrib.update(_bounds(variable))
-    if state_index is not None:
-        element.set("derivative", str(state_index))
-    if one.start is not None:
-        element.set("start", _start(kind, one.start))
-    return element
-
-
-def _start(kind: Kind, value: float) -> str:
-    if kind is Kind.BOOLEAN:
-        return "true" if value else "false"
-    return repr(float(value) if kind is Kind.REAL else int(value))
-
-
-def _character(one: FmuVariable) -> dict[str, str]:
-    """Causality, variability and, where FMI wants it told, initial."""
-    if one.role is Role.TIME:
-        return {"causality": "independent", "variability": "continuous"}
-    if one.role is Role.INPUT:
-        return {"causality": "input", "variability": "continuous"}
-    if one.role in (Role.PARAMETER, Role.OPTION):
-        return {"causality": "parameter", "variability": "fixed", "initial": "exact"}
-    return {
-        "causality": "output" if one.is_output else "local",
-        "variability": "continuous" if one.variable.kind is Kind.REAL else "discrete",
-        "initial": "calculated" if one.start is None else "exact",
-    }
-
-
-def _variables(root: Element, variables: Sequence[FmuVariable]) -> None:
-    states = {one.index: one.value_reference for one in variables if one.role is Role.STATE}
-    listed = SubElement(root, "ModelVariables")
-    for one in variables:
-        attributes = {
-            "name": one.name,
-            "valueReference": str(one.value_reference),
-            "description": one.variable.meaning,
-            **_character(one),
-        }
-        state = states[one.index] + 1 if one.role is Role.DERIVATIVE else None
-        SubElement(listed, "ScalarVariable", attributes).append(_typed(one, state))
-
-
-# ---- structure -----------------------------------------------------------------------------
-
-
-class _Structure:
-    """Unknowns and what they depend on, as 1-based indices of the variables."""
-
-    def __init__(self, description: Description) -> None:
-        self.variables = description.variables
-        self._dependencies = description.dependencies
-        by_role = {
-            role: [one for one in self.variables if one.role is role]
-            for role in (Role.STATE, Role.INPUT, Role.PARAMETER)
-        }
-        self._columns = [
-            one for listed in by_role.values() for one in sorted(listed, key=lambda one: one.index)
-        ]
-        (self._option,) = (one for one in self.variables if one.role is Role.OPTION)
-
-    def _knowns(self, one: FmuVariable) -> list[FmuVariable]:
-        if one.role is Role.STATE:
-            return [one]
-        patterns = self._dependencies
-        pattern = patterns.outputs if one.role is Role.OUTPUT else patterns.rates
-        return [self._columns[column] for column in pattern[one.index].nonzero()[0]]
-
-    def _initial_knowns(self, one: FmuVariable) -> list[FmuVariable]:
-        """Knowns, with those behind a calculated start in its place."""
-        columns: set[int] = set()
-        for known in self._knowns(one):
-            if known.role is Role.STATE and known.start is None:
-                columns.update(self._dependencies.starts[known.index].nonzero()[0])
-            else:
-                columns.add(self._columns.index(known))
-        return [self._columns[column] for column in columns]
-
-    def of(self, one: FmuVariable, *, initial: bool) -> str:
-        """Dependencies of an unknown; parameters are knowns in initialisation only."""
-        knowns = self._initial_knowns(one) if initial else self._knowns(one)
-        if not initial:
-            knowns = [known for known in knowns if known.role is not Role.PARAMETER]
-        elif any(known.name == "motor_velocity" for known in knowns):
-            knowns = [*knowns, self._option]
-        return " ".join(str(i) for i in sorted(known.value_reference + 1 for known in knowns))
-
-
-def _model_structure(root: Element, description: Description) -> None:
-    structure = _Structure(description)
-    outputs = [one for one in structure.variables if one.is_output]
-    rates = [one for one in structure.variables if one.role is Role.DERIVATIVE]
-    states = [one for one in structure.variables if one.role is Role.STATE and not one.is_output]
-    unknowns = [one for one in outputs + rates + states if one.start is None]
-    unknowns.sort(key=lambda one: one.value_reference)
-    element = SubElement(root, "ModelStructure")
-    for name, listed, initial in (
-        ("Outputs", outputs, False),
-        ("Derivatives", rates, False),
-        ("InitialUnknowns", unknowns, True),
+def root_element(description: Description, attributes: Mapping[str, str]) -> Element:
+    """The root with `attributes` of the version, and the elements of the interfaces."""
+    effects = ", ".join(effect.title for effect in description.interface.effects)
+    software = version("elastic-tendon")
+    root = Element(
+        "fmiModelDescription",
+        {
+            **attributes,
+            "modelName": description.name,
+            "description": f"Elastic tendon actuator with slack; effects: {effects or 'none'}",
+            "author": "the elastic-tendon authors",
+            "version": software,
+            "license": "MIT",
+            "generationTool": f"elastic-tendon {software}",
+            **_generation_time(),
+            "variableNamingConvention": "structured",
+        },
+    )
+    identifier = {"modelIdentifier": description.identifier}
+    for name, capabilities in (
+        ("ModelExchange", description.model_exchange),
+        ("CoSimulation", description.co_simulation),
     ):
-        group = SubElement(element, name)
-        for one in listed:
-            attributes = {
-                "index": str(one.value_reference + 1),
-                "dependencies": structure.of(one, initial=initial),
-            }
-            SubElement(group, "Unknown", attributes)
-
-
-# ---- whole ---------------------------------------------------------------------------------
+        if capabilities is not None:
+            SubElement(root, name, identifier | dict(capabilities))
+    return root
 
 
 def _generation_time() -> dict[str, str]:
@@ -244,46 +108,26 @@ def _generation_time() -> dict[str, str]:
     return {"generationDateAndTime": time.strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
-def model_description(description: Description) -> Element:
-    """Root element of modelDescription.xml; its guid is still to be set by `seal`.
+def add_units(root: Element, description: Description) -> None:
+    """Add the definitions of units; all are SI, so their factor is the default, 1."""
+    definitions = SubElement(root, "UnitDefinitions")
+    for name in description.units:
+        unit = SubElement(definitions, "Unit", name=name)
+        exponents = {base: str(power) for base, power in base_exponents(name).items()}
+        SubElement(unit, "BaseUnit", exponents)
+        if name in DISPLAY_UNITS:
+            display, factor = DISPLAY_UNITS[name]
+            SubElement(unit, "DisplayUnit", name=display, factor=repr(factor))
 
-    Parameters
-    ----------
-    description : Description
 
-    Returns
-    -------
-    Element
-    """
-    effects = ", ".join(effect.title for effect in description.interface.effects)
-    software = version("elastic-tendon")
-    root = Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "2.0",
-            "modelName": description.name,
-            "guid": "",
-            "description": f"Elastic tendon actuator with slack; effects: {effects or 'none'}",
-            "author": "the elastic-tendon authors",
-            "version": software,
-            "license": "MIT",
-            "generationTool": f"elastic-tendon {software}",
-            **_generation_time(),
-            "variableNamingConvention": "structured",
-            "numberOfEventIndicators": str(
-                sum(mode.indicators for mode in description.interface.modes)
-            ),
-        },
-    )
-    identifier = {"modelIdentifier": description.identifier}
-    if description.model_exchange is not None:
-        SubElement(root, "ModelExchange", identifier | description.model_exchange)
-    if description.co_simulation is not None:
-        SubElement(root, "CoSimulation", identifier | description.co_simulation)
-    reals = [one.variable for one in description.variables if one.variable.kind is Kind.REAL]
-    units = list(dict.fromkeys(variable.unit for variable in reals))
-    _units(root, units)
-    _types(root, units)
+def add_slack_states(enumeration: Element) -> None:
+    """Add the items of the enumeration."""
+    for state, (name, meaning) in SLACK_STATES.items():
+        SubElement(enumeration, "Item", name=name, value=str(int(state)), description=meaning)
+
+
+def add_log_categories_and_experiment(root: Element) -> None:
+    """Add the categories of messages, and what an importer may take for want of better."""
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES:
         SubElement(categories, "Category", name=name, description=meaning)
@@ -295,25 +139,99 @@ def model_description(description: Description) -> Element:
         tolerance=repr(TOLERANCE),
         stepSize=repr(STEP_SIZE),
     )
-    _variables(root, description.variables)
-    _model_structure(root, description)
-    return root
+
+
+# ---- attributes of variables that all versions share ---------------------------------------
+
+
+def is_real(one: FmuVariable) -> bool:
+    """Whether it is a floating-point variable, and so has a unit and a nominal value."""
+    return one.variable.kind is Kind.REAL
+
+
+def identity(one: FmuVariable) -> dict[str, str]:
+    """Name, reference, meaning, causality, variability and, where FMI wants it told, initial."""
+    return {
+        "name": one.name,
+        "valueReference": str(one.value_reference),
+        "description": one.variable.meaning,
+        "causality": _causality(one),
+        "variability": one.variability,
+        **_initial(one),
+    }
+
+
+def _causality(one: FmuVariable) -> str:
+    if one.role is Role.TIME:
+        return "independent"
+    if one.role is Role.INPUT:
+        return "input"
+    if one.role in (Role.PARAMETER, Role.OPTION):
+        return "parameter"
+    return "output" if one.is_output else "local"
+
+
+def _initial(one: FmuVariable) -> dict[str, str]:
+    if one.role in (Role.TIME, Role.INPUT):
+        return {}
+    return {"initial": "calculated" if one.start is None else "exact"}
+
+
+def unit_attributes(unit: str) -> dict[str, str]:
+    """A unit and the one to display it in."""
+    display = {"displayUnit": DISPLAY_UNITS[unit][0]} if unit in DISPLAY_UNITS else {}
+    return {"unit": unit, **display}
+
+
+def value_attributes(one: FmuVariable) -> dict[str, str]:
+    """Type, unit, nominal, bounds and start, as far as the variable's type has them."""
+    variable, kind = one.variable, one.variable.kind
+    attributes = {}
+    if kind is Kind.SLACK_STATE:
+        attributes["declaredType"] = SLACK_STATE_TYPE
+    if kind is Kind.REAL:
+        if variable.unit in TYPES:
+            attributes["declaredType"] = TYPES[variable.unit][0]
+        attributes |= unit_attributes(variable.unit)
+        attributes["nominal"] = repr(float(variable.nominal))
+    if kind is not Kind.BOOLEAN:
+        bounds = {"min": variable.lower, "max": variable.upper}
+        attributes |= {key: _text(kind, value) for key, value in bounds.items() if isfinite(value)}
+    if one.start is not None:
+        attributes["start"] = _text(kind, one.start)
+    return attributes
+
+
+def _text(kind: Kind, value: float) -> str:
+    if kind is Kind.BOOLEAN:
+        return "true" if value else "false"
+    return repr(float(value) if kind is Kind.REAL else int(value))
+
+
+def state_attributes(one: FmuVariable, description: Description) -> dict[str, str]:
+    """Whether an event may change a state; nothing of other variables."""
+    jumps = one.role is Role.STATE and description.dependencies.jumps[one.index]
+    return {"reinit": "true"} if jumps else {}
+
+
+# ---- token and bytes -----------------------------------------------------------------------
 
 
 def seal(root: Element, binary_key: str) -> str:
-    """Set and return the guid: a hash of the description and of what the binary is made from.
+    """Set and return the token: a hash of the description and of what the binary is made from.
 
     Parameters
     ----------
-    root : from `model_description`
-    binary_key : hash of the sources of the binary
+    root : from `model_description` of a version, with an empty token
+    binary_key : hash of the sources of the binary, the same on every host
     """
     content = ElementTree.tostring(root, "utf-8") + binary_key.encode()
     digest = hashlib.sha256(content).hexdigest()
     parts = (digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])
-    guid = "{" + "-".join(parts) + "}"
-    root.set("guid", guid)
-    return guid
+    token = "{" + "-".join(parts) + "}"
+    (name,) = {"guid", "instantiationToken"} & set(root.attrib)
+    root.set(name, token)
+    return token
 
 
 def to_bytes(root: Element) -> bytes:

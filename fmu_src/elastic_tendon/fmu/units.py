@@ -18,7 +18,11 @@ _SYMBOLS: dict[str, dict[str, int]] = {
 }
 
 # unit -> (its display unit, display units in one unit)
-DISPLAY_UNITS = {"rad": ("deg", 180 / pi), "rad/s": ("deg/s", 180 / pi)}
+DISPLAY_UNITS = {
+    "rad": ("deg", 180 / pi),
+    "rad/s": ("deg/s", 180 / pi),
+    "rad/s2": ("deg/s2", 180 / pi),
+}
 
 # unit -> (declared type, quantity), as in Modelica
 TYPES = {
