@@ -8,7 +8,7 @@ from pathlib import Path
 
 from elastic_tendon import compiler
 from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
-from elastic_tendon.fmu import description
+from elastic_tendon.fmu import description, fmi2_description
 from elastic_tendon.fmu.binary import compile_binary
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.layout import layout
@@ -51,10 +51,10 @@ def _contents(model: Model) -> dict[str, bytes]:
     described = describe(
         model,
         system,
-        co_simulation=description.CO_SIMULATION,
-        model_exchange=description.MODEL_EXCHANGE,
+        co_simulation=fmi2_description.CO_SIMULATION,
+        model_exchange=fmi2_description.MODEL_EXCHANGE,
     )
-    root = description.model_description(described)
+    root = fmi2_description.model_description(described)
     target = compiler.host_platform()
     token = description.seal(root, structure_key(model.effect_ids))
     with tempfile.TemporaryDirectory() as folder:

@@ -19,7 +19,7 @@ from pathlib import Path
 from elastic_tendon import compiler
 from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
 from elastic_tendon.errors import BuildError
-from elastic_tendon.fmu import description
+from elastic_tendon.fmu import description, fmi2_description
 from elastic_tendon.fmu.binary import compile_binary
 from elastic_tendon.fmu.export import checked_path, describe
 from elastic_tendon.model import build
@@ -27,7 +27,7 @@ from elastic_tendon.output import write_file
 from elastic_tendon.parameters import Model
 
 _SLAVE = Path(__file__).parent / "pythonfmu_slave.py"
-CO_SIMULATION = description.CO_SIMULATION | {
+CO_SIMULATION = fmi2_description.CO_SIMULATION | {
     "needsExecutionTool": "true",
     "canInterpolateInputs": "false",
     "maxOutputDerivativeOrder": "0",
@@ -39,7 +39,7 @@ def _write_resources(model: Model, folder: Path) -> list[Path]:
     """Description and library of the model."""
     system = build(model.effect_ids)
     described = describe(model, system, co_simulation=CO_SIMULATION, model_exchange=None)
-    root = description.model_description(described)
+    root = fmi2_description.model_description(described)
     token = description.seal(root, structure_key(model.effect_ids))
     target = compiler.host_platform()
     library = folder / f"elastic_tendon{target.suffix}"
