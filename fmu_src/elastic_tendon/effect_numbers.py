@@ -30,6 +30,7 @@ def effect_quantities(effect: Effect, sizes: Sizes) -> Iterator[Quantity]:
             nominal=abs(parameter.typical_for(sizes)),
             integer=False,
             uncertainty=WIDE,
+            tunable=not parameter.shape,
         )
 
 

@@ -17,7 +17,8 @@ class Quantity:
     `default` holds where the key is left out (`nominal`, where it must be given).
     `uncertainty` is the default one sigma,
     relative to the value (of an effect: to the typical value); `Model.uncertainty_of`
-    says what it comes to.
+    says what it comes to. `tunable`: it may change while the machine runs, by load, adjustment,
+    temperature or wear, and so while the FMU does; the others are fixed by construction.
     """
 
     path: str
@@ -29,6 +30,7 @@ class Quantity:
     nominal: float
     integer: bool
     uncertainty: float
+    tunable: bool
 
 
 def declare(
@@ -39,6 +41,7 @@ def declare(
     *,
     uncertainty: float = 0.0,
     default: float | None = None,
+    tunable: bool = False,
     run_time: bool = True,
 ) -> Any:
     """Declare a field of a section as a quantity.
@@ -51,6 +54,7 @@ def declare(
     nominal : typical size
     uncertainty : one sigma relative to the value, 0 where the value counts as known
     default : value where the key is left out; None: the key must be given
+    tunable : see `Quantity`
     run_time : false for a number that the equations do not use
     """
     return Field(
@@ -64,6 +68,7 @@ def declare(
             "upper": bounds[1],
             "nominal": nominal,
             "uncertainty": uncertainty,
+            "tunable": tunable,
             "run_time": run_time,
         },
     )

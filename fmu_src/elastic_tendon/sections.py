@@ -20,7 +20,10 @@ class Spring(BaseModel):
     stiffness: float = declare("N/m", "stiffness of one spring", (20.0, 1e8), 1e4, uncertainty=0.1)
     parallel: int = declare("1", "number of equal springs side by side", (1, 100), 1, default=1)
     damping: float = declare(
-        "N.s/m", "viscous damping of one spring", (0.0, 1e6), 10.0, uncertainty=1.0, default=0.0
+        *("N.s/m", "viscous damping of one spring", (0.0, 1e6), 10.0),
+        uncertainty=1.0,
+        default=0.0,
+        tunable=True,
     )
     max_deflection: float = declare(
         "m", "largest elongation from the rest length that the spring bears", (1e-4, 1.0), 0.01
@@ -66,7 +69,7 @@ class Transmission(BaseModel):
     lower_spring: Spring
     # after the springs: its validator needs them
     pretension_force: float = declare(
-        "N", "force F_p in both tendons at rest", (0.0, 1e6), 50.0, uncertainty=0.3
+        "N", "force F_p in both tendons at rest", (0.0, 1e6), 50.0, uncertainty=0.3, tunable=True
     )
 
     @field_validator("pretension_force")
@@ -104,10 +107,15 @@ class Link(BaseModel):
     model_config = STRICT
 
     inertia: float = declare(
-        "kg.m2", "moment of inertia J about the joint", (1e-9, 1e4), 0.03, uncertainty=0.3
+        *("kg.m2", "moment of inertia J about the joint", (1e-9, 1e4), 0.03),
+        uncertainty=0.3,
+        tunable=True,
     )
     damping: float = declare(
-        "N.m.s/rad", "viscous damping b of the joint", (0.0, 1e4), 0.1, uncertainty=1.0, default=0.0
+        *("N.m.s/rad", "viscous damping b of the joint", (0.0, 1e4), 0.1),
+        uncertainty=1.0,
+        default=0.0,
+        tunable=True,
     )
 
 

@@ -31,7 +31,7 @@ class Variable:
     """One named number: unit as in FMI (``N.m``, ``rad/s``), bounds inclusive.
 
     `start` None: calculated, from the numbers that have one. `at_motor`: a signal measured at the
-    motor, not at the joint.
+    motor, not at the joint. `tunable`: a parameter that may change while the model runs.
     """
 
     name: str
@@ -43,6 +43,7 @@ class Variable:
     lower: float = -inf
     upper: float = inf
     at_motor: bool = False
+    tunable: bool = False
 
     @property
     def discrete(self) -> bool:
@@ -52,12 +53,16 @@ class Variable:
 
 @dataclass(frozen=True)
 class Mode:
-    """Value of a relation, frozen between events: 0 or 1, or -1, 0, 1 for the sign of a motion."""
+    """Value of a relation, frozen between events: 0 or 1, or -1, 0, 1 for the sign of a motion.
+
+    `warns`: the user is told when it becomes 1, for the machine would suffer.
+    """
 
     name: str
     meaning: str
     start: float
     values: tuple[int, ...] = (0, 1)
+    warns: bool = False
 
     @property
     def indicators(self) -> int:
@@ -225,7 +230,10 @@ def _modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
         for strand in strands(effects)
     ]
     stretched = [
-        Mode(f"{spring}.overstretched", f"the {spring[:5]} spring exceeds max_deflection", 0.0)
+        Mode(
+            *(f"{spring}.overstretched", f"the {spring[:5]} spring exceeds max_deflection", 0.0),
+            warns=True,
+        )
         for spring in SPRINGS
     ]
     of_effects = [
@@ -261,6 +269,7 @@ def interface(effect_ids: tuple[str, ...]) -> Interface:
             quantity.nominal,
             quantity.lower,
             quantity.upper,
+            tunable=quantity.tunable,
         )
         for quantity in quantities(tuple(effect.id for effect in effects))
     )

@@ -65,7 +65,7 @@ class Parameter:
     `null` is the value at which the effect vanishes (or the default, where another parameter
     makes it vanish). `typical` is a typical magnitude on a real actuator, in `unit`. `shape` marks
     a number that says where or how fast the effect acts; the others are its strength, and grow
-    together.
+    together. Strengths may change while the machine runs, shapes may not.
     """
 
     name: str

@@ -5,12 +5,12 @@ table of unique value references serves every FMI version. Nothing here needs Ca
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import inf, isnan, nan
 
-from elastic_tendon.variables import Interface, Kind, Variable
+from elastic_tendon.variables import Interface, Kind, Mode, Variable
 
 MOTOR_VELOCITY_CONNECTED = Variable(
     "motor_velocity_connected",
@@ -34,6 +34,7 @@ class Role(Enum):
     OUTPUT = "ROLE_OUTPUT"
     PARAMETER = "ROLE_PARAMETER"
     OPTION = "ROLE_OPTION"
+    INDICATOR = "ROLE_INDICATOR"
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,15 @@ class FmuVariable:
     def name(self) -> str:
         """Name, structured by dots."""
         return self.variable.name
+
+    @property
+    def variability(self) -> str:
+        """When the value may change, in FMI's terms."""
+        if self.role is Role.OPTION or (self.role is Role.PARAMETER and not self.variable.tunable):
+            return "fixed"
+        if self.role is Role.PARAMETER:
+            return "tunable"
+        return "discrete" if self.variable.discrete else "continuous"
 
 
 _Row = tuple[Variable, Role, int, bool, float | None]  # fields of FmuVariable after the first
@@ -79,13 +89,24 @@ def _derivative(state: Variable) -> Variable:
     )
 
 
-def layout(interface: Interface, parameters: Mapping[str, float]) -> tuple[FmuVariable, ...]:
+def _indicators(mode: Mode) -> Iterator[Variable]:
+    for number in range(1, mode.indicators + 1):
+        place = f"[{number}]" if mode.indicators > 1 else ""
+        yield Variable(
+            f"{mode.name}.indicator{place}", "1", f"changes its sign at an event: {mode.meaning}"
+        )
+
+
+def layout(
+    interface: Interface, parameters: Mapping[str, float], *, indicators: bool = False
+) -> tuple[FmuVariable, ...]:
     """Variables of the FMU; a variable's place in the tuple is its value reference.
 
     Parameters
     ----------
     interface : of the structure
     parameters : value of each parameter by its dotted path, SI
+    indicators : whether event indicators are variables too, as FMI 3.0 wants them
     """
     states = {state.name: i for i, state in enumerate(interface.states)}
     rows: list[_Row] = [(_TIME, Role.TIME, 0, False, None)]
@@ -106,6 +127,9 @@ def layout(interface: Interface, parameters: Mapping[str, float]) -> tuple[FmuVa
     for i, variable in enumerate(interface.parameters):
         rows.append((variable, Role.PARAMETER, i, False, parameters[variable.name]))
     rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
+    if indicators:
+        listed = (variable for mode in interface.modes for variable in _indicators(mode))
+        rows.extend((one, Role.INDICATOR, i, False, None) for i, one in enumerate(listed))
     return tuple(FmuVariable(reference, *row) for reference, row in enumerate(rows))
 
 
@@ -133,6 +157,10 @@ def _c_text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
+def _text_table(name: str, texts: Iterable[str]) -> str:
+    return f"static const char *const {name}[] = {{{', '.join(map(_c_text, texts))}}};"
+
+
 def _row(one: FmuVariable) -> str:
     variable = one.variable
     cells = (
@@ -141,26 +169,33 @@ def _row(one: FmuVariable) -> str:
         one.role.value,
         str(one.index),
         str(int(one.is_output)),
+        str(int(variable.tunable)),
         *(_c_number(value) for value in (_c_start(one), variable.lower, variable.upper)),
     )
     return f"  {{{', '.join(cells)}}},"
 
 
 def c_tables(
-    variables: Iterable[FmuVariable], mode_names: Iterable[str], token: str, tolerance: float
+    variables: Iterable[FmuVariable],
+    modes: Sequence[Mode],
+    token: str,
+    tolerance: float,
+    fmi_version: int,
 ) -> str:
     """C source of the tables that `runtime/instance.c` works from.
 
     Parameters
     ----------
     variables : from `layout`
-    mode_names : names of the modes, in order
+    modes : of the model, in order
     token : the string by which a description and its binary know each other
     tolerance : of the solver where the importer sets none
+    fmi_version : 2 or 3
     """
     rows = [_row(one) for one in variables]
     return "\n".join(
         [
+            f"#define FMI_VERSION {fmi_version}",
             f"#define N_VARIABLES {len(rows)}",
             f"#define MODEL_TOKEN {_c_text(token)}",
             f"#define MODEL_TOLERANCE {tolerance!r}",
@@ -168,7 +203,8 @@ def c_tables(
             "static const VariableInfo variables[] = {",
             *rows,
             "};",
-            f"static const char *const mode_name[] = {{{', '.join(map(_c_text, mode_names))}}};",
+            _text_table("mode_name", (mode.name for mode in modes)),
+            _text_table("mode_warning", (mode.meaning if mode.warns else "" for mode in modes)),
             "",
         ]
     )

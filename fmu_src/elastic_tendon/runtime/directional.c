@@ -1,30 +1,54 @@
-/* Derivatives of outputs and state derivatives, from the compiled Jacobians by v = [x; u; p]. */
+/* Derivatives of outputs, state derivatives and event indicators, from the compiled Jacobians by
+ * v = [x; u; p]. */
 #include <math.h>
 #include <string.h>
 
 #include "instance.h"
 
-/* Change of rates and outputs along a direction in v, modes held. Needs a valid view. */
-static void derive(const Instance *instance, const double *direction, double *rates,
-                   double *outputs) {
+typedef struct {
+  double rates[N_RATES_JACOBIAN], outputs[N_OUTPUTS_JACOBIAN], indicators[N_INDICATORS_JACOBIAN];
+  double starts[N_STARTS_JACOBIAN + 1];
+  int calculated[N_STATES]; /* states that follow the knowns while initialising, */
+  int follow;               /* if there are any */
+} Jacobians;
+
+/* Change along a direction. */
+typedef struct {
+  double states[N_STATES], rates[N_STATES], outputs[N_OUTPUTS], indicators[N_INDICATORS];
+} Change;
+
+/* At the view, which must be valid. */
+static void jacobians_of(const Instance *instance, Jacobians *of) {
   const View *view = &instance->view;
   const double *p = instance->solver.p;
-  double by_rates[N_RATES_JACOBIAN], by_outputs[N_OUTPUTS_JACOBIAN];
-  model_rates_jacobian(view->x, view->u, p, view->mode, by_rates);
-  model_outputs_jacobian(view->x, view->u, p, view->mode, by_outputs);
-  along(&rates_jacobian_pattern, by_rates, direction, N_STATES, rates);
-  along(&outputs_jacobian_pattern, by_outputs, direction, N_OUTPUTS, outputs);
+  model_rates_jacobian(view->x, view->u, p, view->mode, of->rates);
+  model_outputs_jacobian(view->x, view->u, p, view->mode, of->outputs);
+  model_indicators_jacobian(view->x, view->u, p, view->mode, of->indicators);
+  of->follow = find_calculated(instance->state.motion.x, of->calculated);
+  if (of->follow) model_starts_jacobian(view->x, view->u, p, view->mode, of->starts);
 }
 
-/* While initialising, states whose start is calculated follow the knowns. Needs a valid view. */
-static int starts_follow(const Instance *instance, double *direction) {
-  const View *view = &instance->view;
-  int calculated[N_STATES];
-  double nonzeros[N_STARTS_JACOBIAN];
-  if (!find_calculated(instance->state.motion.x, calculated)) return 1;
-  model_starts_jacobian(view->x, view->u, instance->solver.p, view->mode, nonzeros);
-  return follow_starts(calculated, nonzeros, direction);
+/* Modes held. The direction's calculated states are set. */
+static Status derive(Instance *instance, const Jacobians *of, double *direction, Change *change) {
+  if (of->follow && !follow_starts(of->calculated, of->starts, direction))
+    return report(instance, STATUS_ERROR, "%s", outcome_text(STARTS_DO_NOT_SETTLE));
+  memcpy(change->states, direction + V_STATES, sizeof change->states);
+  along(&rates_jacobian_pattern, of->rates, direction, N_STATES, change->rates);
+  along(&outputs_jacobian_pattern, of->outputs, direction, N_OUTPUTS, change->outputs);
+  along(&indicators_jacobian_pattern, of->indicators, direction, N_INDICATORS, change->indicators);
+  return STATUS_OK;
 }
+
+static double pick(const VariableInfo *variable, const Change *change) {
+  switch (variable->role) {
+    case ROLE_STATE: return change->states[variable->index];
+    case ROLE_DERIVATIVE: return change->rates[variable->index];
+    case ROLE_INDICATOR: return change->indicators[variable->index];
+    default: return change->outputs[variable->index];
+  }
+}
+
+/* ---- unknowns and knowns --------------------------------------------------------------------- */
 
 /* Place of a known in v, or -1. */
 static int place(const Instance *instance, unsigned reference) {
@@ -34,72 +58,89 @@ static int place(const Instance *instance, unsigned reference) {
       return isnan(instance->state.motion.x[variable->index]) ? -1 : V_STATES + variable->index;
     case ROLE_INPUT: return V_INPUTS + variable->index;
     case ROLE_PARAMETER:
-      return instance->state.phase == INITIALISATION ? V_PARAMETERS + variable->index : -1;
+      return settable(instance, variable) & instance->state.phase ? V_PARAMETERS + variable->index
+                                                                  : -1;
     default: return -1;
   }
 }
 
-static Status check_unknowns(Instance *instance, const unsigned *unknown, size_t n) {
-  for (size_t i = 0; i < n; i++) {
-    if (check_reference(instance, unknown[i], TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
-    const VariableInfo *variable = &variables[unknown[i]];
-    if (!variable->is_output && variable->role != ROLE_DERIVATIVE)
-      return report(instance, STATUS_ERROR, "%s is neither output nor derivative", variable->name);
+/* A motor velocity that is not connected changes nothing. */
+static void add_known(const Instance *instance, unsigned reference, double seed,
+                      double *direction) {
+  const int i = place(instance, reference);
+  if (i == V_INPUTS + MOTOR_VELOCITY && !instance->state.motor_velocity_connected) return;
+  direction[i] += seed;
+}
+
+static int is_unknown(const Instance *instance, const VariableInfo *variable) {
+  switch (variable->role) {
+    case ROLE_DERIVATIVE:
+    case ROLE_INDICATOR: return 1;
+    case ROLE_STATE: return variable->is_output || isnan(instance->state.motion.x[variable->index]);
+    default: return variable->is_output;
+  }
+}
+
+static Status check_pairs(Instance *instance, const Pairs *pairs) {
+  for (size_t i = 0; i < pairs->n_unknowns; i++) {
+    if (check_reference(instance, pairs->unknown[i], TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
+    const VariableInfo *variable = &variables[pairs->unknown[i]];
+    if (!is_unknown(instance, variable))
+      return report(instance, STATUS_ERROR, "%s is no unknown: neither output nor derivative",
+                    variable->name);
+  }
+  for (size_t i = 0; i < pairs->n_knowns; i++) {
+    if (check_reference(instance, pairs->known[i], TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
+    if (place(instance, pairs->known[i]) < 0)
+      return report(instance, STATUS_ERROR, "nothing can be derived by %s %s",
+                    variables[pairs->known[i]].name, phase_name(instance->state.phase));
   }
   return STATUS_OK;
 }
 
-static Status check_knowns(Instance *instance, const unsigned *known, size_t n,
-                           const double *seed) {
-  for (size_t i = 0; i < n; i++) {
-    if (check_reference(instance, known[i], TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
-    if (place(instance, known[i]) < 0)
-      return report(instance, STATUS_ERROR, "nothing can be derived by %s %s",
-                    variables[known[i]].name, phase_name(instance->state.phase));
+static Status check_seed(Instance *instance, const unsigned *reference, size_t n,
+                         const double *seed) {
+  for (size_t i = 0; i < n; i++)
     if (!isfinite(seed[i]))
       return report(instance, STATUS_ERROR, "the seed %g of %s is not finite", seed[i],
-                    variables[known[i]].name);
-  }
+                    variables[reference[i]].name);
   return STATUS_OK;
 }
 
-static double pick(const VariableInfo *variable, const double *direction, const double *rates,
-                   const double *outputs) {
-  switch (variable->role) {
-    case ROLE_STATE: return direction[V_STATES + variable->index];
-    case ROLE_DERIVATIVE: return rates[variable->index];
-    default: return outputs[variable->index];
-  }
-}
+/* ---- calls ----------------------------------------------------------------------------------- */
 
-static Status directional(Instance *instance, const unsigned *unknown, size_t n_unknowns,
-                          const unsigned *known, size_t n_knowns, const double *seed,
+static Status directional(Instance *instance, const Pairs *pairs, const double *seed,
                           double *result) {
-  double direction[V_LENGTH] = {0}, rates[N_STATES], outputs[N_OUTPUTS];
-  if (check_unknowns(instance, unknown, n_unknowns) != STATUS_OK ||
-      check_knowns(instance, known, n_knowns, seed) != STATUS_OK || look(instance) != STATUS_OK)
+  double direction[V_LENGTH] = {0};
+  Jacobians of;
+  Change change;
+  if (check_pairs(instance, pairs) != STATUS_OK ||
+      check_seed(instance, pairs->known, pairs->n_knowns, seed) != STATUS_OK ||
+      look(instance) != STATUS_OK)
     return STATUS_ERROR;
-  for (size_t i = 0; i < n_knowns; i++) direction[place(instance, known[i])] += seed[i];
-  if (!instance->state.motor_velocity_connected) direction[V_INPUTS + MOTOR_VELOCITY] = 0.0;
-  if (!starts_follow(instance, direction))
-    return report(instance, STATUS_ERROR, "%s", outcome_text(STARTS_DO_NOT_SETTLE));
-  derive(instance, direction, rates, outputs);
-  for (size_t i = 0; i < n_unknowns; i++)
-    result[i] = pick(&variables[unknown[i]], direction, rates, outputs);
+  jacobians_of(instance, &of);
+  for (size_t i = 0; i < pairs->n_knowns; i++)
+    add_known(instance, pairs->known[i], seed[i], direction);
+  if (derive(instance, &of, direction, &change) != STATUS_OK) return STATUS_ERROR;
+  for (size_t i = 0; i < pairs->n_unknowns; i++)
+    result[i] = pick(&variables[pairs->unknown[i]], &change);
   return STATUS_OK;
 }
 
 static Status output_rates(Instance *instance, const unsigned *output, size_t n, double *result) {
-  double direction[V_LENGTH] = {0}, rates[N_STATES], outputs[N_OUTPUTS];
+  double direction[V_LENGTH] = {0};
+  Jacobians of;
+  Change change;
   for (size_t i = 0; i < n; i++) {
     if (check_reference(instance, output[i], TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
     if (!variables[output[i]].is_output)
       return report(instance, STATUS_ERROR, "%s is no output", variables[output[i]].name);
   }
   if (look(instance) != STATUS_OK) return STATUS_ERROR;
+  jacobians_of(instance, &of);
   memcpy(direction + V_STATES, instance->view.rates, sizeof instance->view.rates);
   memcpy(direction + V_INPUTS, instance->view.u_rate, sizeof instance->view.u_rate);
-  derive(instance, direction, rates, outputs);
-  for (size_t i = 0; i < n; i++) result[i] = pick(&variables[output[i]], direction, rates, outputs);
+  if (derive(instance, &of, direction, &change) != STATUS_OK) return STATUS_ERROR;
+  for (size_t i = 0; i < n; i++) result[i] = pick(&variables[output[i]], &change);
   return STATUS_OK;
 }

@@ -1,8 +1,28 @@
 /* FMI 2.0: the functions of co-simulation. */
+#include <math.h>
+
 #include "fmi2Functions.h"
 #include "instance.h"
 
 enum { STEPPED = STEP_COMPLETE | STEP_FAILED | TERMINATED };
+
+static Status check_input_rate(Instance *instance, unsigned reference, int order, double value) {
+  if (check_reference(instance, reference, TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
+  const char *name = variables[reference].name;
+  if (variables[reference].role != ROLE_INPUT)
+    return report(instance, STATUS_ERROR, "%s is no input", name);
+  if (order != 1)
+    return report(instance, STATUS_ERROR, "derivative of order %d of %s: only order 1 is used",
+                  order, name);
+  if (!isfinite(value))
+    return report(instance, STATUS_ERROR, "the derivative %g of %s is not finite", value, name);
+  return STATUS_OK;
+}
+
+static void store_input_rate(Instance *instance, unsigned reference, double value) {
+  instance->state.input_rate[variables[reference].index] = value;
+  instance->view.valid = 0;
+}
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                        const fmi2Integer order[], const fmi2Real value[]) {
@@ -19,14 +39,8 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                         const fmi2Integer order[], fmi2Real value[]) {
-  Instance *instance = enter(c, "fmi2GetRealOutputDerivatives", STEPPED, CO_SIMULATION);
-  if (!instance || !given(instance, vr, nvr, "vr") || !given(instance, order, nvr, "order") ||
-      !given(instance, value, nvr, "value"))
-    return fmi2Error;
-  for (size_t i = 0; i < nvr; i++)
-    if (order[i] != 1)
-      return (fmi2Status)report(instance, STATUS_ERROR, "order %d is not 1", order[i]);
-  return (fmi2Status)output_rates(instance, vr, nvr, value);
+  return (fmi2Status)output_derivatives(
+      enter(c, "fmi2GetRealOutputDerivatives", STEPPED, CO_SIMULATION), vr, nvr, order, value);
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
@@ -34,8 +48,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
   (void)noSetFMUStatePriorToCurrentPoint;
   Instance *instance = enter(c, "fmi2DoStep", STEP_COMPLETE, CO_SIMULATION);
-  return instance ? (fmi2Status)step(instance, currentCommunicationPoint, communicationStepSize)
-                  : fmi2Error;
+  StepEnd end;
+  if (!instance) return fmi2Error;
+  return (fmi2Status)step(instance, currentCommunicationPoint, communicationStepSize, &end);
 }
 
 /* Steps are never in progress when fmi2DoStep has returned. */

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "compilers.h"
+
 #if N_UNKNOWNS > 0
 
 #define MAX_NEWTON_STEPS 100
@@ -12,8 +14,8 @@
 
 /* From the guess, so that equal arguments give equal results whatever was solved before. Never
  * inlined, or each function of the model gets its own copy. */
-static __attribute__((noinline)) void solve_implicit(const double *x, const double *u, const double *p, const double *r,
-                           double *w) {
+NEVER_INLINE static void solve_implicit(const double *x, const double *u, const double *p,
+                                        const double *r, double *w) {
   double next[N_UNKNOWNS];
   model_guess(x, u, p, r, w);
   for (int n = 0; n < MAX_NEWTON_STEPS; n++) {

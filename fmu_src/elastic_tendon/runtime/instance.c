@@ -13,6 +13,7 @@
 
 static void log_text(Instance *instance, Status status, Category category, const char *format,
                      va_list arguments) {
+  if (!(instance->logged & 1 << category)) return;
   char message[MESSAGE_SIZE], text[MESSAGE_SIZE + 256];
   vsnprintf(message, sizeof message, format, arguments);
   snprintf(text, sizeof text, "%.100s: %s at %.9g s: %s", instance->name, instance->call,
@@ -32,22 +33,38 @@ static Status report(Instance *instance, Status status, const char *format, ...)
   return status;
 }
 
-static void log_event(Instance *instance, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-/* For debugging: only where the importer asked for it. */
+PRINTS(2, 3)
 static void log_event(Instance *instance, const char *format, ...) {
-  if (!instance->log_events) return;
   va_list arguments;
   va_start(arguments, format);
   log_text(instance, STATUS_OK, LOG_EVENTS, format, arguments);
   va_end(arguments);
 }
 
-static void log_mode_changes(Instance *instance, const double *before, const double *after) {
-  for (int i = 0; i < N_MODES; i++)
-    if (before[i] != after[i])
-      log_event(instance, "%s %g -> %g", mode_name[i], before[i], after[i]);
+/* Log changes of modes. A warning where one became 1 that the user must know of. */
+static Status tell_mode_changes(Instance *instance, const double *before, const double *after) {
+  Status status = STATUS_OK;
+  for (int i = 0; i < N_MODES; i++) {
+    if (before[i] == after[i]) continue;
+    log_event(instance, "%s %g -> %g", mode_name[i], before[i], after[i]);
+    if (mode_warning[i][0] && after[i] == 1)
+      status = report(instance, STATUS_WARNING, "%s", mode_warning[i]);
+  }
+  return status;
+}
+
+static Status set_logging(Instance *instance, int on, size_t n, const char *const *categories) {
+  int chosen = n == 0 ? ALL_CATEGORIES : 0;
+  for (size_t i = 0; i < n; i++) {
+    int k = 0;
+    while (k < N_CATEGORIES && categories[i] && strcmp(categories[i], category_name[k])) k++;
+    if (!categories[i] || k == N_CATEGORIES)
+      return report(instance, STATUS_ERROR, "there is no log category %.60s",
+                    categories[i] ? categories[i] : "NULL");
+    chosen |= 1 << k;
+  }
+  instance->logged = on ? instance->logged | chosen : instance->logged & ~chosen;
+  return STATUS_OK;
 }
 
 /* ---- life ------------------------------------------------------------------------------------ */
@@ -98,6 +115,12 @@ static Status set_experiment(Instance *instance, const double *tolerance, double
   return STATUS_OK;
 }
 
+static const char *state_name(int state) {
+  for (unsigned i = 0; i < N_VARIABLES; i++)
+    if (variables[i].role == ROLE_STATE && variables[i].index == state) return variables[i].name;
+  return "";
+}
+
 /* ---- variables ------------------------------------------------------------------------------- */
 
 static const char *phase_name(int phase) {
@@ -108,39 +131,50 @@ static const char *phase_name(int phase) {
     case CONTINUOUS: return "in continuous-time mode";
     case STEP_COMPLETE: return "between steps";
     case STEP_FAILED: return "after a failed step";
+    case INTERMEDIATE: return "inside a step";
     default: return "after termination";
   }
 }
 
-/* Phases in which a variable of a role may be set. */
-static int settable(Role role) {
-  switch (role) {
-    case ROLE_INPUT: return INSTANTIATED | INITIALISATION | EVENT | CONTINUOUS | STEP_COMPLETE;
+/* Phases in which a variable may be set. */
+static int settable(const Instance *instance, const VariableInfo *variable) {
+  const int between = instance->event_mode ? EVENT : EVENT | STEP_COMPLETE;
+  switch (variable->role) {
+    case ROLE_INPUT:
+      return INSTANTIATED | INITIALISATION | EVENT | CONTINUOUS | STEP_COMPLETE | INTERMEDIATE;
+    case ROLE_PARAMETER: return INSTANTIATED | INITIALISATION | (variable->tunable ? between : 0);
     case ROLE_STATE:
-    case ROLE_PARAMETER:
     case ROLE_OPTION: return INSTANTIATED | INITIALISATION;
     default: return 0;
   }
 }
 
-static Status check_reference(Instance *instance, unsigned reference, Type type) {
-  static const char *const type_name[] = {"Real", "Integer", "Boolean", "Enumeration"};
+static const char *type_name(Type type) {
+  switch (type) {
+    case TYPE_REAL: return FMI_VERSION == 3 ? "Float64" : "Real";
+    case TYPE_INTEGER: return FMI_VERSION == 3 ? "Int32" : "Integer";
+    case TYPE_BOOLEAN: return "Boolean";
+    default: return "Enumeration";
+  }
+}
+
+static Status check_reference(Instance *instance, unsigned reference, int types) {
   if (reference >= N_VARIABLES)
     return report(instance, STATUS_ERROR, "there is no value reference %u", reference);
   const VariableInfo *variable = &variables[reference];
-  /* every version of FMI sets and gets enumerations as integers */
-  const int matches = variable->type == type ||
-                      (variable->type == TYPE_ENUMERATION && type == TYPE_INTEGER);
-  if (!matches)
-    return report(instance, STATUS_ERROR, "%s is of type %s, not %s", variable->name,
-                  type_name[variable->type], type_name[type]);
+  if (!(variable->type & types))
+    return report(instance, STATUS_ERROR, "%s is of type %s", variable->name,
+                  type_name(variable->type));
+  if (instance->state.phase == INTERMEDIATE && !instance->is_intermediate[reference])
+    return report(instance, STATUS_ERROR, "%s is not one of the required intermediate variables",
+                  variable->name);
   return STATUS_OK;
 }
 
-static Status check_set(Instance *instance, unsigned reference, Type type, double value) {
-  if (check_reference(instance, reference, type) != STATUS_OK) return STATUS_ERROR;
+static Status check_set(Instance *instance, unsigned reference, int types, double value) {
+  if (check_reference(instance, reference, types) != STATUS_OK) return STATUS_ERROR;
   const VariableInfo *variable = &variables[reference];
-  if (!(settable(variable->role) & instance->state.phase))
+  if (!(settable(instance, variable) & instance->state.phase))
     return report(instance, STATUS_ERROR, "%s cannot be set %s (to %g)", variable->name,
                   phase_name(instance->state.phase), value);
   if (!isfinite(value))
@@ -164,30 +198,26 @@ static void store(Instance *instance, unsigned reference, double value) {
   instance->view.valid = 0;
 }
 
-static Status check_input_rate(Instance *instance, unsigned reference, int order, double value) {
-  if (check_reference(instance, reference, TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
-  const char *name = variables[reference].name;
-  if (variables[reference].role != ROLE_INPUT)
-    return report(instance, STATUS_ERROR, "%s is no input", name);
-  if (order != 1)
-    return report(instance, STATUS_ERROR, "derivative of order %d of %s: only order 1 is used",
-                  order, name);
-  if (!isfinite(value))
-    return report(instance, STATUS_ERROR, "the derivative %g of %s is not finite", value, name);
-  return STATUS_OK;
-}
-
-static void store_input_rate(Instance *instance, unsigned reference, double value) {
-  instance->state.input_rate[variables[reference].index] = value;
-  instance->view.valid = 0;
+/* Make view hold what belongs to a variable that is calculated. */
+static Status calculate(Instance *instance, const char *name) {
+  if (instance->state.phase == INSTANTIATED)
+    return report(instance, STATUS_ERROR, "%s is calculated in initialisation mode", name);
+  return look(instance);
 }
 
 static Status state_value(Instance *instance, int i, double *value) {
   *value = instance->state.motion.x[i];
   if (!isnan(*value)) return STATUS_OK;
-  if (look(instance) != STATUS_OK) return STATUS_ERROR; /* calculates its start */
+  if (calculate(instance, state_name(i)) != STATUS_OK) return STATUS_ERROR;
   *value = instance->view.x[i];
   return STATUS_OK;
+}
+
+static double indicator(const Instance *instance, int i) {
+  const View *view = &instance->view;
+  double z[N_INDICATORS];
+  model_indicators(view->x, view->u, instance->solver.p, view->mode, z);
+  return z[i];
 }
 
 static Status get(Instance *instance, unsigned reference, double *value) {
@@ -201,11 +231,14 @@ static Status get(Instance *instance, unsigned reference, double *value) {
     case ROLE_PARAMETER: *value = state->parameter[i]; return STATUS_OK;
     case ROLE_OPTION: *value = state->motor_velocity_connected; return STATUS_OK;
     case ROLE_DERIVATIVE:
+    case ROLE_INDICATOR:
     case ROLE_OUTPUT: break;
   }
-  if (look(instance) != STATUS_OK) return STATUS_ERROR;
+  if (calculate(instance, variable->name) != STATUS_OK) return STATUS_ERROR;
   const View *view = &instance->view;
-  *value = variable->role == ROLE_OUTPUT ? view->outputs[i] : view->rates[i];
+  *value = variable->role == ROLE_OUTPUT       ? view->outputs[i]
+           : variable->role == ROLE_DERIVATIVE ? view->rates[i]
+                                               : indicator(instance, i);
   return STATUS_OK;
 }
 
@@ -235,16 +268,21 @@ static void load(Instance *instance, double origin) {
   }
 }
 
-/* Modes are frozen in model exchange, where events decide. Otherwise the view shows what the
- * modes will be with the inputs of now, without deciding it: looking has no consequences.
- * Never inlined, or each of its callers gets its own copy of the equations. */
-static __attribute__((noinline)) Status look(Instance *instance) {
+/* Where the importer handles events, modes are frozen between them. Otherwise the view shows what
+ * the modes will be with the inputs of now, without deciding it: looking has no consequences. */
+static int decides_modes(const Instance *instance) {
+  const int between = instance->event_mode ? 0 : STEP_COMPLETE | STEP_FAILED;
+  return (instance->state.phase & (INITIALISATION | between)) != 0;
+}
+
+/* Never inlined, or each of its callers gets its own copy of the equations. */
+NEVER_INLINE static Status look(Instance *instance) {
   View *view = &instance->view;
   Solver *solver = &instance->solver;
   if (view->valid) return STATUS_OK;
   const double time = instance->state.motion.time;
   load(instance, time);
-  if (instance->state.phase & (INITIALISATION | STEP_COMPLETE | STEP_FAILED)) {
+  if (decides_modes(instance)) {
     const Outcome outcome = solver_settle(solver);
     if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
   }

@@ -10,11 +10,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "compilers.h"
 #include "solver.h"
 
 /* ---- the generated table --------------------------------------------------------------------- */
 
-typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_BOOLEAN, TYPE_ENUMERATION } Type;
+/* Bits, so that a call can serve several. */
+typedef enum { TYPE_REAL = 1, TYPE_INTEGER = 2, TYPE_BOOLEAN = 4, TYPE_ENUMERATION = 8 } Type;
 
 typedef enum {
   ROLE_TIME,
@@ -23,7 +25,8 @@ typedef enum {
   ROLE_DERIVATIVE,
   ROLE_OUTPUT,
   ROLE_PARAMETER,
-  ROLE_OPTION /* motor_velocity_connected */
+  ROLE_OPTION,   /* motor_velocity_connected */
+  ROLE_INDICATOR /* only in FMI 3.0 */
 } Role;
 
 typedef struct {
@@ -32,6 +35,7 @@ typedef struct {
   Role role;
   int index;     /* within its role */
   int is_output; /* also of states */
+  int tunable;   /* a parameter that may change while running */
   double start, lower, upper;
 } VariableInfo;
 
@@ -50,9 +54,10 @@ typedef enum {
   CONTINUOUS = 8,
   STEP_COMPLETE = 16,
   STEP_FAILED = 32,
-  TERMINATED = 64
+  TERMINATED = 64,
+  INTERMEDIATE = 128 /* inside a step, while the importer looks at it */
 } Phase;
-enum { ANY_PHASE = 127 };
+enum { ANY_PHASE = 127 }; /* but inside a step */
 
 typedef struct {
   Motion motion;               /* time, states, modes and memory of the solver */
@@ -80,8 +85,16 @@ typedef struct Instance Instance;
 typedef enum { LOG_WARNING, LOG_DISCARD, LOG_ERROR, LOG_EVENTS, N_CATEGORIES } Category;
 static const char *const category_name[N_CATEGORIES] = {"logStatusWarning", "logStatusDiscard",
                                                         "logStatusError", "logEvents"};
+enum {
+  ALL_CATEGORIES = (1 << N_CATEGORIES) - 1,
+  ALWAYS_LOGGED = ALL_CATEGORIES & ~(1 << LOG_EVENTS) /* in FMI 2.0, whether debugging or not */
+};
 /* Takes the finished text; the façade passes it on in its version's manner. */
 typedef void LogSink(const Instance *instance, Status status, Category category, const char *text);
+
+/* Lets the importer look and set inputs after each step of the solver. Returns whether it wants to
+ * stop, if it may, and then at what time. */
+typedef int IntermediateUpdate(const Instance *instance, int may_stop, double *stop);
 
 struct Instance {
   State state;
@@ -90,11 +103,16 @@ struct Instance {
   double prepared[N_PREPARED]; /* the parameters, as the solver takes them */
   View view;
   int interface;
+  int event_mode;   /* co-simulation in which the importer handles events, */
+  int early_return; /* and in which a step may end early */
+  IntermediateUpdate *intermediate;        /* NULL where the importer does not want any */
+  unsigned char is_intermediate[N_VARIABLES]; /* what it may access then */
   const char *call; /* the façade's function being executed, for messages */
   LogSink *sink;
   void *environment;
-  void (*callback)(void); /* the importer's logger, of the façade's type */
-  int log_events;
+  void (*callback)(void); /* the importer's logger, of the façade's type, */
+  void (*update)(void);   /* and its intermediate update */
+  int logged;             /* bits of the categories that are told */
   char name[]; /* last: its length is the importer's choice */
 };
 
@@ -110,17 +128,17 @@ static Instance *instance_create(const char *name, int interface);
 static void instance_reset(Instance *instance);
 
 /* Log and return the status, so that a call ends with `return report(...)`. */
-static Status report(Instance *instance, Status status, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
+PRINTS(3, 4)
+static Status report(Instance *instance, Status status, const char *format, ...);
 
-/* Whether the reference exists and is of the type. */
-static Status check_reference(Instance *instance, unsigned reference, Type type);
+/* Switch categories, all where none is named, on or off. */
+static Status set_logging(Instance *instance, int on, size_t n, const char *const *categories);
+
+/* Whether the reference exists, is of one of the types and may be accessed now. */
+static Status check_reference(Instance *instance, unsigned reference, int types);
 /* Whether, besides, the value may be set now. Storing after a check cannot fail. */
-static Status check_set(Instance *instance, unsigned reference, Type type, double value);
+static Status check_set(Instance *instance, unsigned reference, int types, double value);
 static void store(Instance *instance, unsigned reference, double value);
-/* The same for the time derivative of an input. */
-static Status check_input_rate(Instance *instance, unsigned reference, int order, double value);
-static void store_input_rate(Instance *instance, unsigned reference, double value);
 /* Value of an existing reference. */
 static Status get(Instance *instance, unsigned reference, double *value);
 /* Value of a state; a start that is calculated is known from initialisation mode on. */
@@ -133,18 +151,27 @@ static Status set_experiment(Instance *instance, const double *tolerance, double
 static Status enter_initialisation(Instance *instance);
 static Status exit_initialisation(Instance *instance);
 
+static void enter_event_mode(Instance *instance);
+
 /* Model exchange. */
 static Status set_time(Instance *instance, double time);
 static Status set_states(Instance *instance, const double *x);
 static Status iterate_events(Instance *instance, EventOutcome *outcome);
 
-/* Co-simulation: integrate from a communication point to exactly from + h. */
-static Status step(Instance *instance, double from, double h);
+/* Co-simulation: integrate from a communication point to exactly from + h, or to the event or the
+ * wish of the importer that ends the step early. */
+typedef struct {
+  int event; /* which the importer shall handle */
+} StepEnd;
+static Status step(Instance *instance, double from, double h, StepEnd *end);
 
-/* Derivatives of unknowns (outputs, derivatives) along a direction in the knowns (inputs, states;
- * while initialising also parameters). */
-static Status directional(Instance *instance, const unsigned *unknown, size_t n_unknowns,
-                          const unsigned *known, size_t n_knowns, const double *seed,
+/* Unknowns (outputs, derivatives, indicators) by knowns (inputs, states, and parameters that can be
+ * set now): the derivative along the direction `seed` in the knowns. */
+typedef struct {
+  const unsigned *unknown, *known;
+  size_t n_unknowns, n_knowns;
+} Pairs;
+static Status directional(Instance *instance, const Pairs *pairs, const double *seed,
                           double *result);
 /* First time derivatives of outputs, from the derivatives of states and inputs. */
 static Status output_rates(Instance *instance, const unsigned *output, size_t n, double *result);

@@ -16,8 +16,24 @@
 
 #include "snapshot.c"
 
+#include "facade.c"
+
+#if FMI_VERSION == 2
+
 #include "fmi2.c"
 
 #include "fmi2_model_exchange.c"
 
 #include "fmi2_co_simulation.c"
+
+#else
+
+#include "adjoint.c"
+
+#include "fmi3.c"
+
+#include "fmi3_model_exchange.c"
+
+#include "fmi3_co_simulation.c"
+
+#endif

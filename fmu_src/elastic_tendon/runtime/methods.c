@@ -7,9 +7,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "compilers.h"
 #include "solver.h"
 
-#define ALWAYS_INLINE static inline __attribute__((always_inline))
 #define LENGTH(directions) (N_STATES * (1 + (directions)))
 
 /* ---- inputs and right-hand side -------------------------------------------------------------- */

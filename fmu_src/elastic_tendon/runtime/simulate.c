@@ -1,7 +1,7 @@
 /* The entry that Python calls: arrays in, arrays out, one call. */
 #include <stdlib.h>
 
-#include "export.h"
+#include "compilers.h"
 #include "solver.h"
 
 enum { HOLD, LINEAR, CUBIC };

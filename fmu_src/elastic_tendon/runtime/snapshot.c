@@ -16,9 +16,10 @@ static void snapshot_take(const Instance *instance, Snapshot *snapshot) {
   memcpy(&snapshot->state, &instance->state, sizeof snapshot->state);
 }
 
-static int phase_fits(int phase, int interface) {
-  const int of_interface = interface == MODEL_EXCHANGE ? EVENT | CONTINUOUS
-                                                       : STEP_COMPLETE | STEP_FAILED;
+static int phase_fits(int phase, const Instance *instance) {
+  const int of_interface = instance->interface == MODEL_EXCHANGE ? EVENT | CONTINUOUS
+                           : instance->event_mode ? EVENT | STEP_COMPLETE | STEP_FAILED
+                                                  : STEP_COMPLETE | STEP_FAILED;
   const int one_bit = phase > 0 && (phase & (phase - 1)) == 0;
   return one_bit && (phase & (of_interface | INSTANTIATED | INITIALISATION | TERMINATED));
 }
@@ -30,7 +31,7 @@ static Status snapshot_check(Instance *instance, const Snapshot *snapshot) {
   if (memcmp(snapshot->token, MODEL_TOKEN, sizeof snapshot->token) != 0)
     return report(instance, STATUS_ERROR, "the state belongs to another model");
   if (snapshot->interface != instance->interface ||
-      !phase_fits(snapshot->state.phase, instance->interface))
+      !phase_fits(snapshot->state.phase, instance))
     return report(instance, STATUS_ERROR, "the state belongs to another kind of instance");
   return STATUS_OK;
 }

@@ -19,6 +19,7 @@
 static const char *outcome_text(Outcome outcome) {
   switch (outcome) {
     case SOLVED: return "solved";
+    case AT_EVENT: return "stopped at an event";
     case STEP_TOO_SMALL: return "the step size fell below the resolution of time";
     case TOO_MANY_STEPS: return "more than ten million steps would be needed";
     case TOO_MANY_EVENTS:
@@ -127,6 +128,7 @@ static Outcome handle_event(Solver *s, double h, const double *start, double *k,
     if (s->statistics.events < s->event_capacity)
       s->event_time[s->statistics.events] = s->motion.time;
     s->statistics.events++;
+    if (s->stop_at_events) return AT_EVENT;
   }
   return settle(s, fired, k);
 }
@@ -174,6 +176,7 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
       at_one_time = motion->time - before > 1e-13 * (1.0 + fabs(before)) ? 0 : at_one_time + 1;
       if (at_one_time > MAX_EVENTS_AT_ONE_TIME) outcome = EVENTS_DO_NOT_SETTLE;
       if (outcome == SOLVED) outcome = refresh(s, m, k, start);
+      if (s->single_step) return outcome;
       continue;
     }
     motion->time = to_end ? t_end : motion->time + h;
@@ -184,6 +187,7 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     else
       memcpy(k, k + 6 * n, sizeof(double) * (size_t)n);
     if (implicit || !to_end) judge_stiffness(s, h);
+    if (s->single_step) return outcome;
   }
   return outcome;
 }

@@ -33,6 +33,7 @@ typedef struct {
 
 typedef enum {
   SOLVED,
+  AT_EVENT, /* found and left to the caller */
   STEP_TOO_SMALL,
   TOO_MANY_STEPS,
   TOO_MANY_EVENTS,
@@ -50,6 +51,8 @@ typedef struct {
   const int *direction; /* for each the index in v, */
   double *vector;       /* and SOLVER_MEMORY(n_directions) doubles, of which the first
                            N_STATES * (1 + n_directions) are x, dx/dv_1, dx/dv_2, ... */
+  int stop_at_events;   /* leave events to the caller */
+  int single_step;      /* return after each step */
   double *event_time;   /* optional record of the first event_capacity events, s */
   long long event_capacity;
   Statistics statistics;
@@ -68,7 +71,8 @@ static void solver_restart(Solver *s, double time);
  * it after a restart and after every change of these. */
 static Outcome solver_settle(Solver *s);
 
-/* Integrate to exactly t_end. On failure the motion stays at the last good time. */
+/* Integrate to exactly t_end, or as far as stop_at_events and single_step let. On failure the motion
+ * stays at the last good time. */
 static Outcome solver_advance(Solver *s, double t_end);
 
 #endif

@@ -50,7 +50,7 @@ static int follow_starts(const int *calculated, const double *nonzeros, double *
 }
 
 static Outcome start_sensitivities(Solver *s, const int *calculated) {
-  double u[N_INPUTS], nonzeros[N_STARTS_JACOBIAN];
+  double u[N_INPUTS], nonzeros[N_STARTS_JACOBIAN + 1];
   signal_at(&s->signal, s->motion.time, u);
   model_starts_jacobian(s->vector, u, s->p, s->motion.mode, nonzeros);
   for (int j = 0; j < s->n_directions; j++) {

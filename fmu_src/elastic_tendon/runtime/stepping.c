@@ -7,12 +7,6 @@
 /* Importers add up their communication points: equal times may differ in rounding. */
 static double time_slack(double time) { return 1e-9 * (1.0 + fabs(time)); }
 
-static const char *state_name(int state) {
-  for (unsigned i = 0; i < N_VARIABLES; i++)
-    if (variables[i].role == ROLE_STATE && variables[i].index == state) return variables[i].name;
-  return "";
-}
-
 /* ---- initialisation -------------------------------------------------------------------------- */
 
 static int any_in_column(const Pattern *pattern, const double *nonzeros, int column) {
@@ -52,19 +46,29 @@ static Status exit_initialisation(Instance *instance) {
   const int lacks_velocity = !state->motor_velocity_connected &&
                              (uses_motor_velocity(instance, view->mode) ||
                               uses_motor_velocity(instance, mode_start));
+  const Status told = tell_mode_changes(instance, state->motion.mode, view->mode);
   memcpy(state->motion.x, view->x, sizeof view->x);
   memcpy(state->motion.mode, view->mode, sizeof view->mode);
-  state->phase = instance->interface == MODEL_EXCHANGE ? EVENT : STEP_COMPLETE;
+  state->phase =
+      instance->interface == MODEL_EXCHANGE || instance->event_mode ? EVENT : STEP_COMPLETE;
   instance->view.valid = 0;
-  if (!lacks_velocity) return STATUS_OK;
+  if (!lacks_velocity) return told;
   return report(instance, STATUS_WARNING,
-                "the model needs motor_velocity but motor_velocity_connected is false: %s",
-                instance->interface == MODEL_EXCHANGE
-                    ? "the velocity is taken as 0"
-                    : "the velocity is the derivative of motor_position where that is set, else 0");
+                "the model needs motor_velocity: connect it and set motor_velocity_connected to "
+                "true; until then the velocity is %s",
+                FMI_VERSION == 2 && instance->interface == CO_SIMULATION
+                    ? "the derivative of motor_position where that is set, else 0"
+                    : "0");
 }
 
-/* ---- model exchange -------------------------------------------------------------------------- */
+/* ---- events ---------------------------------------------------------------------------------- */
+
+static void enter_event_mode(Instance *instance) {
+  State *state = &instance->state;
+  if (state->phase != EVENT) state->jumped = 0;
+  state->phase = EVENT;
+  instance->view.valid = 0;
+}
 
 /* No look at stop_time: integrators try times beyond the end of their step. */
 static Status set_time(Instance *instance, double time) {
@@ -101,13 +105,13 @@ static Status iterate_events(Instance *instance, EventOutcome *result) {
   if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
   const int jumped = memcmp(motion->x, state->motion.x, sizeof motion->x) != 0;
   const int changed = memcmp(motion->mode, state->motion.mode, sizeof motion->mode) != 0;
-  log_mode_changes(instance, state->motion.mode, motion->mode);
+  const Status told = tell_mode_changes(instance, state->motion.mode, motion->mode);
   memcpy(&state->motion, motion, sizeof *motion);
   state->jumped |= jumped;
   instance->view.valid = 0;
   result->again = changed || jumped;
   result->jumped = state->jumped;
-  return STATUS_OK;
+  return told;
 }
 
 /* ---- co-simulation --------------------------------------------------------------------------- */
@@ -125,35 +129,72 @@ static Status check_step(Instance *instance, double from, double h) {
   return STATUS_OK;
 }
 
+/* What is left of a communication step: inputs hold with their rates from `origin` on. */
+typedef struct {
+  double origin, end;
+  Status told; /* the worst of the warnings */
+} Span;
+
+static Outcome start_from(Instance *instance, double origin) {
+  load(instance, origin);
+  return solver_settle(&instance->solver);
+}
+
 /* The solver's motion becomes the state; the inputs are where their rates have brought them. */
-static void take_over(Instance *instance, double from) {
+static void take_over(Instance *instance, Span *span) {
   State *state = &instance->state;
   const Motion *motion = &instance->solver.motion;
   double before[N_MODES];
   memcpy(before, state->motion.mode, sizeof before);
   memcpy(&state->motion, motion, sizeof *motion);
-  log_mode_changes(instance, before, motion->mode);
-  const double h = motion->time - from;
-  for (int i = 0; i < N_INPUTS; i++) state->input[i] += state->input_rate[i] * h;
+  for (int i = 0; i < N_INPUTS; i++)
+    state->input[i] += state->input_rate[i] * (motion->time - span->origin);
+  span->origin = motion->time;
   instance->view.valid = 0;
+  if (tell_mode_changes(instance, before, motion->mode) != STATUS_OK) span->told = STATUS_WARNING;
 }
 
-static Status step(Instance *instance, double from, double h) {
+/* Integrate to the end of the span, with a look for the importer after each step of the solver: it
+ * may set inputs and bring the end nearer. */
+static Outcome advance_watched(Instance *instance, Span *span) {
+  State *state = &instance->state;
+  Outcome outcome = SOLVED;
+  instance->solver.single_step = 1;
+  while (outcome == SOLVED && state->motion.time < span->end) {
+    outcome = solver_advance(&instance->solver, span->end);
+    if (outcome != SOLVED) break;
+    take_over(instance, span);
+    double stop = span->end;
+    state->phase = INTERMEDIATE;
+    if (instance->intermediate(instance, instance->early_return, &stop))
+      span->end = fmin(fmax(stop, state->motion.time), span->end);
+    state->phase = STEP_COMPLETE;
+    outcome = start_from(instance, span->origin);
+  }
+  instance->solver.single_step = 0;
+  return outcome;
+}
+
+static Status step(Instance *instance, double from, double h, StepEnd *end) {
   State *state = &instance->state;
   Solver *solver = &instance->solver;
+  Span span = {from, from + h, STATUS_OK};
   if (check_step(instance, from, h) != STATUS_OK) return STATUS_ERROR;
-  load(instance, from);
   const long long events = solver->statistics.events;
-  Outcome outcome = solver_settle(solver);
+  Outcome outcome = start_from(instance, from);
   if (outcome == SOLVED) {
-    outcome = solver_advance(solver, from + h);
-    if (outcome == SOLVED) solver->motion.time = from + h; /* also where h is below resolution */
-    take_over(instance, from);
+    solver->stop_at_events = instance->event_mode && instance->early_return;
+    outcome = instance->intermediate ? advance_watched(instance, &span)
+                                     : solver_advance(solver, span.end);
+    if (outcome == SOLVED) solver->motion.time = span.end; /* also where h is below resolution */
+    take_over(instance, &span);
     if (solver->statistics.events > events)
       log_event(instance, "%lld events in the step", solver->statistics.events - events);
   }
-  state->phase = outcome == SOLVED ? STEP_COMPLETE : STEP_FAILED;
-  state->last_step = outcome == SOLVED ? STATUS_OK : STATUS_DISCARD;
-  if (outcome == SOLVED) return STATUS_OK;
+  end->event = outcome == AT_EVENT;
+  const int done = outcome == SOLVED || outcome == AT_EVENT;
+  state->phase = done ? STEP_COMPLETE : STEP_FAILED;
+  state->last_step = done ? span.told : STATUS_DISCARD;
+  if (done) return span.told;
   return report(instance, STATUS_DISCARD, "no step to %.9g s: %s", from + h, outcome_text(outcome));
 }
