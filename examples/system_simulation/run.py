@@ -1,0 +1,140 @@
+"""Simulate a joint under control: two FMUs, connected in an SSP, run by two system simulators.
+
+    python examples/system_simulation/run.py [FOLDER]
+
+Packs the actuator's FMU and the controller (controller.c) into controlled_joint.ssp, as
+SystemStructure.ssd connects them, and runs it in fmpy and, where it is installed, in Ecos. Draws
+controlled_joint.png in FOLDER (default: here).
+"""
+
+import ctypes
+import sys
+import tempfile
+import zipfile
+from importlib import metadata, util
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from fmpy.ssp.simulation import simulate_ssp
+from fmpy.ssp.ssd import read_ssv
+
+from elastic_tendon import export_fmu, load_model
+from elastic_tendon.compiler import compile_library, host_platform
+
+HERE = Path(__file__).parent
+# s; also the delay in the loop, so keep it well below the joint's natural period of 0.17 s
+STEP = 1e-3
+STOP = 1.2  # s
+REFERENCE, MOTOR = "controller.reference_position", "controller.motor_position"
+JOINT, SLACK_STATE = "actuator.joint_position", "actuator.slack_state"
+BOTH_TAUT = 3
+SLACK_STATES = {1: ("lower slack", "#D55E00"), 2: ("upper slack", "#0072B2")}
+Signals = dict[str, np.ndarray]
+
+
+# ---- the system ----------------------------------------------------------------------------
+
+
+def pack(archive: Path, files: dict[str, Path]) -> Path:
+    """Zip files under the names that they have in the archive."""
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as zipped:
+        for name, path in files.items():
+            zipped.write(path, name)
+    return archive
+
+
+def controller_fmu(folder: Path) -> Path:
+    """Compile controller.c; an FMU is a zip of a description and a library for each platform."""
+    target = host_platform()
+    library = folder / f"controller{target.suffix}"
+    compile_library(HERE / "controller.c", library, target)
+    binary = f"binaries/{target.fmi2_folder}/{library.name}"
+    files = {"modelDescription.xml": HERE / "controller.xml", binary: library}
+    return pack(folder / "controller.fmu", files)
+
+
+def system(folder: Path) -> Path:
+    """The SSP: a zip of the system's structure, its parameters and the FMUs."""
+    paper = load_model("biorob_x4_joint_3")
+    model = paper.with_effect("gravity_load", {"torque": 1.5})
+    files = {
+        "SystemStructure.ssd": HERE / "SystemStructure.ssd",
+        "resources/tuning.ssv": HERE / "tuning.ssv",
+        "resources/controller.fmu": controller_fmu(folder),
+        "resources/actuator.fmu": export_fmu(model, folder / "actuator.fmu"),
+    }
+    return pack(folder / "controlled_joint.ssp", files)
+
+
+# ---- its simulators ------------------------------------------------------------------------
+
+
+def in_fmpy(ssp: Path) -> Signals:
+    """Signals after each step, by fmpy."""
+    tuning = read_ssv(str(ssp), resource="resources/tuning.ssv")
+    for parameter in tuning.parameters:  # fmpy sets parameters only where it is told to
+        parameter.name = f"controller.{parameter.name}"
+    rows = simulate_ssp(str(ssp), stop_time=STOP, step_size=STEP, parameter_set=tuning)
+    # a row holds the time where a step began and the values where it ended
+    signals = {name: rows[name] for name in (REFERENCE, MOTOR, JOINT, SLACK_STATE)}
+    return {"time": rows["time"] + STEP} | signals
+
+
+def in_ecos(ssp: Path) -> Signals:
+    """Signals after each step, by Ecos, a simulator in C++; it does not read enumerations."""
+    for file in metadata.files("tbb") or ():  # which Ecos needs and does not find by itself
+        if file.name == "libtbb.so.12":
+            ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
+    from ecospy import EcosSimulation
+
+    names = (REFERENCE, MOTOR, JOINT)
+    rows = []
+    with EcosSimulation(STEP, ssp_path=str(ssp)) as simulation:
+        simulation.init(parameter_set="tuning")
+        while simulation.get_time() < STOP:
+            simulation.step()
+            values = [simulation.get_real(name.replace(".", "::")) for name in names]
+            rows.append((simulation.get_time(), *values))
+        simulation.terminate()
+    return dict(zip(("time", *names), np.array(rows).T, strict=True))
+
+
+# ---- what came of it -----------------------------------------------------------------------
+
+
+def draw(run: Signals, picture: Path) -> None:
+    figure, (way, error) = plt.subplots(2, 1, figsize=(7, 6), sharex=True, layout="constrained")
+    time, reference = run["time"], run[REFERENCE]
+    joint, slack_state = run[JOINT], run[SLACK_STATE]
+    way.plot(time, run[MOTOR], color="0.6", label="motor")
+    way.plot(time, reference, "--", color="black", label="reference")
+    way.plot(time, joint, color="#009E73", label="joint")
+    way.set(ylabel="position (rad)")
+    error.plot(time, 1e3 * (joint - reference), color="#009E73")
+    error.set(ylabel="joint minus reference (mrad)", xlabel="time (s)")
+    for axes in (way, error):
+        for state, (label, colour) in SLACK_STATES.items():
+            there = slack_state == state
+            shade = {"color": colour, "alpha": 0.3, "linewidth": 0, "label": label}
+            axes.fill_between(time, 0, 1, there, transform=axes.get_xaxis_transform(), **shade)
+    way.legend(loc="center left")
+    figure.savefig(picture, dpi=110)
+
+
+def main(folder: Path) -> None:
+    with tempfile.TemporaryDirectory() as work:
+        ssp = system(Path(work))
+        run = in_fmpy(ssp)
+        error = run[JOINT] - run[REFERENCE]
+        taut = run[SLACK_STATE] == BOTH_TAUT
+        print(f"a tendon is slack for {1e3 * STEP * np.sum(~taut):.0f} ms")
+        print(f"largest error of the joint: {1e3 * np.abs(error).max():.1f} mrad")
+        if util.find_spec("ecospy"):
+            apart = np.abs(in_ecos(ssp)[JOINT] - run[JOINT]).max()
+            print(f"joint position in fmpy and in Ecos: {apart:.1g} rad apart")
+    draw(run, folder / "controlled_joint.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE)
