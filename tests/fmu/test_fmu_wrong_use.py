@@ -96,9 +96,15 @@ def test_inputs_that_are_not_finite_are_refused(running, value):
     _check_set(running, "load_torque", value, telling=["load_torque"])
 
 
-@pytest.mark.parametrize("name", ["link.inertia", "joint_position", "joint_torque", "time"])
+@pytest.mark.parametrize("name", ["transmission.joint_pulley_radius", "joint_torque", "time"])
 def test_what_is_not_an_input_cannot_be_set_while_running(running, kind, name):
     _check_set(running, name, 1.0, telling=[name, BETWEEN[kind]])
+
+
+def test_states_cannot_be_set_between_steps(base, instances):
+    slave = instances(base.slave())
+    slave.begin()
+    _check_set(slave, "joint_position", 1.0, telling=["joint_position", BETWEEN["slave"]])
 
 
 @pytest.mark.parametrize(

@@ -143,7 +143,7 @@ static int settable(const Instance *instance, const VariableInfo *variable) {
     case ROLE_INPUT:
       return INSTANTIATED | INITIALISATION | EVENT | CONTINUOUS | STEP_COMPLETE | INTERMEDIATE;
     case ROLE_PARAMETER: return INSTANTIATED | INITIALISATION | (variable->tunable ? between : 0);
-    case ROLE_STATE:
+    case ROLE_STATE: return INSTANTIATED | INITIALISATION | CONTINUOUS; /* as some integrators do */
     case ROLE_OPTION: return INSTANTIATED | INITIALISATION;
     default: return 0;
   }
