@@ -56,17 +56,25 @@ def clear_cache() -> int:
 
 
 def structure_key(effect_ids: tuple[str, ...]) -> str:
-    """Hash of the sources and tools from which the library of a structure is made."""
+    """Hash of the sources and tools from which binaries of a structure are made.
+
+    The same on every platform, so that an FMU does not depend on where it was exported.
+    """
     effects = interface(effect_ids).effects
     sources = [path for pattern in _SOURCES for path in sorted(_PACKAGE.glob(pattern))]
     digest = hashlib.sha256(compiler.toolchain().encode())
-    digest.update(compiler.host_platform().target.encode())
     digest.update(" ".join(effect.id for effect in effects).encode())
     for source in sources:
         digest.update(source.read_bytes())
     for effect in effects:
         digest.update(catalogue.BY_ID.content(effect))
     return digest.hexdigest()[:32]
+
+
+def _cache_key(effect_ids: tuple[str, ...]) -> str:
+    """Key of this platform's library: machines of several kinds may share a folder."""
+    content = f"{structure_key(effect_ids)} {compiler.host_platform().target}"
+    return hashlib.sha256(content.encode()).hexdigest()[:32]
 
 
 def _content_hash(path: Path) -> str:
@@ -117,7 +125,7 @@ def library_path(effect_ids: tuple[str, ...]) -> Path:
     BuildError
         where the compiler refuses or the cache folder cannot be written
     """
-    key = structure_key(effect_ids)
+    key = _cache_key(effect_ids)
     return _cached(key) or _build(effect_ids, key)
 
 

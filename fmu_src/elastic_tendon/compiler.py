@@ -4,7 +4,7 @@ import importlib.util
 import platform
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -30,31 +30,84 @@ _FLAGS = (
 
 @dataclass(frozen=True)
 class Platform:
-    """A target: zig's triple, FMI 2 folder of the binary, its suffix and linker flags."""
+    """A platform that a binary can be built for.
 
+    `name` is its folder in an FMU of FMI 3.0, `fmi2_folder` that of FMI 2.0, `target` what zig
+    calls it.
+    """
+
+    name: str
     target: str
     fmi2_folder: str
     suffix: str
-    flags: tuple[str, ...]
+
+    def folder(self, fmi_version: int) -> str:
+        """Folder of its binary below ``binaries/``."""
+        return self.name if fmi_version == 3 else self.fmi2_folder
 
 
-_ELF = ("-Wl,-z,defs", "-lm")
 PLATFORMS = {
-    ("Linux", "x86_64"): Platform("x86_64-linux-gnu.2.17", "linux64", ".so", _ELF),
-    ("Linux", "aarch64"): Platform("aarch64-linux-gnu.2.17", "aarch64-linux", ".so", _ELF),
-    ("Windows", "AMD64"): Platform("x86_64-windows-gnu", "win64", ".dll", ()),
-    ("Darwin", "x86_64"): Platform("x86_64-macos.11.0", "darwin64", ".dylib", ()),
-    ("Darwin", "arm64"): Platform("aarch64-macos.11.0", "darwin64", ".dylib", ()),
+    platform.name: platform
+    for platform in (
+        Platform("x86_64-linux", "x86_64-linux-gnu.2.17", "linux64", ".so"),
+        Platform("aarch64-linux", "aarch64-linux-gnu.2.17", "aarch64-linux", ".so"),
+        Platform("x86_64-windows", "x86_64-windows-gnu", "win64", ".dll"),
+        Platform("x86_64-darwin", "x86_64-macos.11.0", "darwin64", ".dylib"),
+        Platform("aarch64-darwin", "aarch64-macos.11.0", "darwin64", ".dylib"),
+    )
+}
+ALL = "all"
+_HOSTS = {  # what Python calls them
+    ("Linux", "x86_64"): "x86_64-linux",
+    ("Linux", "aarch64"): "aarch64-linux",
+    ("Windows", "AMD64"): "x86_64-windows",
+    ("Darwin", "x86_64"): "x86_64-darwin",
+    ("Darwin", "arm64"): "aarch64-darwin",
 }
 
 
 def host_platform() -> Platform:
     """The platform this Python runs on; BuildError where no binary can be made for it."""
     key = (platform.system(), platform.machine())
-    if key not in PLATFORMS:
-        known = ", ".join(" ".join(names) for names in PLATFORMS)
-        raise BuildError(f"no binary can be built for {' '.join(key)}; known platforms: {known}")
-    return PLATFORMS[key]
+    if key not in _HOSTS:
+        raise BuildError(
+            f"no binary can be built for {' '.join(key)}; known platforms: {', '.join(PLATFORMS)}"
+        )
+    return PLATFORMS[_HOSTS[key]]
+
+
+def platforms_named(names: str | Iterable[str] | None) -> tuple[Platform, ...]:
+    """Platforms by name, each once and in the order of `PLATFORMS`.
+
+    Parameters
+    ----------
+    names : a name, names joined by commas, several of both, or "all"; none: the host's
+
+    Raises
+    ------
+    BuildError
+        for a name that is not known
+    """
+    if not names:
+        return (host_platform(),)
+    listed = [names] if isinstance(names, str) else list(names)
+    wanted = {part.strip() for name in listed for part in name.split(",")}
+    unknown = wanted - {*PLATFORMS, ALL}
+    if unknown:
+        raise BuildError(
+            f"there is no platform {', '.join(sorted(map(repr, unknown)))}; "
+            f"known are {', '.join(PLATFORMS)}, and {ALL} for all of these"
+        )
+    return tuple(one for one in PLATFORMS.values() if ALL in wanted or one.name in wanted)
+
+
+def _link_flags(library: Path) -> tuple[str, ...]:
+    """Linker flags by the suffix of the library to write."""
+    return {
+        ".so": ("-Wl,-z,defs", "-lm"),  # else symbols that are missing show when it is loaded only
+        ".dylib": (f"-Wl,-install_name,@rpath/{library.name}",),  # else where it was built
+        ".dll": (),
+    }[library.suffix]
 
 
 def toolchain() -> str:
@@ -95,7 +148,7 @@ def compile_library(
         *_FLAGS,
         *(f"-I{folder}" for folder in folders),
         *(str(source), "-o", str(output)),
-        *target.flags,
+        *_link_flags(output),
     ]
     try:
         run = subprocess.run(command, capture_output=True, text=True, check=False)

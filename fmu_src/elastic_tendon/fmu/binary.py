@@ -1,17 +1,22 @@
 """The binary: generated C and the runtime, compiled into one shared library.
 
 The cached library that Python calls and the library inside an FMU are made here, from the same
-sources; they differ in start values and token only.
+sources; they differ in start values, token and the version of FMI only.
 """
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from elastic_tendon import compiler
 from elastic_tendon.codegen import generate
 from elastic_tendon.fmu.layout import FmuVariable, c_tables
 from elastic_tendon.system import HybridSystem
+
+Progress = Callable[[str, float], object]  # what is being done, and the share that is done
+
+_AT_ONCE = 2  # compilers; each keeps a core busy
 
 
 def write_sources(
@@ -21,13 +26,13 @@ def write_sources(
     *,
     token: str,
     tolerance: float,
+    fmi_version: int = 2,
 ) -> None:
     """Write the generated C of a model, which `runtime/library.c` includes, into a folder.
 
     Parameters are those of `compile_binary`.
     """
-    mode_names = [mode.name for mode in system.interface.modes]
-    tables = c_tables(variables, mode_names, token, tolerance)
+    tables = c_tables(variables, system.interface.modes, token, tolerance, fmi_version)
     (folder / "model.c").write_text(generate(system), "utf-8")
     (folder / "variables.c").write_text(tables, "utf-8")
 
@@ -40,6 +45,7 @@ def compile_binary(
     *,
     token: str,
     tolerance: float,
+    fmi_version: int = 2,
 ) -> None:
     """Compile the shared library of a model.
 
@@ -51,6 +57,7 @@ def compile_binary(
     target : platform to build for
     token : guid of the FMU
     tolerance : of the co-simulation solver where the importer sets none
+    fmi_version : 2 or 3, whose functions the library shows
 
     Raises
     ------
@@ -58,6 +65,62 @@ def compile_binary(
         where the compiler refuses
     """
     with tempfile.TemporaryDirectory() as work:
-        write_sources(Path(work), system, variables, token=token, tolerance=tolerance)
+        write_sources(
+            *(Path(work), system, variables),
+            token=token,
+            tolerance=tolerance,
+            fmi_version=fmi_version,
+        )
         source = compiler.RUNTIME / "library.c"
         compiler.compile_library(source, output, target, include=[Path(work)])
+
+
+def compile_binaries(
+    sources: Path, identifier: str, platforms: Sequence[compiler.Platform], progress: Progress
+) -> dict[compiler.Platform, bytes]:
+    """Compile the library of a model for several platforms.
+
+    Parameters
+    ----------
+    sources : folder filled by `write_sources`
+    identifier : the libraries' file name without suffix, which some formats write into them
+    platforms : to build for
+    progress : told what is being built
+
+    Returns
+    -------
+    dict
+        content of each platform's library
+
+    Raises
+    ------
+    BuildError
+        where the compiler refuses
+    """
+    progress(_being_built(platforms), 0.0)
+    built: dict[compiler.Platform, bytes] = {}
+    pool = ThreadPoolExecutor(_AT_ONCE)
+    try:
+        started = {pool.submit(_compile, sources, identifier, one): one for one in platforms}
+        for done in as_completed(started):
+            built[started[done]] = done.result()
+            waiting = [one for one in platforms if one not in built]
+            progress(_being_built(waiting), len(built) / len(platforms))
+    finally:  # also of an interrupt, which ends the compilers that are running
+        pool.shutdown(cancel_futures=True)
+    return {one: built[one] for one in platforms}
+
+
+def _compile(sources: Path, identifier: str, platform: compiler.Platform) -> bytes:
+    with tempfile.TemporaryDirectory() as work:
+        output = Path(work) / f"{identifier}{platform.suffix}"
+        compiler.compile_library(compiler.RUNTIME / "library.c", output, platform, [sources])
+        return output.read_bytes()  # what the linker for Windows leaves beside it is not wanted
+
+
+def _being_built(platforms: Sequence[compiler.Platform]) -> str:
+    if not platforms:
+        return "packing"
+    names = ", ".join(one.name for one in platforms)
+    first = "; the first time for Windows takes minutes" if "windows" in names else ""
+    return f"building {names}{first}"
