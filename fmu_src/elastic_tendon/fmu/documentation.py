@@ -1,0 +1,273 @@
+"""What an FMU says to people: documentation/index.html of this model, and the license.
+
+The page is the template `pages/index.html`. Whatever comes from a model or an effect is put in as
+text of elements, so nothing in it can act as HTML.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+from html import escape
+from importlib.metadata import distribution
+from string import Template
+from typing import Literal
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+from elastic_tendon.compiled import DEFAULT_TOLERANCE
+from elastic_tendon.design import design
+from elastic_tendon.effects.base import Effect
+from elastic_tendon.fmu.characteristic_plot import characteristic_plot
+from elastic_tendon.fmu.description import LOG_CATEGORIES, STEP_SIZE, TOLERANCE
+from elastic_tendon.fmu.icon import PAGES, icon
+from elastic_tendon.fmu.layout import FmuVariable, Role
+from elastic_tendon.parameters import Model
+from elastic_tendon.sections import Transmission
+from elastic_tendon.system import HYSTERESIS
+from elastic_tendon.variables import JOINT_MOTION, Kind, Mode, Variable, interface
+
+# derivatives and event indicators say nothing that their states and relations do not
+_GROUPS = (
+    ("Inputs", lambda one: one.role is Role.INPUT),
+    ("Outputs", lambda one: one.is_output),
+    ("Local: further states", lambda one: one.role is Role.STATE and not one.is_output),
+    ("Independent", lambda one: one.role is Role.TIME),
+)
+_TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "Boolean", Kind.SLACK_STATE: "enumeration"}
+
+# of the formulas in the template, where $F_p stands for F with the subscript p
+_SYMBOLS = (
+    *("F_p", "F_1", "F_2", "F_i", "k_1", "k_2", "k_i", "d_1", "d_2", "d_i", "x_1", "x_2", "x_i"),
+    *("l_p_i", "l_max_1", "l_max_2", "l_max_i", "theta_j", "tau_j", "tau_m", "tau_load"),
+)
+_INDICATORS = {
+    2: "",
+    3: ", and the event indicators, which carry the names of the relations under Events",
+}
+_JUMPS = {
+    False: "No state jumps.",
+    True: "Where the joint begins to stick, its velocity becomes exactly 0; nothing else jumps.",
+}
+_CURVE = "Torque on the joint over its deflection, at rest, as far as the springs bear it"
+_LAW_SYMBOLS = (
+    "In the laws q and v are position and velocity of the joint, θ is the angle of the motor, e "
+    "the elongation of one spring, a prime means a time derivative, and names are those of the "
+    "effect's parameters."
+)
+_GREEK = {"theta": "θ", "tau": "τ"}
+
+Cell = str | Element
+
+
+# ---- pieces of HTML ------------------------------------------------------------------------
+
+
+def _html(element: Element) -> str:
+    return tostring(element, "unicode", method="html") + "\n"
+
+
+def _element(tag: str, content: Cell = "", **attributes: str) -> Element:
+    element = Element(tag, attributes)
+    if isinstance(content, str):
+        element.text = content
+    else:
+        element.append(content)
+    return element
+
+
+def _code(name: str) -> Element:
+    return _element("code", name)
+
+
+def _row(tag: str, cells: Iterable[Cell]) -> Element:
+    row = Element("tr")
+    row.extend(_element(tag, cell) for cell in cells)
+    return row
+
+
+def _table(heading: Sequence[str], rows: Iterable[Element]) -> str:
+    """A table that scrolls by itself where the window is narrow."""
+    frame = Element("div", {"class": "scroll"})
+    table = SubElement(frame, "table")
+    table.append(_row("th", heading))
+    table.extend(rows)
+    return _html(frame)
+
+
+def _symbol(name: str) -> str:
+    """MathML of a symbol with subscripts, such as ``l_max_i``."""
+    base, *below = name.split("_")
+    marks = [f"<mn>{one}</mn>" if one.isdigit() else f"<mi>{one}</mi>" for one in below]
+    subscript = "<mo>,</mo>".join(marks)
+    return f"<msub><mi>{_GREEK.get(base, base)}</mi><mrow>{subscript}</mrow></msub>"
+
+
+# ---- numbers and units ---------------------------------------------------------------------
+
+
+def _unit(variable: Variable) -> str:
+    """Unit as people write it, such as kg·m²; of what is no real number its type."""
+    if variable.kind is not Kind.REAL:
+        return _TYPES[variable.kind]
+    return re.sub(r"(?<=[a-z])2", "²", variable.unit.replace(".", "·"))
+
+
+def _number(value: float, digits: int = 6) -> str:
+    """A number as people write it: 1e8, not 1e+08."""
+    return re.sub(r"e([+-])0?", lambda match: "e" + match[1].strip("+"), f"{value:.{digits}g}")
+
+
+def _start(one: FmuVariable) -> str:
+    if one.role is Role.TIME:
+        return ""
+    if one.start is None:
+        return "calculated"
+    if one.variable.kind is Kind.BOOLEAN:
+        return "true" if one.start else "false"
+    return _number(one.start)
+
+
+def _bounds(parameter: Variable) -> str:
+    if parameter.kind is Kind.BOOLEAN:
+        return ""
+    return f"{_number(parameter.lower)} to {_number(parameter.upper)}"
+
+
+# ---- sections ------------------------------------------------------------------------------
+
+
+def _group(title: str, columns: int) -> Element:
+    row = Element("tr")
+    row.append(_element("th", title, colspan=str(columns), **{"class": "group"}))
+    return row
+
+
+def _variables(variables: Sequence[FmuVariable]) -> str:
+    heading = ("Name", "Unit", "Start", "Meaning")
+    rows: list[Element] = []
+    for title, belongs in _GROUPS:
+        members = [one for one in variables if belongs(one)]
+        rows += [_group(title, len(heading))] if members else []
+        rows += [_row("td", (*_cells(one), one.variable.meaning)) for one in members]
+    return _table(heading, rows)
+
+
+def _parameters(parameters: Iterable[FmuVariable]) -> str:
+    heading = ("Name", "Unit", "Start", "Bounds", "Variability", "Meaning")
+    return _table(
+        heading,
+        [
+            _row(
+                "td",
+                (*_cells(one), _bounds(one.variable), one.variability, one.variable.meaning),
+            )
+            for one in parameters
+        ],
+    )
+
+
+def _cells(one: FmuVariable) -> tuple[Cell, ...]:
+    return _code(one.name), _unit(one.variable), _start(one)
+
+
+def _effect(effect: Effect, parameters: Iterable[FmuVariable]) -> Iterator[str]:
+    title = _element("h3", f"{effect.title} ")
+    title.append(_code(effect.id))
+    yield _html(title)
+    yield _html(_element("p", effect.physics))
+    for name, text in (("Law", effect.law), ("Reference", effect.reference)):
+        if text:
+            yield _html(_element("p", f"{name}: {text}"))
+    yield _parameters(parameters)
+
+
+def _effects(effects: Sequence[Effect], parameters: Sequence[FmuVariable]) -> str:
+    if not effects:
+        return "<p>None: this is the model of the paper.</p>\n"
+    pieces = [_html(_element("p", _LAW_SYMBOLS))]
+    for effect in effects:
+        own = [one for one in parameters if one.name.startswith(f"effects.{effect.id}.")]
+        pieces.extend(_effect(effect, own))
+    return "".join(pieces)
+
+
+def _curve(transmission: Transmission) -> str:
+    plot = characteristic_plot(transmission)
+    if plot is None:
+        return ""
+    figure = _element("figure", plot)
+    figure.append(_element("figcaption", _CURVE))
+    return _html(figure)
+
+
+def _modes(modes: Iterable[Mode]) -> str:
+    heading = ("Relation", "Values", "Meaning of 1, or of the value")
+    cells = ((_code(one.name), ", ".join(map(str, one.values)), one.meaning) for one in modes)
+    return _table(heading, (_row("td", one) for one in cells))
+
+
+def _log_categories() -> str:
+    cells = ((_code(name), meaning) for name, meaning in LOG_CATEGORIES)
+    return _table(("Category", "What it tells"), (_row("td", one) for one in cells))
+
+
+# ---- whole ---------------------------------------------------------------------------------
+
+
+def _count(effects: Sequence[Effect]) -> str:
+    if not effects:
+        return "as in the paper"
+    return f"with {len(effects)} effect{'s' if len(effects) > 1 else ''} beside the paper's model"
+
+
+def _index(model: Model, variables: Sequence[FmuVariable], fmi_version: Literal[2, 3]) -> str:
+    structure = interface(model.effect_ids)
+    parameters = [one for one in variables if one.role in (Role.PARAMETER, Role.OPTION)]
+    of_effects = [one for one in parameters if one.name.startswith("effects.")]
+    symbols = {name: _symbol(name) for name in _SYMBOLS}
+    numbers = {name: _number(value, 4) for name, value in asdict(design(model)).items()}
+    return Template((PAGES / "index.html").read_text("utf-8")).substitute(
+        symbols | numbers,
+        R2="<msup><mi>R</mi><mn>2</mn></msup>",
+        name=escape(model.name),
+        style=(PAGES / "style.css").read_text("utf-8"),
+        icon=icon()["icon.svg"].decode(),
+        software=distribution("elastic-tendon").version,
+        fmi_version=fmi_version,
+        interface=(PAGES / f"fmi{fmi_version}.html").read_text("utf-8"),
+        effect_count=_count(structure.effects),
+        without_effects=", without effects" if structure.effects else "",
+        variables=_variables(variables),
+        parameters=_parameters(one for one in parameters if one not in of_effects),
+        indicators=_INDICATORS[fmi_version],
+        effects=_effects(structure.effects, of_effects),
+        modes=_modes(structure.modes),
+        log_categories=_log_categories(),
+        jumps=_JUMPS[JOINT_MOTION in structure.modes],
+        curve=_curve(model.transmission),
+        dead_band=_number(HYSTERESIS),
+        step_size=_number(STEP_SIZE),
+        tolerance=_number(TOLERANCE),
+        solver_tolerance=_number(DEFAULT_TOLERANCE),
+    )
+
+
+def documentation(
+    model: Model, variables: Sequence[FmuVariable], fmi_version: Literal[2, 3]
+) -> dict[str, bytes]:
+    """Files of the folder ``documentation``: content by path inside the FMU.
+
+    Parameters
+    ----------
+    model : Model
+    variables : of the FMU, from `layout`
+    fmi_version : 2 or 3, major version of FMI
+
+    Returns
+    -------
+    dict of bytes by path; equal arguments give equal bytes
+    """
+    license_text = distribution("elastic-tendon").read_text("licenses/LICENSE") or ""
+    return {
+        "documentation/index.html": _index(model, variables, fmi_version).encode(),
+        "documentation/licenses/license.txt": license_text.encode(),
+    }
