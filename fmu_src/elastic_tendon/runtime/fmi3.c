@@ -48,7 +48,10 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean loggingOn, size_t nCa
 
 /* ---- life ------------------------------------------------------------------------------------ */
 
-void fmi3FreeInstance(fmi3Instance c) { free(c); }
+/* Not from inside a step, which goes on with the instance. */
+void fmi3FreeInstance(fmi3Instance c) {
+  if (c && enter(c, "fmi3FreeInstance", ANY_PHASE, ANY_INTERFACE)) free(c);
+}
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefined,
                                        fmi3Float64 tolerance, fmi3Float64 startTime,

@@ -158,6 +158,7 @@ static void take_over(Instance *instance, Span *span) {
  * may set inputs and bring the end nearer. */
 static Outcome advance_watched(Instance *instance, Span *span) {
   State *state = &instance->state;
+  const char *call = instance->call; /* the importer's look makes calls of its own */
   Outcome outcome = SOLVED;
   instance->solver.single_step = 1;
   while (outcome == SOLVED && state->motion.time < span->end) {
@@ -169,6 +170,7 @@ static Outcome advance_watched(Instance *instance, Span *span) {
     if (instance->intermediate(instance, instance->early_return, &stop))
       span->end = fmin(fmax(stop, state->motion.time), span->end);
     state->phase = STEP_COMPLETE;
+    instance->call = call;
     outcome = start_from(instance, span->origin);
   }
   instance->solver.single_step = 0;
