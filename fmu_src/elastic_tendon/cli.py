@@ -10,12 +10,12 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
+from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec
 
 import typer
 from rich.console import Console
 
-from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.errors import BuildError, ElasticTendonError
 from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.output import check_writable, write_file, write_text
 
@@ -171,15 +171,44 @@ def simulate(
 def export(
     model: ModelArgument,
     out: Annotated[Path, typer.Option("--output", "-o", metavar="X.fmu", help="FMU to write.")],
+    fmi: Annotated[
+        Literal["2", "3"], typer.Option("--fmi", help="Version of FMI: 2 for 2.0, 3 for 3.0.")
+    ] = "2",
+    platform: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--platform",
+            metavar="NAME",
+            help="Platform that the FMU is to run on, as x86_64-windows; repeatable, or a list "
+            "with commas, or all. Default: this one.",
+        ),
+    ] = None,
+    source: Annotated[
+        bool, typer.Option("--source", help="Pack the C code too, for other platforms.")
+    ] = False,
     own_effects: EffectOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Export a model as an FMU (FMI 2.0, co-simulation and model exchange)."""
+    """Export a model as an FMU for co-simulation and model exchange."""
+    from elastic_tendon.compiler import platforms_named
     from elastic_tendon.fmu.export import export_fmu
 
+    try:
+        platforms = platforms_named(platform)
+    except BuildError as error:
+        raise typer.BadParameter(str(error), param_hint="--platform") from None
     loaded = _load(model, own_effects)
-    export_fmu(loaded, out, overwrite=force)
-    output.print(f"{loaded.name} is in {out}", highlight=False)
+    with _progress() as report:
+        export_fmu(
+            *(loaded, out),
+            fmi_version=2 if fmi == "2" else 3,
+            platforms=[one.name for one in platforms],
+            source=source,
+            overwrite=force,
+            progress=report,
+        )
+    runs_on = ", ".join(one.name for one in platforms)
+    output.print(f"{loaded.name} is in {out}, FMI {fmi}.0, for {runs_on}", highlight=False)
 
 
 @app.command()

@@ -134,4 +134,5 @@ def test_script_for_the_pythonfmu_flavour(tmp_path, arguments, status, told):
 def test_script_for_all_bundled_models(tmp_path):
     command = [sys.executable, str(SCRIPTS / "build_fmus.py"), "--output", str(tmp_path)]
     subprocess.run(command, capture_output=True, check=True)
-    assert {path.stem for path in tmp_path.iterdir()} == set(bundled_models())
+    made = {path.relative_to(tmp_path) for path in tmp_path.glob("*/*")}
+    assert made == {Path(f"fmi{v}", f"{name}.fmu") for v in (2, 3) for name in bundled_models()}

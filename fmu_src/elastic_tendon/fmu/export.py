@@ -1,23 +1,31 @@
-"""Model to FMU: FMI 2.0, co-simulation and model exchange in one file, for this platform."""
+"""Model to FMU: co-simulation and model exchange in one file, for FMI 2.0 or 3.0."""
 
 import re
 import tempfile
-import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Literal, get_args
 
-from elastic_tendon import compiler
 from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
-from elastic_tendon.fmu import description, fmi2_description
-from elastic_tendon.fmu.binary import compile_binary
+from elastic_tendon.compiler import Platform, platforms_named
+from elastic_tendon.errors import BuildError
+from elastic_tendon.fmu import description, fmi2_description, fmi3_description
+from elastic_tendon.fmu.binary import Progress, compile_binaries, write_sources
 from elastic_tendon.fmu.dependencies import dependencies
+from elastic_tendon.fmu.documentation import documentation
+from elastic_tendon.fmu.icon import icon
 from elastic_tendon.fmu.layout import layout
+from elastic_tendon.fmu.mach_o import universal
+from elastic_tendon.fmu.packing import checked_path, write_archive
+from elastic_tendon.fmu.sources import declare_sources, source_files
+from elastic_tendon.fmu.terminals import flange_pictures, terminals_and_icons
 from elastic_tendon.model import build
-from elastic_tendon.output import OutputError, check_writable, write_file
+from elastic_tendon.output import write_file
 from elastic_tendon.parameters import Model
 from elastic_tendon.system import HybridSystem
 
-_ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest a zip can hold: equal models give equal files
+FmiVersion = Literal[2, 3]
+_DESCRIPTIONS = {2: fmi2_description, 3: fmi3_description}
 
 
 def model_identifier(name: str) -> str:
@@ -27,76 +35,104 @@ def model_identifier(name: str) -> str:
 
 
 def describe(
-    model: Model,
-    system: HybridSystem,
-    *,
-    co_simulation: dict[str, str] | None,
-    model_exchange: dict[str, str] | None,
+    model: Model, system: HybridSystem, fmi_version: FmiVersion
 ) -> description.Description:
-    """What the FMU of a model says of itself; see `Description` for the two interfaces."""
+    """What the FMU of a model says of itself."""
     return description.Description(
         name=model.name,
         identifier=model_identifier(model.name),
         interface=system.interface,
-        variables=layout(system.interface, model.values()),
+        variables=layout(system.interface, model.values(), indicators=fmi_version == 3),
         dependencies=dependencies(system),
-        co_simulation=co_simulation,
-        model_exchange=model_exchange,
+        co_simulation=_DESCRIPTIONS[fmi_version].CO_SIMULATION,
+        model_exchange=_DESCRIPTIONS[fmi_version].MODEL_EXCHANGE,
     )
 
 
-def _contents(model: Model) -> dict[str, bytes]:
+def _binaries(
+    built: Mapping[Platform, bytes], identifier: str, fmi_version: FmiVersion
+) -> dict[str, bytes]:
+    """Libraries by their path; those of one folder, as FMI 2.0 has it for macOS, become one."""
+    of_path: dict[str, list[bytes]] = {}
+    for platform, library in built.items():
+        path = f"binaries/{platform.folder(fmi_version)}/{identifier}{platform.suffix}"
+        of_path.setdefault(path, []).append(library)
+    return {
+        path: libraries[0] if len(libraries) == 1 else universal(libraries)
+        for path, libraries in of_path.items()
+    }
+
+
+def _icon_and_terminals(fmi_version: FmiVersion) -> dict[str, bytes]:
+    """Files for drawing and connecting the FMU by their path in it."""
+    if fmi_version == 2:
+        return {"model.png": icon()["icon.png"]}
+    terminals = description.to_bytes(terminals_and_icons())
+    files = {"terminalsAndIcons.xml": terminals, **icon(), **flange_pictures()}
+    return {f"terminalsAndIcons/{name}": content for name, content in files.items()}
+
+
+def _contents(
+    model: Model,
+    fmi_version: FmiVersion,
+    platforms: Sequence[Platform],
+    source: bool,
+    progress: Progress,
+) -> dict[str, bytes]:
     """Files of the FMU by their path in it."""
     system = build(model.effect_ids)
-    described = describe(
-        model,
-        system,
-        co_simulation=fmi2_description.CO_SIMULATION,
-        model_exchange=fmi2_description.MODEL_EXCHANGE,
-    )
-    root = fmi2_description.model_description(described)
-    target = compiler.host_platform()
+    described = describe(model, system, fmi_version)
+    root = _DESCRIPTIONS[fmi_version].model_description(described)
+    if source and fmi_version == 2:
+        declare_sources(root)
     token = description.seal(root, structure_key(model.effect_ids))
-    with tempfile.TemporaryDirectory() as folder:
-        binary = Path(folder) / f"{described.identifier}{target.suffix}"
-        compile_binary(
-            *(system, described.variables, binary, target),
+    with tempfile.TemporaryDirectory() as work:
+        folder = Path(work)
+        write_sources(
+            *(folder, system, described.variables),
             token=token,
             tolerance=DEFAULT_TOLERANCE,
+            fmi_version=fmi_version,
         )
-        return {
-            "modelDescription.xml": description.to_bytes(root),
-            f"binaries/{target.fmi2_folder}/{binary.name}": binary.read_bytes(),
-        }
+        built = compile_binaries(folder, described.identifier, platforms, progress)
+        sources = source_files(folder, described.identifier, fmi_version) if source else {}
+    return {
+        "modelDescription.xml": description.to_bytes(root),
+        **_binaries(built, described.identifier, fmi_version),
+        **sources,
+        **documentation(model, described.variables, fmi_version),
+        **_icon_and_terminals(fmi_version),
+    }
 
 
-def _write_zip(path: Path, contents: Mapping[str, bytes]) -> None:
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in contents.items():
-            entry = zipfile.ZipInfo(name, _ZIP_TIME)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = 3  # of all platforms the same
-            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
-            archive.writestr(entry, content)
+def _silent(_text: str, _share: float) -> None:
+    """Progress that nobody asked for."""
 
 
-def checked_path(path: str | Path, *, overwrite: bool) -> Path:
-    """Path of an FMU to write; OutputError where it cannot be written or has another suffix."""
-    path = Path(path)
-    if path.suffix != ".fmu":
-        raise OutputError(f"{path}: importers want the suffix .fmu; write {path.stem}.fmu")
-    check_writable(path, force=overwrite)
-    return path
-
-
-def export_fmu(model: Model, path: str | Path, *, overwrite: bool = False) -> Path:
+def export_fmu(
+    model: Model,
+    path: str | Path,
+    *,
+    fmi_version: FmiVersion = 2,
+    platforms: str | Iterable[str] | None = None,
+    source: bool = False,
+    overwrite: bool = False,
+    progress: Progress = _silent,
+) -> Path:
     """Write the FMU of a model; the file appears whole or not at all.
+
+    Equal models give equal files, on whatever platform and wherever they are written.
 
     Parameters
     ----------
     model : Model
     path : of the file, ending in .fmu
+    fmi_version : 2 for FMI 2.0, 3 for FMI 3.0
+    platforms : names of platforms that the FMU is to run on, as "x86_64-windows", or "all"; the
+        one this Python runs on where missing
+    source : whether the C code is packed too, for platforms that are not among these
     overwrite : whether an existing file may be replaced
+    progress : called with what is being done, and the share of the work that is done
 
     Returns
     -------
@@ -107,9 +143,11 @@ def export_fmu(model: Model, path: str | Path, *, overwrite: bool = False) -> Pa
     OutputError
         where the file exists, cannot be written or does not end in .fmu
     BuildError
-        where the compiler refuses
+        for an unknown version or platform, or where the compiler refuses
     """
     path = checked_path(path, overwrite=overwrite)
-    contents = _contents(model)
-    write_file(path, lambda target: _write_zip(target, contents), force=overwrite)
+    if fmi_version not in get_args(FmiVersion):
+        raise BuildError(f"there is no FMI version {fmi_version!r} here; choose 2 or 3")
+    contents = _contents(model, fmi_version, platforms_named(platforms), source, progress)
+    write_file(path, lambda target: write_archive(target, contents), force=overwrite)
     return path

@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from elastic_tendon import compiler
@@ -21,7 +22,8 @@ from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu import description, fmi2_description
 from elastic_tendon.fmu.binary import compile_binary
-from elastic_tendon.fmu.export import checked_path, describe
+from elastic_tendon.fmu.export import describe
+from elastic_tendon.fmu.packing import checked_path
 from elastic_tendon.model import build
 from elastic_tendon.output import write_file
 from elastic_tendon.parameters import Model
@@ -38,7 +40,9 @@ CO_SIMULATION = fmi2_description.CO_SIMULATION | {
 def _write_resources(model: Model, folder: Path) -> list[Path]:
     """Description and library of the model."""
     system = build(model.effect_ids)
-    described = describe(model, system, co_simulation=CO_SIMULATION, model_exchange=None)
+    described = replace(
+        describe(model, system, 2), co_simulation=CO_SIMULATION, model_exchange=None
+    )
     root = fmi2_description.model_description(described)
     token = description.seal(root, structure_key(model.effect_ids))
     target = compiler.host_platform()
