@@ -132,7 +132,10 @@ OUTPUTS = (
     Variable("joint_velocity", "rad/s", "angular velocity of the joint"),
     Variable("deflection", "rad", "joint position less reflected motor position, (11)"),
     Variable(
-        "motor_torque", "N.m", "torque of the tendons on the motor pulley, (8)", at_motor=True
+        "motor_torque",
+        "N.m",
+        "torque that the motor has to exert on its pulley against the tendons, (8)",
+        at_motor=True,
     ),
     Variable("upper_spring_force", "N", "tension of the upper tendon", nominal=100.0),
     Variable("lower_spring_force", "N", "tension of the lower tendon", nominal=100.0),

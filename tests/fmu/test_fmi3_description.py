@@ -98,6 +98,13 @@ def test_every_number_is_described(effect_ids, version):
             assert one.variable.lower <= one.start <= one.variable.upper, one.name
 
 
+def test_sizes_agree():
+    """The joint's velocity and the derivative of its position are the same number."""
+    nominal = {one.name: one.variable.nominal for one in described((), 3).variables}
+    assert nominal["der(joint_position)"] == nominal["joint_velocity"]
+    assert nominal["der(joint_velocity)"] == 10.0  # rad/s2
+
+
 @both_versions
 def test_only_what_an_event_changes_may_be_set_anew(version):
     """Friction that stops the joint takes its velocity to 0; no other state jumps."""

@@ -61,7 +61,11 @@ def test_variables_are_those_of_the_model(fmus, name):
 
 
 def test_every_start_is_within_its_bounds(fmus, name):
-    bounded = [one for one in fmus(name).description.modelVariables if one.min is not None]
+    bounded = [
+        one
+        for one in fmus(name).description.modelVariables
+        if one.min is not None and one.start is not None
+    ]
     assert len(bounded) > 10
     for one in bounded:
         assert float(one.min) <= float(one.start) <= float(one.max), one.name

@@ -22,6 +22,7 @@ MOTOR_VELOCITY_CONNECTED = Variable(
     upper=1.0,
 )
 _TIME = Variable("time", "s", "simulation time")
+_TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
 
 
 class Role(Enum):
@@ -85,7 +86,7 @@ def _derivative(state: Variable) -> Variable:
         f"der({state.name})",
         rate_unit(state.unit),
         f"time derivative of {state.name}",
-        nominal=state.nominal,
+        nominal=state.nominal / _TYPICAL_DURATION,
     )
 
 
