@@ -86,7 +86,7 @@ def _row(tag: str, cells: Iterable[Cell]) -> Element:
 
 def _table(heading: Sequence[str], rows: Iterable[Element]) -> str:
     """A table that scrolls by itself where the window is narrow."""
-    frame = Element("div", {"class": "scroll"})
+    frame = Element("div", {"class": "scroll listing"})
     table = SubElement(frame, "table")
     table.append(_row("th", heading))
     table.extend(rows)
