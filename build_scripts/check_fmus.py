@@ -1,0 +1,329 @@
+"""Export the bundled models in every flavour and run them in importers that are not ours.
+
+    python build_scripts/check_fmus.py [MODEL...]
+
+One line for each model and flavour, one column for each importer: the largest difference of the
+joint position from `simulate`, in rad; or ok, for those that only read; or FAILED, and why below.
+The motion goes through slack at constant inputs, so co-simulation has nothing to interpolate;
+CasADi knows no events and gets as far as the first. Exit status 1 if anything failed. An importer
+that is not installed is skipped; the extra `test` brings all of them where they exist.
+"""
+
+import argparse
+import ctypes
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from importlib.metadata import files
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastic_tendon.compiled import Array, simulate
+from elastic_tendon.fmu.export import export_fmu
+from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
+from elastic_tendon.parameters import Model, bundled_models, load_model
+
+STEP = 1e-3  # s
+DURATION = 1.0  # s
+START = {"motor_position": 0.5, "joint_velocity": 1.0}  # rad, rad/s; far enough for slack
+TOLERANCE = 1e-8  # that of `simulate` and of an FMU that is told none
+
+Check = Callable[[Path, Model], float | None]
+
+
+class ImporterError(Exception):
+    """An importer that refuses the FMU; the message is its own."""
+
+
+def several_effects() -> Model:
+    """Dry friction, a stop against overstretching, weight and a memory of the springs."""
+    model = load_model("biorob_x4_joint_3").with_effect("coulomb_friction", {"torque": 0.35})
+    model = model.with_effect("overstretch_protection", {"engagement": 0.4, "stiffness": 2e4})
+    return model.with_effect("gravity_load", {"torque": 1.5})
+
+
+# ---- what each importer finds --------------------------------------------------------------
+
+
+def _apart(model: Model, time: Array, position: Array, start: dict[str, float] = START) -> float:
+    """Largest difference from `simulate` at constant inputs, rad."""
+    velocity = {"joint_velocity": start["joint_velocity"]}
+    held = np.full(time.size, start["motor_position"])
+    expected = simulate(model, time, held, initial_state=velocity, tolerance=TOLERANCE)
+    return float(np.abs(expected["joint_position"] - position).max())
+
+
+def fmpy_validation(path: Path, _model: Model) -> None:
+    """Rules of both standards, by fmpy."""
+    from fmpy.validation import validate_fmu
+
+    if faults := validate_fmu(str(path)):
+        raise ImporterError("; ".join(faults))
+
+
+def toolbox_check(path: Path, _model: Model) -> None:
+    """Schemas and rules of both standards, by fmu-manipulation-toolbox."""
+    command = ("-m", "fmu_manipulation_toolbox.cli.fmutool", "-input", str(path), "-check")
+    run = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False)
+    if run.returncode != 0:
+        raise ImporterError(run.stderr.strip())
+
+
+def _fmpy(path: Path, model: Model, kind: str) -> float:
+    from fmpy import simulate_fmu
+
+    run = simulate_fmu(
+        str(path),
+        fmi_type=kind,
+        stop_time=DURATION,
+        output_interval=STEP,
+        relative_tolerance=TOLERANCE,
+        start_values=START,
+        output=["joint_position"],
+        **({"record_events": False} if kind == "ModelExchange" else {}),
+    )
+    return _apart(model, run["time"], run["joint_position"])
+
+
+def fmpy_co_simulation(path: Path, model: Model) -> float:
+    """One instance."""
+    return _fmpy(path, model, "CoSimulation")
+
+
+def fmpy_model_exchange(path: Path, model: Model) -> float:
+    """Integrated by CVode, which finds the events."""
+    return _fmpy(path, model, "ModelExchange")
+
+
+def casadi_model_exchange(path: Path, model: Model) -> float:
+    """Integrated by CasADi's CVODES with the FMU's derivatives, up to before the first event.
+
+    Raises `ImporterError` where the Jacobian differs from differences.
+    """
+    import casadi as ca
+    from fmpy import extract
+
+    start = {"motor_position": 0.02, "joint_velocity": 0.5}
+    held = (np.linspace(0.0, 0.2, 201), np.full(201, start["motor_position"]))
+    events = simulate(model, *held, initial_state={"joint_velocity": 0.5}).event_times
+    time = np.linspace(0.0, min([0.2, *0.9 * events[:1]]), 21)
+    with tempfile.TemporaryDirectory() as folder:
+        imported = ca.DaeBuilder("actuator", str(extract(str(path), folder)), {})
+        for name, value in start.items():
+            imported.set(name, value)
+        rates = imported.create("rates", ["x", "u"], ["ode"])
+        names = {"x": imported.x(), "u": imported.u()}
+        x0, u0 = (np.array([start.get(one, 0.0) for one in names[which]]) for which in "xu")
+        _compare_jacobian(rates, x0, u0)
+        x, u = ca.MX.sym("x", x0.size), ca.MX.sym("u", u0.size)
+        problem = {"x": x, "p": u, "ode": rates(x, u)}
+        options = {"abstol": 1e-11, "reltol": 1e-11}
+        integrate = ca.integrator("integrate", "cvodes", problem, 0.0, list(time), options)
+        states = np.array(integrate(x0=x0, p=u0)["xf"])
+    return _apart(model, time, states[names["x"].index("joint_position")], start)
+
+
+def _compare_jacobian(rates: Any, x: Array, u: Array) -> None:
+    given = np.array(rates.jacobian()(x, u, 0)[0])
+    step = 1e-5
+    found = [(rates(x + one, u) - rates(x - one, u)) / (2 * step) for one in step * np.eye(x.size)]
+    apart = np.abs(np.hstack([np.array(column) for column in found]) - given).max()
+    if not apart <= 1e-6 * np.abs(given).max():
+        raise ImporterError(f"the Jacobian differs from differences by {apart:.1g}")
+
+
+def load_tbb() -> None:
+    """Load the library that Ecos is linked with and does not find by itself."""
+    for file in files("tbb") or ():
+        if file.name == "libtbb.so.12":
+            ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
+
+
+def ecos_co_simulation(path: Path, model: Model) -> float:
+    """Two instances in one system, thrown in opposite directions."""
+    load_tbb()
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    starts = {"one": START, "other": START | {"joint_velocity": -START["joint_velocity"]}}
+    values = {
+        f"{name}::{variable}": value
+        for name, start in starts.items()
+        for variable, value in start.items()
+    }
+    rows = []
+    with EcosSimulationStructure() as structure:
+        for name in starts:
+            structure.add_model(name, str(path))
+        structure.add_parameter_set("start", values)
+        with EcosSimulation(STEP, structure=structure) as simulation:
+            simulation.init(parameter_set="start")
+            while simulation.get_time() < DURATION:
+                simulation.step()
+                positions = [simulation.get_real(f"{name}::joint_position") for name in starts]
+                rows.append((simulation.get_time(), *positions))
+            simulation.terminate()
+    time, *positions = np.array([(0.0, 0.0, 0.0), *rows]).T
+    return max(
+        _apart(model, time, position, start)
+        for position, start in zip(positions, starts.values(), strict=True)
+    )
+
+
+def libcosim_co_simulation(path: Path, model: Model) -> float:
+    """One instance; the library keeps time in nanoseconds."""
+    from fmpy import read_model_description
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    log_output_level(CosimLogLevel.FATAL)
+    variables = read_model_description(str(path)).modelVariables
+    reference = {variable.name: variable.valueReference for variable in variables}
+    execution = CosimExecution.from_step_size(round(1e9 * STEP))
+    slave = CosimLocalSlave(fmu_path=str(path), instance_name="actuator")
+    index = execution.add_local_slave(slave)
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    for name, value in START.items():
+        execution.real_initial_value(index, reference[name], value)
+    rows = [(0.0, 0.0)]
+    while rows[-1][0] < DURATION:
+        if not execution.step():
+            raise ImporterError(f"no step at {rows[-1][0]} s")
+        values = observer.last_real_values(index, [reference["joint_position"]])
+        rows.append((1e-9 * execution.status().current_time, values[0]))
+    time, position = np.array(rows).T
+    return _apart(model, time, position)
+
+
+# ---- importers and flavours ----------------------------------------------------------------
+
+EVERY = ("FMI 2", "FMI 3", "pythonfmu")
+COMPILED = EVERY[:2]  # without a Python in the importer
+
+
+@dataclass(frozen=True)
+class Importer:
+    """An importer: the package that it needs, the flavours it can load, what is allowed in rad."""
+
+    name: str
+    package: str
+    check: Check
+    flavours: tuple[str, ...] = EVERY
+    allowed: float = 0.0
+
+    @property
+    def installed(self) -> bool:
+        """Whether its package is there."""
+        return importlib.util.find_spec(self.package) is not None
+
+
+# Communication points are the same, so co-simulation agrees to rounding: of times in nanoseconds,
+# and of what is multiplied by them. Model exchange has the error of the importer's own integrator.
+IMPORTERS = (
+    Importer("fmpy rules", "fmpy", fmpy_validation),
+    Importer("toolbox rules", "fmu_manipulation_toolbox", toolbox_check),
+    Importer("fmpy CS", "fmpy", fmpy_co_simulation, allowed=1e-12),
+    Importer("fmpy ME", "fmpy", fmpy_model_exchange, COMPILED, allowed=1e-6),
+    Importer("CasADi ME", "casadi", casadi_model_exchange, COMPILED, allowed=1e-8),
+    Importer("Ecos CS", "ecospy", ecos_co_simulation, COMPILED, allowed=1e-12),
+    Importer("libcosim CS", "libcosimpy", libcosim_co_simulation, ("FMI 2",), allowed=1e-12),
+)
+
+
+def export(model: Model, flavour: str, folder: Path) -> Path:
+    """The FMU of a model in one of the flavours."""
+    path = folder / f"{model.name}_{flavour.replace(' ', '_')}.fmu"
+    if flavour == "pythonfmu":
+        return export_pythonfmu(model, path)
+    return export_fmu(model, path, fmi_version=3 if flavour == "FMI 3" else 2)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Cell of the table, and the reason where it failed."""
+
+    cell: str
+    failure: str = ""
+
+
+def _say_into(log: Path) -> None:
+    """Send what this process prints, in C too, into a file."""
+    with log.open("w") as file:
+        for stream in (1, 2):
+            os.dup2(file.fileno(), stream)
+
+
+def outcome(importer: Importer, path: Path, model: Model) -> Outcome:
+    """Run an importer in a process of its own, so that none can harm another or this one."""
+    log = path.with_suffix(".log")
+    spawn = get_context("spawn")
+    with ProcessPoolExecutor(1, spawn, initializer=_say_into, initargs=(log,)) as process:
+        try:
+            apart = process.submit(importer.check, path, model).result()
+        except BrokenProcessPool:
+            last = log.read_text(errors="replace").strip().splitlines()[-1:]
+            return Outcome("FAILED", " ".join(["the importer's process died;", *last]))
+        except Exception as error:  # whatever an importer raises is its verdict
+            return Outcome("FAILED", str(error) or type(error).__name__)
+    if apart is None:
+        return Outcome("ok")
+    if not apart <= importer.allowed:
+        return Outcome("FAILED", f"{apart:.2g} rad from simulate, {importer.allowed:g} allowed")
+    return Outcome(f"{apart:.1g}")
+
+
+def outcomes(model: Model, flavour: str) -> Iterator[Outcome]:
+    """Outcome of every importer for one model and flavour."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = export(model, flavour, Path(folder))
+        for importer in IMPORTERS:
+            if flavour not in importer.flavours:
+                yield Outcome("-")
+            elif not importer.installed:
+                yield Outcome("not installed")
+            else:
+                yield outcome(importer, path, model)
+
+
+# ---- the table -----------------------------------------------------------------------------
+
+
+def _line(first: str, cells: Sequence[str]) -> str:
+    return f"{first:<30}" + "".join(f"{cell:>15}" for cell in cells)
+
+
+def main() -> int:
+    """Exit status: 0 all is well, 1 something failed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("model", nargs="*", metavar="MODEL", help="default: all bundled models")
+    names = parser.parse_args().model
+    models = [load_model(name) for name in names or bundled_models()]
+    titles = [model.name for model in models] + ["several effects"]
+    failures = []
+    print(_line("difference from simulate, rad", [importer.name for importer in IMPORTERS]))
+    for title, model in zip(titles, [*models, several_effects()], strict=True):
+        for flavour in EVERY:
+            found = list(outcomes(model, flavour))
+            print(_line(f"{title}, {flavour}", [one.cell for one in found]), flush=True)
+            failures += [
+                f"{title}, {flavour}, {importer.name}: {one.failure}"
+                for importer, one in zip(IMPORTERS, found, strict=True)
+                if one.failure
+            ]
+    print("", *failures, sep="\n")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
