@@ -1,21 +1,44 @@
-"""Models and motions of the FMU tests."""
+"""Models and motions of the FMU tests, and the versions of FMI they are for."""
 
 import numpy as np
+import pytest
 
-from elastic_tendon.parameters import load_model
+from elastic_tendon.effects import BY_ID
+from elastic_tendon.parameters import load_model, typical_value
 from fmu_driver import Segments
+
+# marks of modules or tests
+BOTH = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"], indirect=True)
+FMI3 = pytest.mark.parametrize("version", [3], ids=["fmi3"], indirect=True)
+
+# equations solved at run time, starts that are calculated
+IMPLICIT_EFFECTS = ("spring_hardening", "spring_relaxation", "tendon_compliance")
+
+
+def _with_typical(model, effect_id):
+    numbers = {one.name: typical_value(model, one) for one in BY_ID[effect_id].parameters}
+    return model.with_effect(effect_id, numbers)
 
 
 def models():
-    """Models by name: as in the paper, with spring damping, and with both effects."""
+    """Models by name: as in the paper, with spring damping, and with effects."""
     base = load_model("biorob_x4_joint_3")
     damping = {f"transmission.{side}_spring.damping": 20.0 for side in ("upper", "lower")}
     effects = base.with_effect("coulomb_friction", {"torque": 0.35})
     effects = effects.with_effect("overstretch_protection", {"engagement": 0.4, "stiffness": 2e4})
-    return {"base": base, "damped": base.with_values(damping), "effects": effects}
+    implicit = base
+    for effect_id in IMPLICIT_EFFECTS:
+        implicit = _with_typical(implicit, effect_id)
+    return {
+        "base": base,
+        "damped": base.with_values(damping),
+        "effects": effects,
+        "implicit": implicit,
+    }
 
 
 MODELS = models()
+PAPER_AND_EFFECTS = ("base", "damped", "effects")
 
 
 def motion(linear, n=151, rate=100.0, amplitude=0.3):

@@ -183,6 +183,7 @@ typedef struct {
   char token[sizeof MODEL_TOKEN];
   int interface;
   State state;
+  uint64_t checksum; /* of the bytes before it */
 } Snapshot;
 
 static void snapshot_take(const Instance *instance, Snapshot *snapshot);

@@ -6,6 +6,14 @@
 #define SNAPSHOT_MAGIC 0x45544E44u /* also tells the byte order */
 #define SNAPSHOT_VERSION 1u
 
+/* FNV-1a: any change of a single byte shows. */
+static uint64_t checksum_of(const Snapshot *snapshot) {
+  const unsigned char *byte = (const unsigned char *)snapshot;
+  uint64_t sum = 14695981039346656037u;
+  for (size_t i = 0; i < offsetof(Snapshot, checksum); i++) sum = (sum ^ byte[i]) * 1099511628211u;
+  return sum;
+}
+
 static void snapshot_take(const Instance *instance, Snapshot *snapshot) {
   memset(snapshot, 0, sizeof *snapshot); /* padding too, so that equal states are equal bytes */
   snapshot->magic = SNAPSHOT_MAGIC;
@@ -14,6 +22,7 @@ static void snapshot_take(const Instance *instance, Snapshot *snapshot) {
   memcpy(snapshot->token, MODEL_TOKEN, sizeof snapshot->token);
   snapshot->interface = instance->interface;
   memcpy(&snapshot->state, &instance->state, sizeof snapshot->state);
+  snapshot->checksum = checksum_of(snapshot);
 }
 
 static int phase_fits(int phase, const Instance *instance) {
@@ -28,6 +37,8 @@ static Status snapshot_check(Instance *instance, const Snapshot *snapshot) {
   if (snapshot->magic != SNAPSHOT_MAGIC || snapshot->version != SNAPSHOT_VERSION ||
       snapshot->size != sizeof *snapshot)
     return report(instance, STATUS_ERROR, "this is no state of an instance of this version");
+  if (snapshot->checksum != checksum_of(snapshot))
+    return report(instance, STATUS_ERROR, "the state is damaged");
   if (memcmp(snapshot->token, MODEL_TOKEN, sizeof snapshot->token) != 0)
     return report(instance, STATUS_ERROR, "the state belongs to another model");
   if (snapshot->interface != instance->interface ||
