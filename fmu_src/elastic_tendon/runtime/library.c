@@ -4,7 +4,10 @@
 
 #include "solver.c"
 
+/* Python's entry has no prefix, so it stays out where models are linked into one program. */
+#if !defined(FMI2_FUNCTION_PREFIX) && !defined(FMI3_FUNCTION_PREFIX)
 #include "simulate.c"
+#endif
 
 #include "variables.c"
 
