@@ -1,5 +1,7 @@
 """Dependencies against numbers: what is said not to matter, or to enter by a factor, is tried."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -156,6 +158,88 @@ def test_what_is_listed_matters_somewhere():
     assert not (seen & ~listed).any()
     assert {name.rpartition(".")[2].rpartition("_")[2] for name in unseen} == {
         *("velocity", "damping", "deflection")
+    }
+
+
+def _with(system, **columns):
+    """The system with other expressions in these columns."""
+    return replace(system, **{name: ca.vertcat(*listed) for name, listed in columns.items()})
+
+
+def _named(system, row):
+    """Kinds by name of the known, without those on which nothing depends."""
+    interface = system.interface
+    listed = (interface.states, interface.inputs, interface.parameters)
+    names = [*(one.name for group in listed for one in group), "connected"]
+    return {name: Dependence(int(kind)).name for name, kind in zip(names, row, strict=True) if kind}
+
+
+def test_each_kind():
+    base = build(())
+    x, u, p, r = base.x, base.u, base.p, base.r
+    tunable = [one.tunable for one in base.interface.parameters].index(True)
+    system = _with(
+        base,
+        outputs=[
+            2 * x[0],
+            p[0] * x[0],
+            p[tunable] * x[0],
+            r[0] * x[0],
+            x[1] * x[0],
+            u[1],
+            x[1] > 0,
+            2 * u[0] + r[0],
+        ],
+        next_modes=[u[0] > 0, r[1], r[2], r[3]],
+    )
+    rows = [_named(system, row) for row in dependencies(system).outputs]
+    kinds = ("CONSTANT", "FIXED", "TUNABLE", "DISCRETE", "DEPENDENT")
+    assert tuple(row["joint_position"] for row in rows[:5]) == kinds
+    # the mode follows from the motor's position, and from nothing else
+    assert rows[3] == {"joint_position": "DISCRETE", "motor_position": "DEPENDENT"}
+    assert rows[5] == {"motor_velocity": "FIXED", "connected": "DEPENDENT"}
+    assert rows[6] == {"joint_velocity": "DEPENDENT"}
+    # by a constant factor, and at events
+    assert rows[7] == {"motor_position": "DISCRETE"}
+
+
+def test_through_implicit_unknowns():
+    """Each by its own equation, and by those of others."""
+    base = build(())
+    x, u, r = base.x, base.u, base.r
+    w = ca.SX.sym("w", 2)
+    system = _with(
+        base,
+        w=[w],
+        residuals=[w[0] ** 3 + w[1] - u[0], w[1] - u[2] - r[1]],
+        outputs=[x[0] + w[0], x[0] + w[1], x[0]],
+        next_modes=[r[0], x[1] > 0, r[2], r[3]],
+    )
+    through_second = {"load_torque": "DEPENDENT", "joint_velocity": "DEPENDENT"}
+    rows = [_named(system, row) for row in dependencies(system).outputs]
+    own = {"joint_position": "CONSTANT"}
+    assert rows == [
+        own | through_second | {"motor_position": "DEPENDENT"},
+        own | through_second,
+        own,
+    ]
+
+
+def test_calculated_starts_are_put_in_each_others_place():
+    """A start that another is calculated from gives way to what it comes from itself."""
+    base = build(("tendon_compliance",))
+    x, u = base.x, base.u
+    first, second = (
+        base.interface.state_names.index(f"{side}_spring.elongation") for side in ("upper", "lower")
+    )
+    starts = ca.vertsplit(x)
+    starts[first], starts[second] = x[0] + x[second], u[0] * x[1]
+    system = _with(base, starts=starts)
+    found = dependencies(system).starts
+    assert _named(system, found[first]) == {
+        "joint_position": "CONSTANT",
+        "joint_velocity": "DEPENDENT",
+        "motor_position": "DEPENDENT",
     }
 
 
