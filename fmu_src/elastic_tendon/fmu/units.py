@@ -28,6 +28,8 @@ DISPLAY_UNITS = {
 TYPES = {
     "s": ("Time", "Time"),
     "m": ("Length", "Length"),
+    "m/s": ("Velocity", "Velocity"),
+    "kg": ("Mass", "Mass"),
     "rad": ("Angle", "Angle"),
     "rad/s": ("AngularVelocity", "AngularVelocity"),
     "rad/s2": ("AngularAcceleration", "AngularAcceleration"),
@@ -36,6 +38,7 @@ TYPES = {
     "kg.m2": ("Inertia", "MomentOfInertia"),
     "N/m": ("TranslationalSpringConstant", "TranslationalSpringConstant"),
     "N.s/m": ("TranslationalDampingConstant", "TranslationalDampingConstant"),
+    "N.m/rad": ("RotationalSpringConstant", "RotationalSpringConstant"),
     "N.m.s/rad": ("RotationalDampingConstant", "RotationalDampingConstant"),
 }
 
