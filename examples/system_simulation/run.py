@@ -3,8 +3,8 @@
     python examples/system_simulation/run.py [FOLDER]
 
 Packs the actuator's FMU and the controller (controller.c) into controlled_joint.ssp, as
-SystemStructure.ssd connects them, and runs it in fmpy and, where it is installed, in Ecos. Draws
-controlled_joint.png in FOLDER (default: here).
+SystemStructure.ssd connects them, and runs it in fmpy and, where it is installed, in Ecos, which
+takes an actuator of FMI 3.0 too. Draws controlled_joint.png in FOLDER (default: here).
 """
 
 import ctypes
@@ -13,6 +13,7 @@ import tempfile
 import zipfile
 from importlib import metadata, util
 from pathlib import Path
+from typing import Literal
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -54,15 +55,16 @@ def controller_fmu(folder: Path) -> Path:
     return pack(folder / "controller.fmu", files)
 
 
-def system(folder: Path) -> Path:
+def system(folder: Path, fmi_version: Literal[2, 3] = 2) -> Path:
     """The SSP: a zip of the system's structure, its parameters and the FMUs."""
-    paper = load_model("biorob_x4_joint_3")
-    model = paper.with_effect("gravity_load", {"torque": 1.5})
+    folder.mkdir()
+    model = load_model("biorob_x4_joint_3").with_effect("gravity_load", {"torque": 1.5})
+    actuator = export_fmu(model, folder / "actuator.fmu", fmi_version=fmi_version)
     files = {
         "SystemStructure.ssd": HERE / "SystemStructure.ssd",
         "resources/tuning.ssv": HERE / "tuning.ssv",
         "resources/controller.fmu": controller_fmu(folder),
-        "resources/actuator.fmu": export_fmu(model, folder / "actuator.fmu"),
+        "resources/actuator.fmu": actuator,
     }
     return pack(folder / "controlled_joint.ssp", files)
 
@@ -124,15 +126,15 @@ def draw(run: Signals, picture: Path) -> None:
 
 def main(folder: Path) -> None:
     with tempfile.TemporaryDirectory() as work:
-        ssp = system(Path(work))
-        run = in_fmpy(ssp)
+        run = in_fmpy(system(Path(work) / "fmpy"))
         error = run[JOINT] - run[REFERENCE]
         taut = run[SLACK_STATE] == BOTH_TAUT
         print(f"a tendon is slack for {1e3 * STEP * np.sum(~taut):.0f} ms")
         print(f"largest error of the joint: {1e3 * np.abs(error).max():.1f} mrad")
-        if util.find_spec("ecospy"):
+        for fmi_version in (2, 3) if util.find_spec("ecospy") else ():
+            ssp = system(Path(work) / f"ecos_{fmi_version}", fmi_version)
             apart = np.abs(in_ecos(ssp)[JOINT] - run[JOINT]).max()
-            print(f"joint position in fmpy and in Ecos: {apart:.1g} rad apart")
+            print(f"Ecos, actuator of FMI {fmi_version}.0: joint {apart:.1g} rad from fmpy's")
     draw(run, folder / "controlled_joint.png")
 
 
