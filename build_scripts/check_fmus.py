@@ -27,7 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic_tendon.compiled import Array, simulate
+from elastic_tendon.compiled import Array, Trajectory, simulate
+from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 from elastic_tendon.parameters import Model, bundled_models, load_model
@@ -54,12 +55,16 @@ def several_effects() -> Model:
 # ---- what each importer finds --------------------------------------------------------------
 
 
-def _apart(model: Model, time: Array, position: Array, start: dict[str, float] = START) -> float:
-    """Largest difference from `simulate` at constant inputs, rad."""
-    velocity = {"joint_velocity": start["joint_velocity"]}
+def expected(model: Model, time: Array, start: dict[str, float] = START) -> Trajectory:
+    """What `simulate` gives at constant inputs."""
     held = np.full(time.size, start["motor_position"])
-    expected = simulate(model, time, held, initial_state=velocity, tolerance=TOLERANCE)
-    return float(np.abs(expected["joint_position"] - position).max())
+    velocity = {"joint_velocity": start["joint_velocity"]}
+    return simulate(model, time, held, initial_state=velocity, tolerance=TOLERANCE)
+
+
+def _apart(model: Model, time: Array, position: Array, start: dict[str, float] = START) -> float:
+    """Largest difference of a joint position from that of `simulate`, rad."""
+    return float(np.abs(expected(model, time, start)["joint_position"] - position).max())
 
 
 def fmpy_validation(path: Path, _model: Model) -> None:
@@ -75,7 +80,8 @@ def toolbox_check(path: Path, _model: Model) -> None:
     command = ("-m", "fmu_manipulation_toolbox.cli.fmutool", "-input", str(path), "-check")
     run = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False)
     if run.returncode != 0:
-        raise ImporterError(run.stderr.strip())
+        faults = [line for line in run.stdout.splitlines() if line.startswith("ERROR")]
+        raise ImporterError("; ".join(faults) or run.stderr)
 
 
 def _fmpy(path: Path, model: Model, kind: str) -> float:
@@ -113,8 +119,7 @@ def casadi_model_exchange(path: Path, model: Model) -> float:
     from fmpy import extract
 
     start = {"motor_position": 0.02, "joint_velocity": 0.5}
-    held = (np.linspace(0.0, 0.2, 201), np.full(201, start["motor_position"]))
-    events = simulate(model, *held, initial_state={"joint_velocity": 0.5}).event_times
+    events = expected(model, np.linspace(0.0, 0.2, 201), start).event_times
     time = np.linspace(0.0, min([0.2, *0.9 * events[:1]]), 21)
     with tempfile.TemporaryDirectory() as folder:
         imported = ca.DaeBuilder("actuator", str(extract(str(path), folder)), {})
@@ -123,7 +128,7 @@ def casadi_model_exchange(path: Path, model: Model) -> float:
         rates = imported.create("rates", ["x", "u"], ["ode"])
         names = {"x": imported.x(), "u": imported.u()}
         x0, u0 = (np.array([start.get(one, 0.0) for one in names[which]]) for which in "xu")
-        _compare_jacobian(rates, x0, u0)
+        compare_jacobian(rates, x0, u0)
         x, u = ca.MX.sym("x", x0.size), ca.MX.sym("u", u0.size)
         problem = {"x": x, "p": u, "ode": rates(x, u)}
         options = {"abstol": 1e-11, "reltol": 1e-11}
@@ -132,7 +137,8 @@ def casadi_model_exchange(path: Path, model: Model) -> float:
     return _apart(model, time, states[names["x"].index("joint_position")], start)
 
 
-def _compare_jacobian(rates: Any, x: Array, u: Array) -> None:
+def compare_jacobian(rates: Any, x: Array, u: Array) -> None:
+    """Raise `ImporterError` where the derivatives of rates by states differ from differences."""
     given = np.array(rates.jacobian()(x, u, 0)[0])
     step = 1e-5
     found = [(rates(x + one, u) - rates(x - one, u)) / (2 * step) for one in step * np.eye(x.size)]
@@ -303,12 +309,16 @@ def _line(first: str, cells: Sequence[str]) -> str:
     return f"{first:<30}" + "".join(f"{cell:>15}" for cell in cells)
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status: 0 all is well, 1 something failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("model", nargs="*", metavar="MODEL", help="default: all bundled models")
-    names = parser.parse_args().model
-    models = [load_model(name) for name in names or bundled_models()]
+    names = parser.parse_args(arguments).model
+    try:
+        models = [load_model(name) for name in names or bundled_models()]
+    except ElasticTendonError as error:
+        print(error, file=sys.stderr)
+        return 1
     titles = [model.name for model in models] + ["several effects"]
     failures = []
     print(_line("difference from simulate, rad", [importer.name for importer in IMPORTERS]))

@@ -1,15 +1,20 @@
-"""Importers that we did not write: fmpy's own simulation, and a pythonfmu slave."""
+"""Importers that we did not write (`build_scripts/check_fmus.py`), and a pythonfmu slave."""
 
+import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 from fmu_cases import MODELS
 
+import check_fmus
+from check_fmus import IMPORTERS, Importer, Outcome, outcome
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
@@ -22,6 +27,112 @@ SCRIPTS = Path(__file__).parents[2] / "build_scripts"
 def _simulate(fmu, kind="CoSimulation", **options):
     start = {"motor_position": 0.3, "joint_velocity": 1.0}
     return simulate_fmu(str(fmu.path), fmi_type=kind, start_values=start, stop_time=1.0, **options)
+
+
+# ---- every importer, every flavour ---------------------------------------------------------
+
+EFFECTS = check_fmus.several_effects()
+
+
+@pytest.fixture(scope="module")
+def flavours(tmp_path_factory):
+    """FMU of several effects by flavour, exported when first asked for."""
+    made = {}
+
+    def get(flavour):
+        if flavour not in made:
+            folder = tmp_path_factory.mktemp("flavour")
+            made[flavour] = check_fmus.export(EFFECTS, flavour, folder)
+        return made[flavour]
+
+    return get
+
+
+def _skip_where_absent(importer):
+    if not importer.installed:
+        pytest.skip(f"{importer.package} is not installed")
+
+
+@pytest.mark.parametrize(
+    ("importer", "flavour"),
+    [(importer, flavour) for importer in IMPORTERS for flavour in importer.flavours],
+    ids=lambda one: getattr(one, "name", one),
+)
+def test_importer_agrees_with_simulate_through_slack(flavours, importer, flavour):
+    _skip_where_absent(importer)
+    assert outcome(importer, flavours(flavour), EFFECTS).failure == ""
+
+
+@pytest.mark.parametrize(
+    "importer",
+    [importer for importer in IMPORTERS if importer.allowed],
+    ids=lambda importer: importer.name,
+)
+def test_an_fmu_of_another_model_does_not_pass(flavours, importer):
+    _skip_where_absent(importer)
+    other = EFFECTS.with_values({"link.inertia": 0.030001})
+    assert "rad from simulate" in outcome(importer, flavours("FMI 2"), other).failure
+
+
+@pytest.mark.parametrize(("importer", "told"), [("fmpy rules", "guid"), ("toolbox rules", "guid")])
+def test_a_description_against_the_rules_does_not_pass(flavours, tmp_path, importer, told):
+    (chosen,) = (one for one in IMPORTERS if one.name == importer)
+    _skip_where_absent(chosen)
+    path = tmp_path / "x.fmu"
+    with zipfile.ZipFile(flavours("FMI 2")) as given, zipfile.ZipFile(path, "w") as changed:
+        for name in given.namelist():
+            changed.writestr(name, given.read(name).replace(b" guid=", b" uuid="))
+    assert told in outcome(chosen, path, EFFECTS).failure
+
+
+def _die(_path, _model):
+    os.write(2, b"some reason\n")
+    os.abort()
+
+
+def test_an_importer_that_dies_is_told(flavours):
+    found = outcome(Importer("dying", "fmpy", _die), flavours("FMI 2"), EFFECTS)
+    assert (found.cell, found.failure) == ("FAILED", "the importer's process died; some reason")
+
+
+def test_a_wrong_jacobian_is_told():
+    x, u = ca.SX.sym("x", 2), ca.SX.sym("u")
+    exact = ca.Function("rates", [x, u], [ca.vertcat(x[1], u - 3 * ca.sin(x[0]))])
+    at = (np.array([0.2, 0.1]), np.array([0.4]))
+    check_fmus.compare_jacobian(exact, *at)
+    wrong = ca.Function("rates", [x, u], [ca.vertcat(x[1], u - 3 * x[0])])
+
+    class Rates:
+        jacobian = wrong.jacobian
+
+        def __call__(self, *arguments):
+            return exact(*arguments)
+
+    with pytest.raises(check_fmus.ImporterError, match="Jacobian"):
+        check_fmus.compare_jacobian(Rates(), *at)
+
+
+def test_the_models_of_the_script_go_slack():
+    for model in (*map(load_model, bundled_models()), EFFECTS):
+        assert len(set(check_fmus.expected(model, np.linspace(0, 1, 1001))["slack_state"])) > 1
+
+
+@pytest.mark.parametrize(("failure", "status"), [("", 0), ("it fell over", 1)])
+def test_script_prints_one_table(monkeypatch, capsys, failure, status):
+    found = [Outcome("cell", failure) for _ in IMPORTERS]
+    monkeypatch.setattr(check_fmus, "outcomes", lambda *_: iter(found))
+    assert check_fmus.main(["figure_8"]) == status
+    printed = capsys.readouterr().out
+    assert printed.count("cell") == 2 * 3 * len(IMPORTERS)  # the model and that of several effects
+    assert ("figure_8, FMI 3, Ecos CS: it fell over" in printed) == bool(failure)
+
+
+def test_script_says_what_it_does_not_know(capsys):
+    assert check_fmus.main(["no_such_model"]) == 1
+    assert "no_such_model" in capsys.readouterr().err
+
+
+# ---- fmpy ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("bundled", bundled_models())
@@ -38,6 +149,9 @@ def test_every_bundled_model_runs_in_fmpy(bundled, tmp_path):
     joint = [run["joint_position"] for run in runs]
     assert len(joint[0]) == 51
     assert np.abs(joint[0] - joint[1]).max() < 1e-6
+
+
+# ---- the pythonfmu flavour -----------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
