@@ -1,0 +1,158 @@
+"""The file that an export writes: the same for the same model, whole or not there."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import zipfile
+from xml.etree import ElementTree
+
+import pytest
+from fmpy.validation import validate_fmu
+from fmu_cases import MODELS
+
+from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.fmu.export import export_fmu, model_identifier
+
+EXPORT = """
+import sys
+from elastic_tendon import export_fmu, load_model
+export_fmu(
+    load_model("figure_8"), sys.argv[1], fmi_version=int(sys.argv[2]), platforms="all", source=True
+)
+"""
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_two_exports_are_the_same_bytes(version, tmp_path):
+    """Also from other folders, by other processes, through other folders for temporary files."""
+    written = []
+    for place in ("here", "there"):
+        folder = tmp_path / place
+        (folder / "temporary").mkdir(parents=True)
+        environment = os.environ | {"TMPDIR": str(folder / "temporary"), "PYTHONHASHSEED": "random"}
+        command = [sys.executable, "-c", EXPORT, f"{place}.fmu", str(version)]
+        subprocess.run(command, cwd=folder, env=environment, check=True)
+        assert list((folder / "temporary").iterdir()) == []
+        written.append((folder / f"{place}.fmu").read_bytes())
+    assert written[0] == written[1]
+
+
+def test_another_number_gives_another_token(tmp_path):
+    tokens = []
+    for inertia in (0.03, 0.031):
+        model = MODELS["base"].with_values({"link.inertia": inertia})
+        path = export_fmu(model, tmp_path / f"{inertia}.fmu")
+        with zipfile.ZipFile(path) as archive:
+            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        tokens.append(root.get("guid"))
+    assert tokens[0] != tokens[1]
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_every_zip_tool_can_read_it(version, tmp_path):
+    path = export_fmu(MODELS["base"], tmp_path / "x.fmu", fmi_version=version, source=True)
+    with zipfile.ZipFile(path) as archive:
+        assert archive.testzip() is None
+        for entry in archive.infolist():
+            assert entry.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+            assert entry.extract_version <= 20  # 2.0
+            assert entry.flag_bits & 0b1001 == 0  # neither encrypted nor with sizes behind
+            assert not entry.filename.startswith("/")
+            assert "\\" not in entry.filename
+            executable = bool(entry.external_attr >> 16 & 0o111)
+            assert executable == entry.filename.startswith("binaries/")
+
+
+@pytest.mark.parametrize(
+    ("version", "expected"),
+    [
+        (2, {"model.png", "documentation/index.html", "documentation/licenses/license.txt"}),
+        (
+            3,
+            {
+                *("documentation/index.html", "documentation/licenses/license.txt"),
+                *(f"terminalsAndIcons/icon.{suffix}" for suffix in ("png", "svg")),
+                *(f"terminalsAndIcons/flange_{flange}.png" for flange in "ab"),
+                "terminalsAndIcons/terminalsAndIcons.xml",
+            },
+        ),
+    ],
+)
+def test_what_is_in_it_beside_the_binary(version, expected, tmp_path):
+    path = export_fmu(
+        MODELS["base"], tmp_path / "x.fmu", fmi_version=version, platforms="x86_64-linux"
+    )
+    folder = {2: "linux64", 3: "x86_64-linux"}[version]
+    with zipfile.ZipFile(path) as archive:
+        assert set(archive.namelist()) == expected | {
+            "modelDescription.xml",
+            f"binaries/{folder}/biorob_x4_joint_3.so",
+        }
+
+
+def test_an_existing_file_is_replaced_only_when_told(tmp_path):
+    path = tmp_path / "x.fmu"
+    path.write_text("precious")
+    with pytest.raises(ElasticTendonError, match=r"x\.fmu"):
+        export_fmu(MODELS["base"], path)
+    assert path.read_text() == "precious"
+    export_fmu(MODELS["base"], path, overwrite=True)
+    assert zipfile.is_zipfile(path)
+    assert [one.name for one in tmp_path.iterdir()] == ["x.fmu"]
+
+
+def test_another_suffix_is_refused_before_any_work(tmp_path):
+    with pytest.raises(ElasticTendonError, match=r"write x\.fmu"):
+        export_fmu(MODELS["base"], tmp_path / "x.zip")
+
+
+def test_an_interrupted_export_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+    def interrupt(_text, share):
+        if share > 0.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        export_fmu(
+            *(MODELS["base"], tmp_path / "x.fmu"),
+            platforms=["x86_64-linux", "aarch64-linux", "x86_64-darwin"],
+            progress=interrupt,
+        )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_progress_names_what_is_left_and_warns_of_windows(tmp_path):
+    told = []
+    export_fmu(
+        *(MODELS["base"], tmp_path / "x.fmu"),
+        platforms=["x86_64-linux", "x86_64-windows"],
+        progress=lambda text, share: told.append((text, share)),
+    )
+    texts, shares = zip(*told, strict=True)
+    assert shares == (0.0, 0.5, 1.0)
+    assert texts[0] == (
+        "building x86_64-linux, x86_64-windows; the first time for Windows takes minutes"
+    )
+    assert texts[-1] == "packing"
+
+
+@pytest.mark.parametrize(
+    ("name", "identifier"),
+    [
+        ("a_1", "a_1"),
+        ("3rd joint", "model_3rd_joint"),
+        ("Gelenk-ü", "Gelenk__"),
+        ("_x", "model__x"),
+    ],
+)
+def test_identifier_is_a_c_name(name, identifier):
+    assert model_identifier(name) == identifier
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_any_name_can_be_exported(version, tmp_path):
+    model = MODELS["base"].model_copy(update={"name": '3rd "joint" <ü> & %s'})
+    path = export_fmu(model, tmp_path / "x.fmu", fmi_version=version, source=True)
+    assert validate_fmu(str(path)) == []
