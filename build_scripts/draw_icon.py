@@ -1,8 +1,9 @@
-"""Draw the icon of the FMUs: writes icon.svg and icon.png into the package.
+"""Draw the pictures of the FMUs: writes icon.svg, icon.png and flange_*.png into the package.
 
-The actuator in slack state I: motor on the left, joint pulley with its link on the right, the
-upper tendon taut, the lower one slack. Both files are made from the same shapes, in units of a
-hundredth of the width; tests/fmu/test_fmu_documentation.py compares them with what is drawn here.
+The icon shows the actuator in slack state I: motor on the left, joint pulley with its link on the
+right, the upper tendon taut, the lower one slack. Both its files are made from the same shapes, in
+units of a hundredth of the width; tests/fmu/test_fmu_documentation.py compares them with what is
+drawn here.
 """
 
 import io
@@ -18,6 +19,7 @@ from matplotlib.patches import Circle, Polygon
 
 FOLDER = Path(__file__).parents[1] / "fmu_src" / "elastic_tendon" / "fmu" / "pages"
 PIXELS = 400
+FLANGE_PIXELS = 64
 DPI = 100
 POINTS_PER_UNIT = PIXELS / DPI * 72 / 100
 
@@ -146,19 +148,31 @@ def svg() -> bytes:
     return content + b"\n"
 
 
-def png() -> bytes:
-    """The icon as PNG, on a transparent ground."""
-    figure = Figure(figsize=(PIXELS / DPI, PIXELS / DPI), dpi=DPI)
+def flanges() -> dict[str, list[Shape]]:
+    """Rotational flanges by file name: a disc for the motor's, a ring for the joint's."""
+    disc = Disc((50.0, 50.0), 48.0, FRAME)
+    return {"flange_a.png": [disc], "flange_b.png": [disc, Disc((50.0, 50.0), 34.0, CARD)]}
+
+
+def png(listed: list[Shape], pixels: int) -> bytes:
+    """Shapes as PNG, on a transparent ground."""
+    figure = Figure(figsize=(pixels / DPI, pixels / DPI), dpi=DPI)
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, 100), ylim=(100, 0))
     axes.set_axis_off()
-    for order, shape in enumerate(shapes()):
+    for order, shape in enumerate(listed):
         shape.draw(axes, order)
     file = io.BytesIO()
     figure.savefig(file, format="png", transparent=True, metadata={"Software": None})
     return file.getvalue()
 
 
+def files() -> dict[str, bytes]:
+    """All pictures by file name."""
+    drawn = {name: png(listed, FLANGE_PIXELS) for name, listed in flanges().items()}
+    return {"icon.svg": svg(), "icon.png": png(shapes(), PIXELS), **drawn}
+
+
 if __name__ == "__main__":
-    (FOLDER / "icon.svg").write_bytes(svg())
-    (FOLDER / "icon.png").write_bytes(png())
-    print(f"wrote icon.svg and icon.png into {FOLDER}")
+    for name, content in files().items():
+        (FOLDER / name).write_bytes(content)
+        print(FOLDER / name)

@@ -3,6 +3,8 @@
 The paper's actuator, base model, in SI units. Only `benchmark_fmu.py` uses it, as the peer.
 """
 
+import numpy as np
+from numpy.typing import NDArray
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 from scipy.integrate import solve_ivp
 
@@ -27,7 +29,7 @@ class PlainSlave(Fmi2Slave):  # type: ignore[misc]
         for name in ("joint_position", "joint_velocity"):
             self.register_variable(Real(name, causality=Fmi2Causality.output))
 
-    def rates(self, _time: float, state: list[float]) -> list[float]:
+    def rates(self, _time: float, state: NDArray[np.float64]) -> list[float]:
         """Velocity and acceleration of the joint."""
         position, velocity = state
         stretch = RADIUS * (position - self.motor_position)

@@ -18,7 +18,7 @@ from elastic_tendon.effects import CATALOGUE, load_effect
 from elastic_tendon.effects.registry import Registry
 from elastic_tendon.fmu.characteristic_plot import HEIGHT, WIDTH, characteristic_plot
 from elastic_tendon.fmu.documentation import documentation
-from elastic_tendon.fmu.icon import icon
+from elastic_tendon.fmu.icon import flanges, icon
 from elastic_tendon.fmu.layout import Role, layout
 from elastic_tendon.parameters import bundled_models, load_model, parse_model, typical_value
 from elastic_tendon.transmission import characteristic_torque
@@ -279,14 +279,18 @@ def test_curve_of_any_pretension(pretension):
 # ---- the icon --------------------------------------------------------------------------------
 
 
-def test_icon_is_as_the_script_draws_it():
+def test_pictures_are_as_the_script_draws_them():
     """Exactly as SVG; as PNG but for the last bits of smoothing."""
-    pictures = icon()
-    assert pictures["icon.svg"] == draw_icon.svg()
-    kept, drawn = (imread(BytesIO(png)) for png in (pictures["icon.png"], draw_icon.png()))
-    assert kept.shape == drawn.shape == (draw_icon.PIXELS, draw_icon.PIXELS, 4)
-    different = np.abs(kept - drawn).max(axis=2) > 0.25
-    assert different.mean() < 1e-3
+    pictures, drawn = icon() | flanges(), draw_icon.files()
+    assert set(pictures) == set(drawn)
+    for name, content in pictures.items():
+        if name.endswith(".svg"):
+            assert content == drawn[name]
+            continue
+        kept, new = (imread(BytesIO(png)) for png in (content, drawn[name]))
+        assert kept.shape == new.shape
+        different = np.abs(kept - new).max(axis=2) > 0.25
+        assert different.mean() < 1e-3
 
 
 def test_icon_is_a_card_on_any_ground():

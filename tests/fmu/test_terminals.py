@@ -10,7 +10,8 @@ from lxml import etree
 from matplotlib import image
 
 from elastic_tendon.fmu.description import to_bytes
-from elastic_tendon.fmu.terminals import flange_pictures, terminals_and_icons
+from elastic_tendon.fmu.icon import flanges
+from elastic_tendon.fmu.terminals import terminals_and_icons
 from elastic_tendon.model import build
 
 
@@ -98,7 +99,7 @@ def test_what_flows_in_is_stored(root):
 
 def test_every_picture_is_there(root):
     """Beside the icon, whose place is the whole picture; flanges lie at its left and right edge."""
-    pictures = flange_pictures()
+    pictures = flanges()
     drawn = root.findall("Terminals/Terminal/TerminalGraphicalRepresentation")
     assert {f"{one.get('iconBaseName')}.png" for one in drawn} == set(pictures)
     edges = root.find("GraphicalRepresentation/Icon").get

@@ -13,12 +13,12 @@ from elastic_tendon.fmu import description, fmi2_description, fmi3_description
 from elastic_tendon.fmu.binary import Progress, compile_binaries, write_sources
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.documentation import documentation
-from elastic_tendon.fmu.icon import icon
+from elastic_tendon.fmu.icon import flanges, icon
 from elastic_tendon.fmu.layout import layout
 from elastic_tendon.fmu.mach_o import universal
 from elastic_tendon.fmu.packing import checked_path, write_archive
 from elastic_tendon.fmu.sources import declare_sources, source_files
-from elastic_tendon.fmu.terminals import flange_pictures, terminals_and_icons
+from elastic_tendon.fmu.terminals import terminals_and_icons
 from elastic_tendon.model import build
 from elastic_tendon.output import write_file
 from elastic_tendon.parameters import Model
@@ -68,7 +68,7 @@ def _icon_and_terminals(fmi_version: FmiVersion) -> dict[str, bytes]:
     if fmi_version == 2:
         return {"model.png": icon()["icon.png"]}
     terminals = description.to_bytes(terminals_and_icons())
-    files = {"terminalsAndIcons.xml": terminals, **icon(), **flange_pictures()}
+    files = {"terminalsAndIcons.xml": terminals, **icon(), **flanges()}
     return {f"terminalsAndIcons/{name}": content for name, content in files.items()}
 
 
