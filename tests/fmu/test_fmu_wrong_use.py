@@ -1,21 +1,18 @@
 """Illegal calls and bad values: an error and a message, and nothing has changed."""
 
-import shutil
-import subprocess
-from ctypes import byref, c_char_p, c_double, c_int, c_uint
+from ctypes import c_char_p, c_double
 from math import inf, nan
 
 import pytest
-from fmpy.fmi2 import fmi2EventInfo
-from fmu_cases import MODELS
+from fmu_cases import BOTH
+from refusals import NOTHING, check_refused, check_set_refused, functions_of_header
 
-from elastic_tendon import compiler
-from elastic_tendon.fmu.binary import write_sources
-from elastic_tendon.fmu.layout import layout
-from elastic_tendon.model import build
 from fmu_driver import DISCARD, ERROR
 
+pytestmark = BOTH
+
 BETWEEN = {"slave": "between steps", "model": "in continuous-time mode"}
+FIXED = ("transmission.joint_pulley_radius", "joint_torque", "time")
 
 
 @pytest.fixture(params=["slave", "model"])
@@ -31,80 +28,61 @@ def running(base, instances, kind):
     return instance
 
 
-def _check_refused(instance, function, *arguments, telling=()):
-    before, messages = instance.snapshot(), len(instance.log)
-    assert instance.status(function, *arguments) == ERROR
-    assert instance.snapshot() == before
-    assert len(instance.log) == messages + 1
-    message = instance.log[-1]
-    assert (message.status, message.category) == (ERROR, "logStatusError")
-    for part in (function, *telling):
-        assert part in message.text
+def test_every_function_is_there_and_does_nothing_to_no_instance(base, instances, version):
+    library = instances(base.slave()).fmu.dll
+    names = functions_of_header(version)
+    assert len(names) > 40
+    for name in names:
+        function = library[name]
+        if name.endswith("FreeInstance"):
+            function(None)
+        elif "Instantiate" not in name and not name.endswith(("GetVersion", "GetTypesPlatform")):
+            assert function(*NOTHING) == ERROR, name
 
 
-def _check_set(instance, name, value, *, number=c_double, function="fmi2SetReal", **expected):
-    reference = (c_uint * 1)(instance.reference(name))
-    _check_refused(instance, function, reference, 1, (number * 1)(value), **expected)
-
-
-@pytest.mark.parametrize(
-    ("function", "arguments"),
-    [
-        ("fmi2SetupExperiment", (0, 0.0, 0.0, 0, 0.0)),
-        ("fmi2EnterInitializationMode", ()),
-        ("fmi2ExitInitializationMode", ()),
-        ("fmi2CancelStep", ()),
-        ("fmi2SetTime", (nan,)),
-        ("fmi2GetEventIndicators", ((c_double * 3)(), 3)),
-        ("fmi2SetContinuousStates", ((c_double * 2)(0.0, inf), 2)),
-        ("fmi2SetContinuousStates", ((c_double * 2)(), 1)),
-        ("fmi2GetDerivatives", (None, 2)),
-        ("fmi2NewDiscreteStates", (byref(fmi2EventInfo()),)),
-        ("fmi2DoStep", (0.5, 0.1, 1)),
-        ("fmi2DoStep", (0.0, 0.0, 1)),
-        ("fmi2DoStep", (0.0, -0.1, 1)),
-        ("fmi2DoStep", (nan, 0.1, 1)),
-        ("fmi2DoStep", (0.0, inf, 1)),
-        ("fmi2GetReal", (None, 1, (c_double * 1)())),
-        ("fmi2GetReal", ((c_uint * 1)(4), 1, None)),
-        ("fmi2GetReal", ((c_uint * 1)(10**6), 1, (c_double * 1)())),
-        ("fmi2GetReal", ((c_uint * 1)(5), 1, (c_double * 1)())),  # an enumeration
-        ("fmi2GetString", ((c_uint * 1)(4), 1, (c_char_p * 1)())),
-        ("fmi2GetFMUstate", (None,)),
-        ("fmi2SetFMUstate", (None,)),
-        ("fmi2SetDebugLogging", (1, 1, (c_char_p * 1)(b"logNonsense"))),
-    ],
-)
-def test_calls_out_of_place_are_refused(running, function, arguments):
-    _check_refused(running, function, *arguments)
-
-
-def test_message_names_instance_call_time_variable_and_value(base, instances):
+def test_messages_name_instance_call_time_variable_and_value(base, instances, version):
     slave = instances(base.slave(name="arm 100%"))
     slave.begin()
-    slave.fmu.doStep(0.0, 0.25)
-    _check_set(slave, "motor_position", nan)
+    slave.advance(0.0, 0.25)
+    check_set_refused(slave, "motor_position", nan)
     message = slave.log[-1]
     assert message.instance == "arm 100%"
-    # doubled, because importers print it as a format
-    assert message.text.startswith("arm 100%%: fmi2SetReal at 0.25 s: motor_position = ")
+    # doubled in FMI 2, because importers print it as a format
+    name, setter = {2: ("arm 100%%", "fmi2SetReal"), 3: ("arm 100%", "fmi3SetFloat64")}[version]
+    assert message.text.startswith(f"{name}: {setter} at 0.25 s: motor_position = ")
     assert "nan is not finite" in message.text
+
+
+def test_times_steps_and_sizes_that_cannot_be_are_refused(running):
+    for time, h in ((0.5, 0.1), (0.0, 0.0), (0.0, -0.1), (nan, 0.1), (0.0, inf)):
+        check_refused(running, *running.stepping(time, h))
+    check_refused(running, *running.call("GetContinuousStates", None, 2))
+    check_refused(running, *running.call("EnterInitializationMode", *NOTHING))
+    check_refused(running, *running.call("ExitInitializationMode"))
+
+
+def test_references_that_do_not_exist_or_are_of_another_type_are_refused(running):
+    check_refused(running, *running.getting(10**6), telling=["1000000"])
+    enumeration, real = running.references(["slack_state", "joint_torque"])
+    check_refused(running, *running.getting(enumeration), telling=["Enumeration"])
+    check_refused(running, *running.getting(real, "String"))
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
 def test_inputs_that_are_not_finite_are_refused(running, value):
-    _check_set(running, "load_torque", value, telling=["load_torque"])
+    check_set_refused(running, "load_torque", value, telling=["load_torque"])
 
 
-@pytest.mark.parametrize("name", ["transmission.joint_pulley_radius", "joint_torque", "time"])
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        *((kind, name) for kind in BETWEEN for name in FIXED),
+        ("slave", "joint_position"),  # an integrator may set states
+    ],
+    indirect=["kind"],
+)
 def test_what_is_not_an_input_cannot_be_set_while_running(running, kind, name):
-    _check_set(running, name, 1.0, telling=[name, BETWEEN[kind]])
-
-
-def test_states_cannot_be_set_between_steps(base, instances):
-    slave = instances(base.slave())
-    slave.begin()
-    _check_set(slave, "joint_position", 1.0, telling=["joint_position", BETWEEN["slave"]])
+    check_set_refused(running, name, 1.0, telling=[name, BETWEEN[kind]])
 
 
 @pytest.mark.parametrize(
@@ -113,23 +91,22 @@ def test_states_cannot_be_set_between_steps(base, instances):
 )
 def test_parameters_outside_their_bounds_are_refused(base, instances, kind, name, value):
     instance = instances(getattr(base, kind)())
-    _check_set(instance, name, value, telling=[name, f"{value:g}"])
+    check_set_refused(instance, name, value, telling=[name, f"{value:g}"])
 
 
 def test_whole_numbers_have_bounds_and_type(base, instances):
     slave = instances(base.slave())
     name = "transmission.upper_spring.parallel"
-    _check_set(slave, name, 0, number=c_int, function="fmi2SetInteger", telling=[name, "1 to 100"])
-    _check_set(slave, name, 2.0, telling=["Integer"])
+    suffix, type_name = slave.access[slave.variables[name].type][0], slave.variables[name].type
+    check_set_refused(slave, name, 0, suffix=suffix, telling=[name, "1 to 100"])
+    check_set_refused(slave, name, 2.0, telling=[type_name])
     slave.set(name, 3)
     slave.set_up()
     assert slave.get(name) == 3
 
 
 def test_one_bad_value_among_good_ones_sets_none(running):
-    references = [running.reference(name) for name in ("motor_position", "load_torque")]
-    values = (c_double * 2)(0.7, nan)
-    _check_refused(running, "fmi2SetReal", (c_uint * 2)(*references), 2, values)
+    check_refused(running, *running.setting(["motor_position", "load_torque"], [0.7, nan]))
     assert running.get("motor_position") == 0.1
 
 
@@ -137,43 +114,22 @@ def test_calls_of_the_other_interface_are_refused(base, instances):
     slave, model = instances(base.slave()), instances(base.model())
     for instance in (slave, model):
         instance.set_up()
-    _check_refused(slave, "fmi2GetContinuousStates", (c_double * 2)(), 2, telling=["co-simulation"])
-    rates = ((c_uint * 1)(1), 1, (c_int * 1)(1), (c_double * 1)(0.0))
-    _check_refused(model, "fmi2SetRealInputDerivatives", *rates, telling=["model exchange"])
+    for name in ("GetContinuousStates", "GetEventIndicators", "EnterContinuousTimeMode", "SetTime"):
+        check_refused(slave, *slave.call(name, *NOTHING), telling=["co-simulation"])
+    check_refused(model, *model.stepping(0.0, 0.1), telling=["model exchange"])
 
 
-@pytest.mark.parametrize(("order", "value"), [(0, 1.0), (2, 1.0), (1, nan)])
-def test_only_finite_first_derivatives_of_inputs(base, instances, order, value):
-    slave = instances(base.slave())
-    slave.begin()
-    arguments = ((c_uint * 1)(1), 1, (c_int * 1)(order), (c_double * 1)(value))
-    _check_refused(slave, "fmi2SetRealInputDerivatives", *arguments, telling=["motor_position"])
-
-
-def test_outputs_cannot_be_read_before_initialisation(base, instances, kind):
-    instance = instances(getattr(base, kind)())
-    _check_refused(instance, "fmi2GetReal", (c_uint * 1)(4), 1, (c_double * 1)())
-
-
-def test_initialisation_needs_an_experiment(base, instances, kind):
-    instance = instances(getattr(base, kind)())
-    _check_refused(instance, "fmi2EnterInitializationMode")
-
-
-@pytest.mark.parametrize(
-    "experiment",
-    [(0, 0.0, nan, 0, 0.0), (0, 0.0, 1.0, 1, 1.0), (1, 0.0, 0.0, 0, 0.0), (1, nan, 0.0, 0, 0.0)],
-)
-def test_experiments_that_cannot_be_are_refused(base, instances, experiment):
-    _check_refused(instances(base.slave()), "fmi2SetupExperiment", *experiment)
+def test_a_category_that_does_not_exist_is_refused(running):
+    names = (c_char_p * 1)(b"logNonsense")
+    check_refused(running, *running.call("SetDebugLogging", 1, 1, names), telling=["logNonsense"])
 
 
 def test_steps_past_the_stop_time_are_refused(base, instances):
     slave = instances(base.slave())
     slave.begin(stop_time=0.3)
-    slave.fmu.doStep(0.0, 0.1)
-    slave.fmu.doStep(0.1, 0.3 - 0.1 + 1e-13)  # rounding is no crime
-    _check_refused(slave, "fmi2DoStep", 0.3, 0.1, 1, telling=["stopTime"])
+    slave.advance(0.0, 0.1)
+    slave.advance(0.1, 0.3 - 0.1 + 1e-13)  # rounding is no crime
+    check_refused(slave, *slave.stepping(0.3, 0.1), telling=["stopTime"])
 
 
 def test_communication_points_may_be_off_by_rounding(base, instances):
@@ -181,26 +137,29 @@ def test_communication_points_may_be_off_by_rounding(base, instances):
     slave.begin()
     time = 0.0
     for i in range(1000):
-        slave.fmu.doStep(i / 1000, 0.001)
+        slave.advance(i / 1000, 0.001)
         time = i / 1000 + 0.001
     assert slave.get("time") == time
 
 
-def test_a_step_that_cannot_be_taken_is_discarded(base, instances):
-    """A load that no state bears: the rates overflow."""
+def test_a_step_that_cannot_be_taken_is_discarded(base, instances, version):
+    """A load that no state bears: the rates overflow. FMI 3 may go on; FMI 2 must go back."""
     slave = instances(base.slave())
     slave.begin()
-    slave.fmu.doStep(0.0, 0.1)
-    kept = slave.fmu.getFMUstate()
+    slave.advance(0.0, 0.1)
+    kept = slave.get_state()
     slave.set("load_torque", 1.7e308)
-    assert slave.status("fmi2DoStep", 0.1, 0.1, 1) == DISCARD
+    assert slave.status(*slave.stepping(0.1, 0.1)) == DISCARD
     assert slave.log[-1].category == "logStatusDiscard"
-    assert 0.1 <= slave.fmu.getRealStatus(2) < 0.2
-    assert not slave.fmu.getBooleanStatus(3)
-    assert slave.status("fmi2DoStep", 0.1, 0.1, 1) == ERROR
-    slave.fmu.setFMUstate(kept)
-    slave.fmu.freeFMUstate(kept)
-    slave.fmu.doStep(0.1, 0.1)
+    reached = slave.get("time")
+    assert 0.1 <= reached < 0.2
+    if version == 2:
+        assert slave.fmu.getRealStatus(2) == reached
+        assert not slave.fmu.getBooleanStatus(3)
+        assert slave.status(*slave.stepping(reached, 0.1)) == ERROR
+    slave.set_state(kept)
+    slave.free_state(kept)
+    slave.advance(0.1, 0.1)
     assert slave.get("time") == 0.2
 
 
@@ -208,56 +167,53 @@ def test_derivatives_that_overflow_are_discarded(base, instances):
     """So that an integrator may try a shorter step."""
     model = instances(base.model())
     model.begin()
-    model.fmu.setContinuousStates((c_double * 2)(1.7e308, 0.0), 2)
-    assert model.status("fmi2GetDerivatives", (c_double * 2)(), 2) == DISCARD
+    model.move(1.7e308, 0.0)
+    function = {2: "GetDerivatives", 3: "GetContinuousStateDerivatives"}[model.version]
+    assert model.status(*model.call(function, (c_double * 2)(), 2)) == DISCARD
     assert "joint_velocity" in model.log[-1].text
 
 
-def test_a_wrong_token_gives_no_instance(base):
+@pytest.mark.parametrize("token", ["{00000000}", "", "%s%n"])
+def test_a_wrong_token_gives_no_instance(base, kind, token):
     with pytest.raises(Exception, match="instantiate"):
-        base.slave(guid="{00000000}")
+        getattr(base, kind)(token=token)
 
 
-def test_an_instance_needs_a_name(base):
+@pytest.mark.parametrize("name", ["", "  "])
+def test_an_instance_needs_a_name(base, kind, name):
     with pytest.raises(Exception, match="instantiate"):
-        base.slave(name="")
-
-
-def test_nothing_happens_to_no_instance(base, instances):
-    library = instances(base.slave()).fmu.dll
-    library.fmi2FreeInstance(None)
-    assert library.fmi2Terminate(None) == ERROR
+        getattr(base, kind)(name=name)
 
 
 def test_events_are_logged_only_when_asked(base, instances):
     for logging in (False, True):
         slave = instances(base.slave(logging=logging))
         slave.begin({"motor_position": 0.5})
-        slave.fmu.doStep(0.0, 0.5)
+        slave.advance(0.0, 0.5)
         told = [message for message in slave.log if message.category == "logEvents"]
         assert bool(told) == logging
     assert any("lower_spring.taut" in message.text for message in told)
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-def test_sanitizers_find_nothing_in_random_calls(request, tmp_path):
-    """gcc's, because zig's do not link; warnings of the hand-written C are errors here too."""
-    system = build(("coulomb_friction", "overstretch_protection"))
-    variables = layout(system.interface, MODELS["effects"].values())
-    write_sources(tmp_path, system, variables, token="token", tolerance=1e-8)
-    sources = [compiler.RUNTIME / "library.c", request.path.parent / "fuzz.c"]
-    folders = [tmp_path, compiler.RUNTIME, compiler.fmi_headers()]
-    command = [
-        *("gcc", "-std=c11", "-O1", "-g", "-Wall", "-Wextra"),
-        *("-fsanitize=address,undefined", "-fno-sanitize-recover=all"),
-        *(f"-I{folder}" for folder in folders),
-        *(*map(str, sources), "-o", str(tmp_path / "fuzz"), "-lm"),
-    ]
-    built = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr
-    warnings = [line for line in built.stderr.splitlines() if "warning:" in line]
-    assert [line for line in warnings if "model.c" not in line] == []
-    run = subprocess.run(
-        [str(tmp_path / "fuzz"), "token", "20000"], capture_output=True, text=True, check=False
-    )
-    assert (run.returncode, run.stdout) == (0, "20000 calls\n"), run.stderr
+def test_categories_are_switched_one_by_one(base, instances, version):
+    """What FMI 2 always logs, errors and warnings, FMI 3 logs when asked."""
+    slave = instances(base.slave(logging=False))
+    slave.begin({"motor_position": 0.5})
+
+    def categories(on, names):
+        slave.fmu.setDebugLogging(on, names)
+        slave.log.clear()
+        state = slave.get_state()
+        slave.advance(0.0, 0.5)
+        slave.status(*slave.stepping(0.0, 0.5))
+        slave.set_state(state)
+        slave.free_state(state)
+        return {message.category for message in slave.log}
+
+    always = {"logStatusError"} if version == 2 else set()
+    assert categories(False, []) == always
+    assert categories(True, ["logEvents"]) == {"logEvents"} | always
+    assert categories(True, ["logStatusError"]) == {"logEvents", "logStatusError"}
+    assert categories(False, ["logEvents"]) == {"logStatusError"}
+    assert categories(False, []) == always
+    assert categories(True, []) == {"logEvents", "logStatusError"}

@@ -17,8 +17,9 @@ enum {
   INITIALISED = EVENT | CONTINUOUS | STEP_MODE,
   /* before initialisation start values can be got, inside a step what the importer asked for */
   GETTABLE = READABLE | INSTANTIATED | INTERMEDIATE,
-  SETTABLE = WRITABLE | INTERMEDIATE,
-  DISCRETELY_SETTABLE = DISCRETELY_WRITABLE
+  /* after a step that failed another one may be tried with other inputs */
+  SETTABLE = WRITABLE | STEP_FAILED | INTERMEDIATE,
+  DISCRETELY_SETTABLE = DISCRETELY_WRITABLE | STEP_FAILED
 };
 
 /* A variable's reference may stand between number signs in a message; ours are doubled. */

@@ -136,12 +136,13 @@ static const char *phase_name(int phase) {
   }
 }
 
-/* Phases in which a variable may be set. */
+/* Phases in which a variable may be set; a version of FMI may forbid its functions in some. */
 static int settable(const Instance *instance, const VariableInfo *variable) {
-  const int between = instance->event_mode ? EVENT : EVENT | STEP_COMPLETE;
+  const int steps = STEP_COMPLETE | STEP_FAILED;
+  const int between = instance->event_mode ? EVENT : EVENT | steps;
   switch (variable->role) {
     case ROLE_INPUT:
-      return INSTANTIATED | INITIALISATION | EVENT | CONTINUOUS | STEP_COMPLETE | INTERMEDIATE;
+      return INSTANTIATED | INITIALISATION | EVENT | CONTINUOUS | steps | INTERMEDIATE;
     case ROLE_PARAMETER: return INSTANTIATED | INITIALISATION | (variable->tunable ? between : 0);
     case ROLE_STATE: return INSTANTIATED | INITIALISATION | CONTINUOUS; /* as some integrators do */
     case ROLE_OPTION: return INSTANTIATED | INITIALISATION;

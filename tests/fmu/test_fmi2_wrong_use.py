@@ -1,0 +1,79 @@
+"""Illegal calls of functions that FMI 2.0 alone has, or has with other arguments."""
+
+from ctypes import byref, c_char_p, c_double, c_int, c_uint
+from math import inf, nan
+
+import pytest
+from fmpy.fmi2 import fmi2EventInfo
+from refusals import check_refused
+
+
+@pytest.fixture(params=["slave", "model"])
+def kind(request):
+    return request.param
+
+
+@pytest.fixture
+def running(base, instances, kind):
+    """An instance between steps, or in continuous time."""
+    instance = instances(getattr(base, kind)())
+    instance.begin({"motor_position": 0.1})
+    return instance
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [
+        ("fmi2SetupExperiment", (0, 0.0, 0.0, 0, 0.0)),
+        ("fmi2CancelStep", ()),
+        ("fmi2SetTime", (nan,)),
+        ("fmi2GetEventIndicators", ((c_double * 3)(), 3)),
+        ("fmi2SetContinuousStates", ((c_double * 2)(0.0, inf), 2)),
+        ("fmi2SetContinuousStates", ((c_double * 2)(), 1)),
+        ("fmi2GetDerivatives", (None, 2)),
+        ("fmi2NewDiscreteStates", (byref(fmi2EventInfo()),)),
+        ("fmi2GetReal", (None, 1, (c_double * 1)())),
+        ("fmi2GetReal", ((c_uint * 1)(4), 1, None)),
+        ("fmi2GetString", ((c_uint * 1)(4), 1, (c_char_p * 1)())),
+        ("fmi2GetFMUstate", (None,)),
+        ("fmi2SetFMUstate", (None,)),
+    ],
+)
+def test_calls_out_of_place_are_refused(running, function, arguments):
+    check_refused(running, function, *arguments)
+
+
+def test_event_information_is_written_in_full(base, instances):
+    model = instances(base.model())
+    model.set_up()
+    model.fmu.exitInitializationMode()
+    info = fmi2EventInfo(*[7] * 5, 7.0)
+    assert model.status("fmi2NewDiscreteStates", byref(info)) == 0
+    assert info.newDiscreteStatesNeeded == info.valuesOfContinuousStatesChanged == 0
+    assert info.terminateSimulation == info.nominalsOfContinuousStatesChanged == 0
+    assert info.nextEventTimeDefined == 0
+
+
+def test_rates_of_inputs_are_for_co_simulation(base, instances):
+    model = instances(base.model())
+    model.set_up()
+    rates = ((c_uint * 1)(1), 1, (c_int * 1)(1), (c_double * 1)(0.0))
+    check_refused(model, "fmi2SetRealInputDerivatives", *rates, telling=["model exchange"])
+
+
+def test_outputs_cannot_be_read_before_initialisation(base, instances, kind):
+    instance = instances(getattr(base, kind)())
+    check_refused(instance, "fmi2GetReal", (c_uint * 1)(4), 1, (c_double * 1)())
+
+
+def test_initialisation_needs_an_experiment(base, instances, kind):
+    instance = instances(getattr(base, kind)())
+    check_refused(instance, "fmi2EnterInitializationMode")
+
+
+@pytest.mark.parametrize(
+    "experiment",
+    [(0, 0.0, nan, 0, 0.0), (0, 0.0, 1.0, 1, 1.0), (1, 0.0, 0.0, 0, 0.0), (1, nan, 0.0, 0, 0.0)],
+)
+def test_experiments_that_cannot_be_are_refused(base, instances, experiment):
+    check_refused(instances(base.slave()), "fmi2SetupExperiment", *experiment)
