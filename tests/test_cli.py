@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -309,3 +310,36 @@ def test_a_recording_of_sensors_is_met_by_its_own_model(run) -> None:
     assert run("compare", "sensors.toml", "sensors.csv", "--json", "c.json").exit_code == 0
     (comparison,) = json.loads(Path("c.json").read_text())["files"]
     assert comparison["signals"]["joint_position"]["rmse"] < 1e-6
+
+
+# ---- export --------------------------------------------------------------------------------
+
+
+def test_export_for_other_platforms_with_sources(run) -> None:
+    result = run(
+        *("export", MODEL, "-o", "x.fmu", "--fmi", "3", "--source"),
+        *("--platform", "aarch64-darwin,x86_64-linux", "--platform", "aarch64-linux"),
+    )
+    assert (result.exit_code, result.stderr) == (0, "")  # no bar where there is no terminal
+    assert (
+        result.stdout.split()
+        == (
+            f"{MODEL} is in x.fmu, FMI 3.0, for x86_64-linux, aarch64-linux, aarch64-darwin"
+        ).split()
+    )
+    with zipfile.ZipFile("x.fmu") as archive:
+        folders = {name.rpartition("/")[0] for name in archive.namelist()}
+    names = ("aarch64-darwin", "x86_64-linux", "aarch64-linux")
+    assert folders >= {"sources", *(f"binaries/{name}" for name in names)}
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "known"),
+    [("--platform", "amiga", "aarch64-darwin"), ("--fmi", "1", "'3'")],
+)
+def test_export_tells_what_it_knows(run, option, value, known) -> None:
+    result = run("export", MODEL, "-o", "x.fmu", option, value)
+    assert result.exit_code == 2
+    assert value in result.stderr
+    assert known in result.stderr
+    assert list(Path().iterdir()) == []

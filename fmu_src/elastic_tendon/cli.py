@@ -434,11 +434,12 @@ def _show_addition(addition: "Addition") -> None:
 
 @contextmanager
 def _progress() -> Iterator["Report"]:
-    """A bar on stderr; yields the function that moves it."""
+    """A bar on stderr where that is a terminal; yields the function that moves it."""
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=notice, transient=True) as progress:
+    quiet = not notice.is_terminal
+    with Progress(*columns, console=notice, transient=True, disable=quiet) as progress:
         task = progress.add_task("", total=1.0)
 
         def report(text: str, share: float) -> None:
