@@ -208,7 +208,8 @@ def export(
             progress=report,
         )
     runs_on = ", ".join(one.name for one in platforms)
-    output.print(f"{loaded.name} is in {out}, FMI {fmi}.0, for {runs_on}", highlight=False)
+    told = f"{loaded.name} is in {out}, FMI {fmi}.0, for {runs_on}"
+    output.print(told, highlight=False, soft_wrap=True)
 
 
 @app.command()

@@ -123,7 +123,7 @@ def test_an_interrupted_export_leaves_nothing(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_progress_names_what_is_left_and_warns_of_windows(tmp_path):
+def test_progress_names_what_is_built_and_warns_of_windows(tmp_path):
     told = []
     export_fmu(
         *(MODELS["base"], tmp_path / "x.fmu"),
@@ -132,9 +132,7 @@ def test_progress_names_what_is_left_and_warns_of_windows(tmp_path):
     )
     texts, shares = zip(*told, strict=True)
     assert shares == (0.0, 0.5, 1.0)
-    assert texts[0] == (
-        "building x86_64-linux, x86_64-windows; the first time for Windows takes minutes"
-    )
+    assert texts[0] == "building x86_64-linux, x86_64-windows (the first time: minutes)"
     assert texts[-1] == "packing"
 
 

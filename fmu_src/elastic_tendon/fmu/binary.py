@@ -118,9 +118,9 @@ def _compile(sources: Path, identifier: str, platform: compiler.Platform) -> byt
         return output.read_bytes()  # what the linker for Windows leaves beside it is not wanted
 
 
-def _being_built(platforms: Sequence[compiler.Platform]) -> str:
-    if not platforms:
-        return "packing"
-    names = ", ".join(one.name for one in platforms)
-    first = "; the first time for Windows takes minutes" if "windows" in names else ""
-    return f"building {names}{first}"
+def _being_built(waiting: Sequence[compiler.Platform]) -> str:
+    names = [
+        one.name + (" (the first time: minutes)" if one.suffix == ".dll" else "")
+        for one in waiting[:_AT_ONCE]
+    ]
+    return f"building {', '.join(names)}" if names else "packing"
