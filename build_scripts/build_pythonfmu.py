@@ -3,7 +3,7 @@
     python build_scripts/build_pythonfmu.py MODEL [-o X.fmu] [--force]
 
 MODEL is a model.toml or the name of a bundled model; the file is named after the model unless
-told otherwise. See `elastic_tendon.fmu.pythonfmu_flavour` for what the FMU needs where it runs.
+told otherwise. What the FMU needs where it runs is printed, and stands in its description.
 """
 
 import argparse
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import model_identifier
-from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
+from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu, needs
 from elastic_tendon.parameters import load_model
 
 
@@ -26,7 +26,7 @@ def main() -> int:
     try:
         model = load_model(arguments.model)
         path = arguments.output or Path(f"{model_identifier(model.name)}_pythonfmu.fmu")
-        print(export_pythonfmu(model, path, overwrite=arguments.force))
+        print(f"{export_pythonfmu(model, path, overwrite=arguments.force)} {needs()}")
     except ElasticTendonError as error:
         print(error, file=sys.stderr)
         return 1

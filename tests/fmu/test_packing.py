@@ -8,11 +8,14 @@ import zipfile
 from xml.etree import ElementTree
 
 import pytest
+from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 from fmu_cases import MODELS
 
+from elastic_tendon import compiler
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import export_fmu, model_identifier
+from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 
 EXPORT = """
 import sys
@@ -154,3 +157,12 @@ def test_any_name_can_be_exported(version, tmp_path):
     model = MODELS["base"].model_copy(update={"name": '3rd "joint" <ü> & %s'})
     path = export_fmu(model, tmp_path / "x.fmu", fmi_version=version, source=True)
     assert validate_fmu(str(path)) == []
+
+
+def test_the_pythonfmu_flavour_says_what_it_needs(tmp_path):
+    path = export_pythonfmu(MODELS["base"], tmp_path / "x.fmu")
+    told = read_model_description(str(path)).description
+    assert told.endswith(
+        f"needs {compiler.host_platform().name} and a process with Python 3.11 or newer that "
+        "loads it; no packages"
+    )

@@ -37,6 +37,12 @@ CO_SIMULATION = fmi2_description.CO_SIMULATION | {
 }
 
 
+def needs() -> str:
+    """What the FMU needs where it runs; its description says so too."""
+    host = compiler.host_platform().name
+    return f"needs {host} and a process with Python 3.11 or newer that loads it; no packages"
+
+
 def _write_resources(model: Model, folder: Path) -> list[Path]:
     """Description and library of the model."""
     system = build(model.effect_ids)
@@ -44,6 +50,7 @@ def _write_resources(model: Model, folder: Path) -> list[Path]:
         describe(model, system, 2), co_simulation=CO_SIMULATION, model_exchange=None
     )
     root = fmi2_description.model_description(described)
+    root.set("description", f"{root.get('description')}; {needs()}")
     token = description.seal(root, structure_key(model.effect_ids))
     target = compiler.host_platform()
     library = folder / f"elastic_tendon{target.suffix}"
