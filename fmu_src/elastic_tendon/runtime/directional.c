@@ -1,20 +1,18 @@
-/* Derivatives of outputs, state derivatives and event indicators, from the compiled Jacobians by
- * v = [x; u; p]. */
+/* Derivatives of outputs and state derivatives, from the compiled Jacobians by v = [x; u; p]. */
 #include <math.h>
 #include <string.h>
 
 #include "instance.h"
 
 typedef struct {
-  double rates[N_RATES_JACOBIAN], outputs[N_OUTPUTS_JACOBIAN], indicators[N_INDICATORS_JACOBIAN];
-  double starts[N_STARTS_JACOBIAN + 1];
+  double rates[N_RATES_JACOBIAN], outputs[N_OUTPUTS_JACOBIAN], starts[N_STARTS_JACOBIAN + 1];
   int calculated[N_STATES]; /* states that follow the knowns while initialising, */
   int follow;               /* if there are any */
 } Jacobians;
 
 /* Change along a direction. */
 typedef struct {
-  double states[N_STATES], rates[N_STATES], outputs[N_OUTPUTS], indicators[N_INDICATORS];
+  double states[N_STATES], rates[N_STATES], outputs[N_OUTPUTS];
 } Change;
 
 /* At the view, which must be valid. */
@@ -23,7 +21,6 @@ static void jacobians_of(const Instance *instance, Jacobians *of) {
   const double *p = instance->solver.p;
   model_rates_jacobian(view->x, view->u, p, view->mode, of->rates);
   model_outputs_jacobian(view->x, view->u, p, view->mode, of->outputs);
-  model_indicators_jacobian(view->x, view->u, p, view->mode, of->indicators);
   of->follow = find_calculated(instance->state.motion.x, of->calculated);
   if (of->follow) model_starts_jacobian(view->x, view->u, p, view->mode, of->starts);
 }
@@ -35,7 +32,6 @@ static Status derive(Instance *instance, const Jacobians *of, double *direction,
   memcpy(change->states, direction + V_STATES, sizeof change->states);
   along(&rates_jacobian_pattern, of->rates, direction, N_STATES, change->rates);
   along(&outputs_jacobian_pattern, of->outputs, direction, N_OUTPUTS, change->outputs);
-  along(&indicators_jacobian_pattern, of->indicators, direction, N_INDICATORS, change->indicators);
   return STATUS_OK;
 }
 
@@ -43,7 +39,6 @@ static double pick(const VariableInfo *variable, const Change *change) {
   switch (variable->role) {
     case ROLE_STATE: return change->states[variable->index];
     case ROLE_DERIVATIVE: return change->rates[variable->index];
-    case ROLE_INDICATOR: return change->indicators[variable->index];
     default: return change->outputs[variable->index];
   }
 }
@@ -74,8 +69,7 @@ static void add_known(const Instance *instance, unsigned reference, double seed,
 
 static int is_unknown(const Instance *instance, const VariableInfo *variable) {
   switch (variable->role) {
-    case ROLE_DERIVATIVE:
-    case ROLE_INDICATOR: return 1;
+    case ROLE_DERIVATIVE: return 1;
     case ROLE_STATE: return variable->is_output || isnan(instance->state.motion.x[variable->index]);
     default: return variable->is_output;
   }

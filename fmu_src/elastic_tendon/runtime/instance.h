@@ -165,8 +165,8 @@ typedef struct {
 } StepEnd;
 static Status step(Instance *instance, double from, double h, StepEnd *end);
 
-/* Unknowns (outputs, derivatives, indicators) by knowns (inputs, states, and parameters that can be
- * set now): the derivative along the direction `seed` in the knowns. */
+/* Unknowns (outputs, derivatives) by knowns (inputs, states, and parameters that can be set now): the
+ * derivative along the direction `seed` in the knowns. */
 typedef struct {
   const unsigned *unknown, *known;
   size_t n_unknowns, n_knowns;
