@@ -33,8 +33,8 @@ def write_sources(
     Parameters are those of `compile_binary`.
     """
     tables = c_tables(variables, system.interface.modes, token, tolerance, fmi_version)
-    (folder / "model.c").write_text(generate(system), "utf-8")
-    (folder / "variables.c").write_text(tables, "utf-8")
+    for name, content in (("model.c", generate(system)), ("variables.c", tables)):
+        (folder / name).write_bytes(content.encode())  # with the same ends of lines everywhere
 
 
 def compile_binary(
