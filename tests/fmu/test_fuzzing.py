@@ -1,0 +1,34 @@
+"""Random legal and illegal calls, with sanitizers; `build_scripts/fuzz_fmus.py` makes more."""
+
+import shutil
+
+import pytest
+from fmu_cases import BOTH
+from refusals import functions_of_header
+
+from fuzz_fmus import EFFECTS, FUZZERS, build
+
+CALLS = 40_000  # of each case: above 100 000 of each version
+
+
+@BOTH
+def test_every_function_of_the_header_is_called(version):
+    """By its name, or by a macro for what both versions have."""
+    own, shared = (
+        (FUZZERS / name).read_text("utf-8") for name in (f"fuzz_fmi{version}.c", "fuzz.h")
+    )
+    for name in functions_of_header(version):
+        short = name.removeprefix(f"fmi{version}")
+        by_macro = [f"FMI({short})", f"CLOCK_CALL({short},"]
+        by_macro += [f"ACCESS({short[3:]},"] if short[:3] in ("Get", "Set") else []
+        assert name in own or any(one in own + shared for one in by_macro), name
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@pytest.mark.parametrize("effects", EFFECTS)
+@BOTH
+def test_sanitizers_find_nothing_in_random_calls(effects, version, tmp_path):
+    """gcc's, because zig's do not link; warnings of the hand-written C are errors here too."""
+    fuzzer = build(EFFECTS[effects], version, tmp_path)
+    assert fuzzer.warnings == ()
+    assert fuzzer.run(CALLS, seed=1) == ""
