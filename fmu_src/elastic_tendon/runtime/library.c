@@ -31,7 +31,7 @@
 
 #else
 
-#include "adjoint.c"
+#include "fmi3_adjoint.c"
 
 #include "fmi3.c"
 
