@@ -1,4 +1,4 @@
-"""What the FMU of every effect must satisfy: it is the simulated model, in every way to call it."""
+"""What the FMUs of every effect must satisfy: they are the simulated model, however called."""
 
 import numpy as np
 import pytest
@@ -17,8 +17,12 @@ DIFFERENCES = 1e-5  # relative, of central differences
 TIME = np.cumsum(np.r_[0.0, np.full(100, 0.01)])  # the sums that an importer makes
 # at rest at first: an FMU gets the rate of an input after its initialisation only
 MOVING = np.maximum(TIME - TIME[1], 0.0)
-MOTION = Segments(TIME, 0.4 * (np.sin(9.0 * MOVING) + 0.5 * np.sin(31.0 * MOVING)), linear=True)
-
+POSITION = 0.4 * (np.sin(9.0 * MOVING) + 0.5 * np.sin(31.0 * MOVING))
+# FMI 3.0 has no rates of inputs, so it is driven by steps; half as long, for they take more events
+MOTIONS = {
+    2: Segments(TIME, POSITION, linear=True),
+    3: Segments(TIME[:51], POSITION[:51], linear=False),
+}
 
 # each alone, and three with equations that are solved at run time
 SETS = [
@@ -28,22 +32,29 @@ SETS = [
 
 
 @pytest.fixture(scope="module", params=SETS, ids="-".join)
-def case(request, tmp_path_factory):
-    """An actuator with the effects, and its FMU."""
+def model(request):
+    """An actuator with the effects."""
     model = CROOKED
     for effect_id in request.param:
         model = with_typical(model, BY_ID[effect_id])
-    folder = tmp_path_factory.mktemp("-".join(request.param))
-    return model, Fmu(export_fmu(model, folder / "x.fmu"), folder / "unpacked")
+    return model
+
+
+@pytest.fixture(scope="module", params=MOTIONS, ids=["fmi2", "fmi3"])
+def fmu(request, model, tmp_path_factory):
+    """Its FMU, of each version."""
+    folder = tmp_path_factory.mktemp("fmu")
+    path = export_fmu(model, folder / "x.fmu", fmi_version=request.param)
+    return Fmu(path, folder / "unpacked")
 
 
 @pytest.fixture
-def instance(case):
+def instance(fmu):
     """An instance of the FMU of the kind asked for; motor velocity is connected."""
     alive = []
 
     def make(kind):
-        alive.append(getattr(case[1], kind)())
+        alive.append(getattr(fmu, kind)())
         return alive[-1]
 
     yield make
@@ -51,14 +62,12 @@ def instance(case):
         one.free()
 
 
-def simulated(model):
-    return simulate(
-        model, MOTION.time, MOTION.position, interpolation="linear", tolerance=TOLERANCE
-    )
+def simulated(model, motion):
+    options = {"interpolation": motion.interpolation, "tolerance": TOLERANCE}
+    return simulate(model, motion.time, motion.position, **options)
 
 
-def test_fmpy_finds_no_fault_and_every_variable(case):
-    model, fmu = case
+def test_fmpy_finds_no_fault_and_every_variable(model, fmu):
     assert validate_fmu(str(fmu.path)) == []
     names = {one.name for one in fmu.description.modelVariables}
     variables = interface(model.effect_ids)
@@ -66,36 +75,42 @@ def test_fmpy_finds_no_fault_and_every_variable(case):
         assert {one.name for one in group} <= names
 
 
-def test_co_simulation_is_simulate_to_the_bit(case, instance):
-    expected = simulated(case[0])
+def test_co_simulation_is_simulate_to_the_bit(model, fmu, instance):
+    motion = MOTIONS[fmu.version]
+    expected = simulated(model, motion)
     for output in ("joint_position", "joint_torque", "motor_torque", "slack_state"):
-        found = run_co_simulation(instance("slave"), MOTION, output, tolerance=TOLERANCE)
+        found = run_co_simulation(instance("slave"), motion, output, tolerance=TOLERANCE)
         assert np.ptp(found) > 0.0
         # after the last sample the FMU's motor stands still, where simulate ends moving
         assert (found == expected[output])[:-1].all(), output
 
 
-def test_model_exchange_agrees(case, instance):
-    found, _ = run_model_exchange(instance("model"), MOTION, tolerance=TOLERANCE)
-    assert np.abs(found - simulated(case[0])["joint_position"]).max() < AGREEMENT
+def test_model_exchange_agrees(model, fmu, instance):
+    motion = MOTIONS[fmu.version]
+    found, _ = run_model_exchange(instance("model"), motion, tolerance=TOLERANCE)
+    assert np.abs(found - simulated(model, motion)["joint_position"]).max() < AGREEMENT
 
 
-def test_directional_derivatives_agree_with_differences(case, instance):
+def test_derivatives_agree_with_differences_and_each_other(model, fmu, instance):
     """While initialising, where starts that are calculated follow what is set."""
     one = instance("model")
     one.set_up(
         {"joint_position": 0.1, "joint_velocity": 0.7, "motor_position": 0.23}
         | {"motor_velocity": 0.9, "motor_velocity_connected": True}
     )
-    variables = interface(case[0].effect_ids)
+    variables = interface(model.effect_ids)
     unknowns = [name.name for name in variables.outputs if not name.discrete]
     unknowns += [f"der({name})" for name in variables.state_names]
     parameters = [one.name for one in variables.parameters if not one.discrete]
-    for known in ("motor_position", "motor_velocity", "load_torque", *parameters):
-        found = one.derivative(unknowns, [known], [1.0])
+    knowns = ["motor_position", "motor_velocity", "load_torque", *parameters]
+    directional = [one.derivative(unknowns, [known], [1.0]) for known in knowns]
+    for known, found in zip(knowns, directional, strict=True):
         expected = differences(one, unknowns, known)
         scale = np.abs(expected) + 1e-4 * np.abs(expected).max() + 1e-4
         assert (np.abs(found - expected) <= DIFFERENCES * scale).all(), known
+    if fmu.version == 3:
+        rows = [one.adjoint(unknowns, knowns, row) for row in np.eye(len(unknowns)).tolist()]
+        assert (np.array(rows) == np.array(directional).T).all()
 
 
 def differences(one, unknowns, known):
@@ -105,6 +120,6 @@ def differences(one, unknowns, known):
     values = []
     for value in (centre - step, centre + step):
         one.set(known, value)
-        values.append(np.array([one.get(name) for name in unknowns]))
+        values.append(one.values(unknowns))
     one.set(known, centre)
     return (values[1] - values[0]) / (2 * step)
