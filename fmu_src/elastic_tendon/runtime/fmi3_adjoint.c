@@ -1,4 +1,4 @@
-/* FMI 3.0: adjoint derivatives: the gradient, by the knowns, of the sum of unknowns times their seeds. */
+/* Adjoint derivatives of FMI 3.0: the gradient, by the knowns, of the unknowns times their seeds. */
 #include "instance.h"
 
 /* One known after the other: there are few, and calculated starts are followed as above. */
