@@ -112,15 +112,45 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
     return Fuzzer(program, tuple(line for line in told if "model.c" not in line))
 
 
-def _fuzz(name: str, fmi_version: int, calls: int, seed: int) -> bool:
-    """Whether nothing was found."""
-    started = time.monotonic()
-    with tempfile.TemporaryDirectory() as folder:
-        finding = build(EFFECTS[name], fmi_version, Path(folder)).run(calls, seed)
-    seconds = time.monotonic() - started
-    result = f"FOUND with seed {seed}: {finding}" if finding else "nothing found"
-    print(f"FMI {fmi_version}, {name}: {calls} calls in {seconds:.0f} s: {result}", flush=True)
-    return not finding
+@dataclass(frozen=True)
+class _Part:
+    """One run: of a fuzzer, so many calls, from a seed of its own."""
+
+    title: str
+    fuzzer: Fuzzer
+    calls: int
+    seed: int
+
+    def clean(self) -> bool:
+        """Whether nothing was found."""
+        started = time.monotonic()
+        finding = self.fuzzer.run(self.calls, self.seed)
+        seconds = time.monotonic() - started
+        result = f"FOUND: {finding}" if finding else "nothing found"
+        print(
+            f"{self.title}: {self.calls} calls from seed {self.seed} in {seconds:.1f} s: {result}",
+            flush=True,
+        )
+        return not finding
+
+
+def _all_clean(calls: int, seed: int, jobs: int) -> bool:
+    """Build all fuzzers, share the calls out among them, and whether nothing was found."""
+    cases = [(name, fmi_version) for name in EFFECTS for fmi_version in VERSIONS]
+    each = -(-calls // len(cases))
+    rounds = -(-each // PART)
+    with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(jobs) as pool:
+        folders = [Path(work) / str(i) for i in range(len(cases))]
+        for folder in folders:
+            folder.mkdir()
+        built = pool.map(lambda case, at: build(EFFECTS[case[0]], case[1], at), cases, folders)
+        fuzzers = list(zip(cases, built, strict=True))
+        parts = [
+            _Part(f"FMI {version}, {name}", fuzzer, -(-each // rounds), seed + i)
+            for i in range(rounds)
+            for (name, version), fuzzer in fuzzers
+        ]
+        return all(list(pool.map(_Part.clean, parts)))
 
 
 def main() -> int:
@@ -130,24 +160,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, metavar="N")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="programs at once")
     chosen = parser.parse_args()
-    cases = [(name, fmi_version) for name in EFFECTS for fmi_version in VERSIONS]
-    each = -(-chosen.calls // len(cases))
-    # in parts, so that there is something to see, each with a seed of its own
-    parts = [
-        (*case, min(PART, each - first), chosen.seed + first // PART)
-        for first in range(0, each, PART)
-        for case in cases
-    ]
     try:
-        with ThreadPoolExecutor(chosen.jobs) as pool:
-            clean = list(pool.map(lambda part: _fuzz(*part), parts))
+        return 0 if _all_clean(chosen.calls, chosen.seed, chosen.jobs) else 1
     except OSError as error:
         print(error, file=sys.stderr)
-        return 2
     except subprocess.CalledProcessError as error:
         print(error.stderr, file=sys.stderr)
-        return 2
-    return 0 if all(clean) else 1
+    return 2
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import pytest
 from fmu_cases import MODELS, motion
 
 from elastic_tendon.compiled import simulate
-from fmu_driver import run_co_simulation
+from fmu_driver import DISCARD, run_co_simulation
 
 TOLERANCE = 1e-8
 
@@ -74,3 +74,12 @@ def test_only_finite_first_derivatives(base, instances, order, value):
         slave.fmu.setRealInputDerivatives([slave.reference("motor_position")], [order], [value])
     assert "motor_position" in slave.log[-1].text
     assert slave.snapshot() == before
+
+
+@pytest.mark.parametrize("name", ["base", "implicit"])
+def test_a_rate_that_no_step_bears_is_discarded_soon(fmus, instances, name):
+    """Also at time zero, near which steps may shrink without end."""
+    slave = instances(fmus(name).slave())
+    slave.begin()
+    slave.set_rate("load_torque", 1.7e308)
+    assert slave.status(*slave.stepping(0.0, 0.01)) == DISCARD

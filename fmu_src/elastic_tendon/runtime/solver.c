@@ -10,6 +10,7 @@
 #include "starts.c"
 
 #define MAX_STEPS 10000000
+#define SMALLEST_STEP 1e-18 /* s; near time zero, rounding alone would let steps shrink forever */
 #define MAX_EVENTS 100000 /* in one call; no machine changes its modes so often, but a chatter does */
 #define MAX_EVENTS_AT_ONE_TIME 64
 #define LONG_STEP 0.005 /* squared error of a step two thirds of what accuracy allows */
@@ -147,7 +148,7 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     const int to_end = motion->step >= remaining;
     const double h = to_end ? remaining : motion->step;
     if (count > MAX_STEPS) return TOO_MANY_STEPS;
-    if (motion->time + h == motion->time) return STEP_TOO_SMALL;
+    if (motion->time + h == motion->time || (!to_end && h < SMALLEST_STEP)) return STEP_TOO_SMALL;
 
     if (m > 0) keep_sensitivities_stable(s, h);
     const int implicit = motion->implicit;
