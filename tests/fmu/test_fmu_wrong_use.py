@@ -41,14 +41,14 @@ def test_every_function_is_there_and_does_nothing_to_no_instance(base, instances
 
 
 def test_messages_name_instance_call_time_variable_and_value(base, instances, version):
-    slave = instances(base.slave(name="arm 100%"))
+    slave = instances(base.slave(name="#1 100%"))
     slave.begin()
     slave.advance(0.0, 0.25)
     check_set_refused(slave, "motor_position", nan)
     message = slave.log[-1]
-    assert message.instance == "arm 100%"
-    # doubled in FMI 2, because importers print it as a format
-    name, setter = {2: ("arm 100%%", "fmi2SetReal"), 3: ("arm 100%", "fmi3SetFloat64")}[version]
+    assert message.instance == "#1 100%"
+    # number signs mark variables, and FMI 2 prints messages as formats: doubled, they are meant
+    name, setter = {2: ("##1 100%%", "fmi2SetReal"), 3: ("##1 100%", "fmi3SetFloat64")}[version]
     assert message.text.startswith(f"{name}: {setter} at 0.25 s: motor_position = ")
     assert "nan is not finite" in message.text
 

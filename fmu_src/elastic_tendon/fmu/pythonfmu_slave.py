@@ -67,7 +67,7 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
     def _log(
         self, _environment: int, _name: bytes, status: int, category: bytes, message: bytes
     ) -> None:
-        text = message.decode().replace("%%", "%")
+        text = message.decode().replace("%%", "%").replace("##", "#")
         self.log(text, Fmi2Status(status), category.decode())
 
     def _call(self, function: str, *arguments: object) -> int:

@@ -50,6 +50,20 @@ static Status none_of(Instance *instance, const unsigned *reference, size_t n, c
   return report(instance, STATUS_ERROR, "value reference %u is no %s", reference[0], type);
 }
 
+/* ---- messages -------------------------------------------------------------------------------- */
+
+enum { LOG_SIZE = 2048 };
+
+/* Copy with each of the characters `special` doubled, as the importer reads it. */
+static void double_characters(const char *text, const char *special, char message[LOG_SIZE]) {
+  size_t n = 0;
+  for (; *text && n < LOG_SIZE - 2; text++) {
+    if (strchr(special, *text)) message[n++] = *text;
+    message[n++] = *text;
+  }
+  message[n] = '\0';
+}
+
 /* ---- life ------------------------------------------------------------------------------------ */
 
 /* The instance, or NULL and a message where `token` is not that of this model. */

@@ -12,17 +12,13 @@ _Static_assert((int)fmi2OK == STATUS_OK && (int)fmi2Warning == STATUS_WARNING &&
                    (int)fmi2Discard == STATUS_DISCARD && (int)fmi2Error == STATUS_ERROR,
                "a Status is cast to fmi2Status");
 
-/* FMI 2 takes the message for a printf format: percent signs are doubled, no arguments follow. */
+/* FMI 2 takes the message for a printf format, which gets no arguments, and what stands between
+ * number signs for a variable. */
 static void fmi2_log(const Instance *instance, Status status, Category category, const char *text) {
   const fmi2CallbackLogger logger = (fmi2CallbackLogger)instance->callback;
-  char message[2048];
-  size_t n = 0;
+  char message[LOG_SIZE];
   if (!logger) return;
-  for (; *text && n < sizeof message - 2; text++) {
-    if (*text == '%') message[n++] = '%';
-    message[n++] = *text;
-  }
-  message[n] = '\0';
+  double_characters(text, "%#", message);
   logger(instance->environment, instance->name, (fmi2Status)status, category_name[category],
          message);
 }

@@ -22,17 +22,12 @@ enum {
   DISCRETELY_SETTABLE = DISCRETELY_WRITABLE | STEP_FAILED
 };
 
-/* A variable's reference may stand between number signs in a message; ours are doubled. */
+/* What stands between number signs is taken for a variable. */
 static void fmi3_log(const Instance *instance, Status status, Category category, const char *text) {
   const fmi3LogMessageCallback logger = (fmi3LogMessageCallback)instance->callback;
-  char message[2048];
-  size_t n = 0;
+  char message[LOG_SIZE];
   if (!logger) return;
-  for (; *text && n < sizeof message - 2; text++) {
-    if (*text == '#') message[n++] = '#';
-    message[n++] = *text;
-  }
-  message[n] = '\0';
+  double_characters(text, "#", message);
   logger(instance->environment, (fmi3Status)status, category_name[category], message);
 }
 
