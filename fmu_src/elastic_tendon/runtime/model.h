@@ -3,7 +3,7 @@
  * A generated file defines, before it includes this one, the sizes
  *   N_STATES N_INPUTS N_PARAMETERS N_PREPARED N_MODES N_INDICATORS N_OUTPUTS, N_..._JACOBIAN
  * and after it the tables state_nominal, mode_start, output_at_motor and the functions
- *   model_rates, model_outputs, model_indicators, model_next_modes, 
+ *   model_rates, model_outputs, model_indicators, model_next_modes,
  *   model_starts, model_delay                                        (x, u, p, r, result)
  *   model_reset                                                      (x, u, p, r, r_next, result)
  *   model_starts     the start of each calculated state, the other states themselves
