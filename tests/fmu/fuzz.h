@@ -190,7 +190,7 @@ static int call_set_logging(Target *t) {
     chosen |= 1 << k;
   }
   const int status = FMI(SetDebugLogging)(handle(t), on, n, OR_NULL(names));
-  if (status == OK) t->logs = (on ? t->logs | chosen : t->logs & ~chosen) | ALWAYS_LOGGED;
+  if (status == OK) t->logs = (on ? chosen : t->logs & ~chosen) | ALWAYS_LOGGED;
   return status;
 }
 

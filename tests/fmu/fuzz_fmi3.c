@@ -226,7 +226,7 @@ static const Entry calls[] = {
     CLOCK_ENTRY(SetShiftDecimal),
     CLOCK_ENTRY(SetShiftFraction),
     {"GetVersion", call_version, 0},
-    {"EvaluateDiscreteStates", call_evaluate_discrete_states, 0},
+    {"EvaluateDiscreteStates", call_evaluate_discrete_states, 1},
     {"CompletedIntegratorStep", call_completed_step, 0},
     {"GetDirectionalDerivative", call_directional, 0},
     {"GetAdjointDerivative", call_adjoint, 0},

@@ -213,7 +213,8 @@ def test_categories_are_switched_one_by_one(base, instances, version):
     always = {"logStatusError"} if version == 2 else set()
     assert categories(False, []) == always
     assert categories(True, ["logEvents"]) == {"logEvents"} | always
-    assert categories(True, ["logStatusError"]) == {"logEvents", "logStatusError"}
+    assert categories(True, ["logStatusError"]) == {"logStatusError"}
+    assert categories(True, ["logStatusError", "logEvents"]) == {"logEvents", "logStatusError"}
     assert categories(False, ["logEvents"]) == {"logStatusError"}
     assert categories(False, []) == always
     assert categories(True, []) == {"logEvents", "logStatusError"}

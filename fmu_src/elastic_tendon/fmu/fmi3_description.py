@@ -16,7 +16,6 @@ _BOTH = {
     "canSerializeFMUState": "true",
     "providesDirectionalDerivatives": "true",
     "providesAdjointDerivatives": "true",
-    "providesEvaluateDiscreteStates": "true",
 }
 MODEL_EXCHANGE = _BOTH | {"needsCompletedIntegratorStep": "false"}
 CO_SIMULATION = _BOTH | {

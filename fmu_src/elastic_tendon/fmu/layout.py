@@ -15,8 +15,8 @@ from elastic_tendon.variables import Interface, Kind, Mode, Variable
 MOTOR_VELOCITY_CONNECTED = Variable(
     "motor_velocity_connected",
     "1",
-    "whether the input motor_velocity is used; false: co-simulation takes the rate from the "
-    "derivative of motor_position where it is set, else the rate is 0",
+    "whether the input motor_velocity is used; false: the rate is the derivative of motor_position "
+    "where an importer of FMI 2.0 gives it in co-simulation, else 0",
     Kind.BOOLEAN,
     lower=0.0,
     upper=1.0,

@@ -86,7 +86,7 @@ static Status check_pairs(Instance *instance, const Pairs *pairs) {
   for (size_t i = 0; i < pairs->n_knowns; i++) {
     if (check_reference(instance, pairs->known[i], TYPE_REAL) != STATUS_OK) return STATUS_ERROR;
     if (place(instance, pairs->known[i]) < 0)
-      return report(instance, STATUS_ERROR, "nothing can be derived by %s %s",
+      return report(instance, STATUS_ERROR, "there is no derivative by %s %s",
                     variables[pairs->known[i]].name, phase_name(instance->state.phase));
   }
   return STATUS_OK;

@@ -75,6 +75,7 @@ static Outcome settle(Solver *s, int fired, double *dt) {
     int same = 1;
     for (int r = 0; r < N_MODES; r++) same &= next[r] == s->motion.mode[r];
     if (same && !s->motion.fresh) return SOLVED;
+    if (s->tell) s->tell(s->who, s->motion.time, s->motion.mode, next);
     s->motion.fresh = 0;
     model_reset(s->vector, u, s->p, s->motion.mode, next, x_next);
     if (s->n_directions > 0) {

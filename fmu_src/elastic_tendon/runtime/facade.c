@@ -111,7 +111,8 @@ static Status terminate(Instance *instance) {
       if (check_reference(instance, reference[i], types) != STATUS_OK) return STATUS_ERROR;        \
     for (size_t i = 0; i < n; i++) {                                                               \
       double number;                                                                               \
-      if (get(instance, reference[i], &number) != STATUS_OK) return STATUS_ERROR;                  \
+      const Status status = get(instance, reference[i], &number);                                  \
+      if (status != STATUS_OK) return status;                                                      \
       value[i] = (Value)number;                                                                    \
     }                                                                                              \
     return STATUS_OK;                                                                              \
@@ -161,9 +162,16 @@ static Status state_size(Instance *instance, const void *state, size_t *size) {
   return STATUS_OK;
 }
 
+static int fits(Instance *instance, size_t size) {
+  if (size == sizeof(Snapshot)) return 1;
+  report(instance, STATUS_ERROR, "a serialised state has %lu bytes, not %lu",
+         (unsigned long)sizeof(Snapshot), (unsigned long)size);
+  return 0;
+}
+
 static Status state_serialise(Instance *instance, const void *state, void *bytes, size_t size) {
   if (!instance || !given(instance, state, 1, "FMUState") ||
-      !given(instance, bytes, 1, "serializedState") || !sized(instance, size, sizeof(Snapshot)))
+      !given(instance, bytes, 1, "serializedState") || !fits(instance, size))
     return STATUS_ERROR;
   memcpy(bytes, state, sizeof(Snapshot));
   return STATUS_OK;
@@ -172,7 +180,7 @@ static Status state_serialise(Instance *instance, const void *state, void *bytes
 static Status state_deserialise(Instance *instance, const void *bytes, size_t size, void **state) {
   Snapshot snapshot;
   if (!instance || !given(instance, bytes, 1, "serializedState") ||
-      !given(instance, state, 1, "FMUState") || !sized(instance, size, sizeof snapshot))
+      !given(instance, state, 1, "FMUState") || !fits(instance, size))
     return STATUS_ERROR;
   memcpy(&snapshot, bytes, sizeof snapshot); /* the bytes need not be aligned */
   if (snapshot_check(instance, &snapshot) != STATUS_OK) return STATUS_ERROR;

@@ -112,12 +112,6 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *discreteStatesN
   return (fmi3Status)status;
 }
 
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
-  Instance *instance =
-      enter(c, "fmi3EvaluateDiscreteStates", INITIALISATION | EVENT, ANY_INTERFACE);
-  return instance ? (fmi3Status)look(instance) : fmi3Error;
-}
-
 /* ---- variables ------------------------------------------------------------------------------- */
 
 /* All variables are scalars: as many values as references. */
@@ -287,6 +281,10 @@ fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) {
 
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) {
   return not_there(c, "fmi3ExitConfigurationMode", "there are no structural parameters");
+}
+
+fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
+  return not_there(c, "fmi3EvaluateDiscreteStates", "discrete states are those of the last update");
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference valueReference,

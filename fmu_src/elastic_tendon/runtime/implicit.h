@@ -28,6 +28,7 @@ NEVER_INLINE static void solve_implicit(const double *x, const double *u, const 
     memcpy(w, next, sizeof next);
     if (change <= CLOSE * size) return;
   }
+  for (int i = 0; i < N_UNKNOWNS; i++) w[i] = NAN; /* so that what follows is seen to be none */
 }
 
 #endif

@@ -11,20 +11,29 @@
 
 /* ---- log ------------------------------------------------------------------------------------- */
 
-static void log_text(Instance *instance, Status status, Category category, const char *format,
-                     va_list arguments) {
+/* Bytes of a text, at most `most`, and no part of a character of UTF-8. */
+static int whole_characters(const char *text, int most) {
+  int n = 0;
+  while (n < most && text[n]) n++;
+  if (text[n])
+    while (n > 0 && ((unsigned char)text[n] & 0xC0) == 0x80) n--;
+  return n;
+}
+
+static void log_text(Instance *instance, double time, Status status, Category category,
+                     const char *format, va_list arguments) {
   if (!(instance->logged & 1 << category)) return;
   char message[MESSAGE_SIZE], text[MESSAGE_SIZE + 256];
   vsnprintf(message, sizeof message, format, arguments);
-  snprintf(text, sizeof text, "%.100s: %s at %.9g s: %s", instance->name, instance->call,
-           instance->state.motion.time, message);
+  snprintf(text, sizeof text, "%.*s: %s at %.9g s: %s", whole_characters(instance->name, 100),
+           instance->name, instance->call, time, message);
   instance->sink(instance, status, category, text);
 }
 
 static Status report(Instance *instance, Status status, const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
-  log_text(instance, status,
+  log_text(instance, instance->state.motion.time, status,
            status == STATUS_ERROR     ? LOG_ERROR
            : status == STATUS_DISCARD ? LOG_DISCARD
                                       : LOG_WARNING,
@@ -33,24 +42,25 @@ static Status report(Instance *instance, Status status, const char *format, ...)
   return status;
 }
 
-PRINTS(2, 3)
-static void log_event(Instance *instance, const char *format, ...) {
+PRINTS(5, 6)
+static void log_at(Instance *instance, double time, Status status, Category category,
+                   const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
-  log_text(instance, STATUS_OK, LOG_EVENTS, format, arguments);
+  log_text(instance, time, status, category, format, arguments);
   va_end(arguments);
 }
 
 /* Log changes of modes. A warning where one became 1 that the user must know of. */
-static Status tell_mode_changes(Instance *instance, const double *before, const double *after) {
-  Status status = STATUS_OK;
+static void tell_mode_changes(void *who, double time, const double *before, const double *after) {
+  Instance *instance = who;
   for (int i = 0; i < N_MODES; i++) {
     if (before[i] == after[i]) continue;
-    log_event(instance, "%s %g -> %g", mode_name[i], before[i], after[i]);
-    if (mode_warning[i][0] && after[i] == 1)
-      status = report(instance, STATUS_WARNING, "%s", mode_warning[i]);
+    log_at(instance, time, STATUS_OK, LOG_EVENTS, "%s %g -> %g", mode_name[i], before[i], after[i]);
+    if (!mode_warning[i][0] || after[i] != 1) continue;
+    log_at(instance, time, STATUS_WARNING, LOG_WARNING, "%s", mode_warning[i]);
+    instance->told = STATUS_WARNING;
   }
-  return status;
 }
 
 static Status set_logging(Instance *instance, int on, size_t n, const char *const *categories) {
@@ -59,17 +69,18 @@ static Status set_logging(Instance *instance, int on, size_t n, const char *cons
     int k = 0;
     while (k < N_CATEGORIES && categories[i] && strcmp(categories[i], category_name[k])) k++;
     if (!categories[i] || k == N_CATEGORIES)
-      return report(instance, STATUS_ERROR, "there is no log category %.60s",
+      return report(instance, STATUS_ERROR, "there is no log category %.*s",
+                    categories[i] ? whole_characters(categories[i], 60) : 4,
                     categories[i] ? categories[i] : "NULL");
     chosen |= 1 << k;
   }
-  instance->logged = on ? instance->logged | chosen : instance->logged & ~chosen;
+  instance->logged = on ? chosen : instance->logged & ~chosen;
   return STATUS_OK;
 }
 
 /* ---- life ------------------------------------------------------------------------------------ */
 
-/* Variables that must be as a model's binary has them from the start, whatever came before. */
+/* As just created, whatever came before. */
 static void instance_reset(Instance *instance) {
   State *state = &instance->state;
   memset(state, 0, sizeof *state);
@@ -144,9 +155,23 @@ static int settable(const Instance *instance, const VariableInfo *variable) {
     case ROLE_INPUT:
       return INSTANTIATED | INITIALISATION | EVENT | CONTINUOUS | steps | INTERMEDIATE;
     case ROLE_PARAMETER: return INSTANTIATED | INITIALISATION | (variable->tunable ? between : 0);
-    case ROLE_STATE: return INSTANTIATED | INITIALISATION | CONTINUOUS; /* as some integrators do */
+    case ROLE_STATE: /* also one by one, as some integrators do */
+      return CONTINUOUS | (isnan(variable->start) ? 0 : INSTANTIATED | INITIALISATION);
     case ROLE_OPTION: return INSTANTIATED | INITIALISATION;
     default: return 0;
+  }
+}
+
+/* For who set it at another time. */
+static const char *when_set(const VariableInfo *variable) {
+  switch (variable->role) {
+    case ROLE_INPUT: return "set before and while the instance runs";
+    case ROLE_PARAMETER:
+      return variable->tunable ? "tuned in event mode or between steps"
+                               : "fixed when initialisation ends";
+    case ROLE_OPTION: return "fixed when initialisation ends";
+    case ROLE_STATE: return isnan(variable->start) ? "calculated" : "set before initialisation ends";
+    default: return "calculated";
   }
 }
 
@@ -176,8 +201,8 @@ static Status check_set(Instance *instance, unsigned reference, int types, doubl
   if (check_reference(instance, reference, types) != STATUS_OK) return STATUS_ERROR;
   const VariableInfo *variable = &variables[reference];
   if (!(settable(instance, variable) & instance->state.phase))
-    return report(instance, STATUS_ERROR, "%s cannot be set %s (to %g)", variable->name,
-                  phase_name(instance->state.phase), value);
+    return report(instance, STATUS_ERROR, "%s cannot be set %s (to %g); it is %s", variable->name,
+                  phase_name(instance->state.phase), value, when_set(variable));
   if (!isfinite(value))
     return report(instance, STATUS_ERROR, "%s = %g is not finite", variable->name, value);
   if (value < variable->lower || value > variable->upper)
@@ -192,7 +217,10 @@ static void store(Instance *instance, unsigned reference, double value) {
   switch (variables[reference].role) {
     case ROLE_INPUT: state->input[i] = value; break;
     case ROLE_STATE: state->motion.x[i] = value; break;
-    case ROLE_PARAMETER: state->parameter[i] = value; break;
+    case ROLE_PARAMETER:
+      state->parameter[i] = value;
+      state->judge_velocity = 1;
+      break;
     case ROLE_OPTION: state->motor_velocity_connected = value != 0; break;
     default: return;
   }
@@ -204,6 +232,10 @@ static Status calculate(Instance *instance, const char *name) {
   if (instance->state.phase == INSTANTIATED)
     return report(instance, STATUS_ERROR, "%s is calculated in initialisation mode", name);
   return look(instance);
+}
+
+static Status not_finite(Instance *instance, const char *name, double value) {
+  return report(instance, STATUS_DISCARD, "%s = %g is not finite", name, value);
 }
 
 static Status state_value(Instance *instance, int i, double *value) {
@@ -240,7 +272,7 @@ static Status get(Instance *instance, unsigned reference, double *value) {
   *value = variable->role == ROLE_OUTPUT       ? view->outputs[i]
            : variable->role == ROLE_DERIVATIVE ? view->rates[i]
                                                : indicator(instance, i);
-  return STATUS_OK;
+  return isfinite(*value) ? STATUS_OK : not_finite(instance, variable->name, *value);
 }
 
 /* ---- what follows from the state ------------------------------------------------------------- */
@@ -257,6 +289,7 @@ static void load(Instance *instance, double origin) {
   solver->p = instance->prepared;
   solver->tolerance = state->tolerance;
   solver->vector = instance->memory;
+  solver->tell = NULL;
   memset(signal, 0, sizeof *signal);
   signal->origin = origin;
   for (int i = 0; i < N_INPUTS; i++) {

@@ -34,13 +34,12 @@ static int phase_fits(int phase, const Instance *instance) {
 }
 
 static Status snapshot_check(Instance *instance, const Snapshot *snapshot) {
-  if (snapshot->magic != SNAPSHOT_MAGIC || snapshot->version != SNAPSHOT_VERSION ||
-      snapshot->size != sizeof *snapshot)
+  if (snapshot->magic != SNAPSHOT_MAGIC || snapshot->version != SNAPSHOT_VERSION)
     return report(instance, STATUS_ERROR, "this is no state of an instance of this version");
-  if (snapshot->checksum != checksum_of(snapshot))
-    return report(instance, STATUS_ERROR, "the state is damaged");
   if (memcmp(snapshot->token, MODEL_TOKEN, sizeof snapshot->token) != 0)
     return report(instance, STATUS_ERROR, "the state belongs to another model");
+  if (snapshot->size != sizeof *snapshot || snapshot->checksum != checksum_of(snapshot))
+    return report(instance, STATUS_ERROR, "the state is damaged");
   if (snapshot->interface != instance->interface ||
       !phase_fits(snapshot->state.phase, instance))
     return report(instance, STATUS_ERROR, "the state belongs to another kind of instance");

@@ -24,8 +24,8 @@ static const char *outcome_text(Outcome outcome) {
     case STEP_TOO_SMALL: return "the step size fell below the resolution of time";
     case TOO_MANY_STEPS: return "more than ten million steps would be needed";
     case TOO_MANY_EVENTS:
-      return "slack, friction or hysteresis change to and fro without end; smaller spring damping "
-             "or hysteresis may help";
+      return "more than a hundred thousand events: take shorter steps, or, where slack, friction or "
+             "hysteresis change to and fro without end, smaller spring damping or hysteresis";
     case EVENTS_DO_NOT_SETTLE: return "the slack or friction states do not settle";
     case STARTS_DO_NOT_SETTLE: return "the starts of the springs' states do not settle";
     case NOT_FINITE: return "a state or its rate is not finite";

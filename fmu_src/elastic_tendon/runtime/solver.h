@@ -53,6 +53,9 @@ typedef struct {
                            N_STATES * (1 + n_directions) are x, dx/dv_1, dx/dv_2, ... */
   int stop_at_events;   /* leave events to the caller */
   int single_step;      /* return after each step */
+  /* optional: told of each change of modes, at its time in s */
+  void (*tell)(void *who, double time, const double *before, const double *after);
+  void *who;
   double *event_time;   /* optional record of the first event_capacity events, s */
   long long event_capacity;
   Statistics statistics;

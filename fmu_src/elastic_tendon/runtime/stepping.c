@@ -1,4 +1,5 @@
 /* Initialisation, events of model exchange, steps of co-simulation. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -34,6 +35,22 @@ static Status enter_initialisation(Instance *instance) {
   return STATUS_OK;
 }
 
+/* A tendon that is slack may need the velocity once it is taut. Told once, and again when a parameter
+ * has been tuned. Needs a valid view. */
+static void judge_velocity(Instance *instance) {
+  State *state = &instance->state;
+  state->judge_velocity = 0;
+  if (state->motor_velocity_connected || !(uses_motor_velocity(instance, instance->view.mode) ||
+                                           uses_motor_velocity(instance, mode_start)))
+    return;
+  instance->told = report(instance, STATUS_WARNING,
+                          "the model needs motor_velocity: connect it and set "
+                          "motor_velocity_connected to true; until then the velocity is %s",
+                          FMI_VERSION == 2 && instance->interface == CO_SIMULATION
+                              ? "the derivative of motor_position where that is set, else 0"
+                              : "0");
+}
+
 static Status exit_initialisation(Instance *instance) {
   State *state = &instance->state;
   if (look(instance) != STATUS_OK) return STATUS_ERROR;
@@ -41,24 +58,16 @@ static Status exit_initialisation(Instance *instance) {
   for (int i = 0; i < N_STATES; i++)
     if (!isfinite(view->rates[i]))
       return report(instance, STATUS_ERROR, "the derivative of %s is not finite", state_name(i));
+  instance->told = STATUS_OK;
+  if (state->judge_velocity) judge_velocity(instance);
+  tell_mode_changes(instance, state->motion.time, state->motion.mode, view->mode);
   state->jumped = memcmp(state->motion.x, view->x, sizeof view->x) != 0;
-  /* a tendon that starts slack may need the velocity once it is taut */
-  const int lacks_velocity = !state->motor_velocity_connected &&
-                             (uses_motor_velocity(instance, view->mode) ||
-                              uses_motor_velocity(instance, mode_start));
-  const Status told = tell_mode_changes(instance, state->motion.mode, view->mode);
   memcpy(state->motion.x, view->x, sizeof view->x);
   memcpy(state->motion.mode, view->mode, sizeof view->mode);
   state->phase =
       instance->interface == MODEL_EXCHANGE || instance->event_mode ? EVENT : STEP_COMPLETE;
   instance->view.valid = 0;
-  if (!lacks_velocity) return told;
-  return report(instance, STATUS_WARNING,
-                "the model needs motor_velocity: connect it and set motor_velocity_connected to "
-                "true; until then the velocity is %s",
-                FMI_VERSION == 2 && instance->interface == CO_SIMULATION
-                    ? "the derivative of motor_position where that is set, else 0"
-                    : "0");
+  return instance->told;
 }
 
 /* ---- events ---------------------------------------------------------------------------------- */
@@ -94,24 +103,33 @@ static int past_stop(const Instance *instance, double time) {
   return time > stop + time_slack(stop);
 }
 
+/* Hand the state to the solver, with inputs that hold with their rates from `origin` on, and make it
+ * consistent. Changes of modes are told. */
+static Outcome start_from(Instance *instance, double origin) {
+  load(instance, origin);
+  instance->solver.tell = tell_mode_changes;
+  instance->solver.who = instance;
+  return solver_settle(&instance->solver);
+}
+
 /* `jumped` stays until event mode is entered anew: importers look at it after the last call. */
 static Status iterate_events(Instance *instance, EventOutcome *result) {
   State *state = &instance->state;
   Motion *motion = &instance->solver.motion;
   if (past_stop(instance, state->motion.time))
     return report(instance, STATUS_ERROR, "the time is past stopTime = %g s", state->stop_time);
-  load(instance, state->motion.time);
-  const Outcome outcome = solver_settle(&instance->solver);
+  instance->told = STATUS_OK;
+  const Outcome outcome = start_from(instance, state->motion.time);
   if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
   const int jumped = memcmp(motion->x, state->motion.x, sizeof motion->x) != 0;
   const int changed = memcmp(motion->mode, state->motion.mode, sizeof motion->mode) != 0;
-  const Status told = tell_mode_changes(instance, state->motion.mode, motion->mode);
   memcpy(&state->motion, motion, sizeof *motion);
   state->jumped |= jumped;
   instance->view.valid = 0;
   result->again = changed || jumped;
   result->jumped = state->jumped;
-  return told;
+  if (state->judge_velocity && look(instance) == STATUS_OK) judge_velocity(instance);
+  return instance->told;
 }
 
 /* ---- co-simulation --------------------------------------------------------------------------- */
@@ -119,12 +137,14 @@ static Status iterate_events(Instance *instance, EventOutcome *result) {
 static Status check_step(Instance *instance, double from, double h) {
   const State *state = &instance->state;
   const double time = state->motion.time;
+  /* a small share of the step, but never less than rounding */
+  const double slack = fmin(time_slack(time), fmax(0.01 * h, 4 * DBL_EPSILON * fabs(time)));
   if (!(h > 0 && isfinite(h)))
     return report(instance, STATUS_ERROR, "the step size %g s is not positive", h);
-  if (!(fabs(from - time) <= fmin(time_slack(time), 0.01 * h)))
-    return report(instance, STATUS_ERROR, "the step starts at %.9g s, which is another time", from);
+  if (!(fabs(from - time) <= slack))
+    return report(instance, STATUS_ERROR, "the step starts at %.15g s, not at %.15g s", from, time);
   if (past_stop(instance, from + h))
-    return report(instance, STATUS_ERROR, "the step to %.9g s is past stopTime = %g s", from + h,
+    return report(instance, STATUS_ERROR, "the step to %.15g s is past stopTime = %g s", from + h,
                   state->stop_time);
   return STATUS_OK;
 }
@@ -132,26 +152,17 @@ static Status check_step(Instance *instance, double from, double h) {
 /* What is left of a communication step: inputs hold with their rates from `origin` on. */
 typedef struct {
   double origin, end;
-  Status told; /* the worst of the warnings */
 } Span;
-
-static Outcome start_from(Instance *instance, double origin) {
-  load(instance, origin);
-  return solver_settle(&instance->solver);
-}
 
 /* The solver's motion becomes the state; the inputs are where their rates have brought them. */
 static void take_over(Instance *instance, Span *span) {
   State *state = &instance->state;
   const Motion *motion = &instance->solver.motion;
-  double before[N_MODES];
-  memcpy(before, state->motion.mode, sizeof before);
   memcpy(&state->motion, motion, sizeof *motion);
   for (int i = 0; i < N_INPUTS; i++)
     state->input[i] += state->input_rate[i] * (motion->time - span->origin);
   span->origin = motion->time;
   instance->view.valid = 0;
-  if (tell_mode_changes(instance, before, motion->mode) != STATUS_OK) span->told = STATUS_WARNING;
 }
 
 /* Integrate to the end of the span, with a look for the importer after each step of the solver: it
@@ -163,7 +174,7 @@ static Outcome advance_watched(Instance *instance, Span *span) {
   instance->solver.single_step = 1;
   while (outcome == SOLVED && state->motion.time < span->end) {
     outcome = solver_advance(&instance->solver, span->end);
-    if (outcome != SOLVED) break;
+    if (outcome != SOLVED && outcome != AT_EVENT) break;
     take_over(instance, span);
     double stop = span->end;
     state->phase = INTERMEDIATE;
@@ -171,7 +182,7 @@ static Outcome advance_watched(Instance *instance, Span *span) {
       span->end = fmin(fmax(stop, state->motion.time), span->end);
     state->phase = STEP_COMPLETE;
     instance->call = call;
-    outcome = start_from(instance, span->origin);
+    if (outcome == SOLVED) outcome = start_from(instance, span->origin);
   }
   instance->solver.single_step = 0;
   return outcome;
@@ -180,9 +191,9 @@ static Outcome advance_watched(Instance *instance, Span *span) {
 static Status step(Instance *instance, double from, double h, StepEnd *end) {
   State *state = &instance->state;
   Solver *solver = &instance->solver;
-  Span span = {from, from + h, STATUS_OK};
+  Span span = {from, from + h};
   if (check_step(instance, from, h) != STATUS_OK) return STATUS_ERROR;
-  const long long events = solver->statistics.events;
+  instance->told = STATUS_OK;
   Outcome outcome = start_from(instance, from);
   if (outcome == SOLVED) {
     solver->stop_at_events = instance->event_mode && instance->early_return;
@@ -190,13 +201,12 @@ static Status step(Instance *instance, double from, double h, StepEnd *end) {
                                      : solver_advance(solver, span.end);
     if (outcome == SOLVED) solver->motion.time = span.end; /* also where h is below resolution */
     take_over(instance, &span);
-    if (solver->statistics.events > events)
-      log_event(instance, "%lld events in the step", solver->statistics.events - events);
   }
   end->event = outcome == AT_EVENT;
   const int done = outcome == SOLVED || outcome == AT_EVENT;
   state->phase = done ? STEP_COMPLETE : STEP_FAILED;
-  state->last_step = done ? span.told : STATUS_DISCARD;
-  if (done) return span.told;
+  if (done && state->judge_velocity && look(instance) == STATUS_OK) judge_velocity(instance);
+  state->last_step = done ? instance->told : STATUS_DISCARD;
+  if (done) return instance->told;
   return report(instance, STATUS_DISCARD, "no step to %.9g s: %s", from + h, outcome_text(outcome));
 }
