@@ -172,6 +172,19 @@ def test_wrong_arguments_are_refused_in_one_sentence(model, arguments, sentence)
         simulate(model, **call)
 
 
+@pytest.mark.parametrize("stiffness", [1e2, 1e5, 1e8])
+def test_a_relaxing_spring_starts_relaxed_however_stiff(model, stiffness):
+    """Then only the spring beside it pulls."""
+    relaxing = model.with_effect("spring_relaxation", {"stiffness": stiffness})
+    start = {"joint_position": 0.05}
+    torque, expected = (
+        simulate(one, TIME[:2], 0 * TIME[:2], initial_state=start)["joint_torque"][0]
+        for one in (relaxing, model)
+    )
+    assert expected < -1.0
+    assert torque == pytest.approx(expected, rel=1e-6)
+
+
 def test_velocity_of_a_joint_that_starts_stuck_is_forgotten(model):
     """Below the dead band the joint sticks at once: no trace of its velocity, nor sensitivity."""
     stuck = model.with_effect("coulomb_friction", {"torque": 1.0})
