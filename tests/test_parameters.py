@@ -158,6 +158,13 @@ def test_nul_in_a_path_is_one_sentence() -> None:
         load_model("a\0b")
 
 
+@pytest.mark.parametrize("name", ["", " \t ", "a\0b", "two\nlines"])
+def test_a_name_that_cannot_be_read_is_refused(tree: dict[str, Any], name: str) -> None:
+    with pytest.raises(ModelError, match="a name is one line of text") as caught:
+        parse_model(tree | {"name": name}, "model.toml")
+    assert len(caught.value.problems) == 1
+
+
 # ---- warnings ----
 
 
@@ -167,7 +174,7 @@ def test_pretension_at_the_limit_is_allowed_and_warned_of() -> None:
     at_limit = model.with_values({"transmission.pretension_force": limit})
     (warning,) = at_limit.warnings()
     assert "transmission.pretension_force" in warning
-    assert "173.7 N, (30)" in warning
+    assert "173.7 N, paper (30)" in warning
 
 
 def test_pretension_at_the_recommended_limit_is_not_warned_of() -> None:

@@ -9,6 +9,7 @@ J, b inertia and damping of the link.
 
 import math
 import tomllib
+import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from numbers import Real
@@ -23,6 +24,7 @@ from pydantic import (
     ValidationInfo,
     field_validator,
 )
+from pydantic_core import PydanticCustomError
 
 from elastic_tendon import effects, problems
 from elastic_tendon.effect_numbers import (
@@ -46,7 +48,7 @@ class Model(BaseModel):
 
     model_config = STRICT
 
-    name: str = Field(min_length=1)
+    name: str
     transmission: Transmission
     link: Link
     # id -> parameter -> value; complete, in catalogue order
@@ -54,6 +56,13 @@ class Model(BaseModel):
     motor: Motor | None = None
     # dotted path -> one sigma, relative to the value, absolute where the value is 0
     uncertainty: dict[str, float] = Field(default_factory=dict)
+
+    @field_validator("name")
+    @classmethod
+    def _readable(cls, value: str) -> str:
+        if not value.strip() or any(unicodedata.category(one) == "Cc" for one in value):
+            raise PydanticCustomError("name", "a name is one line of text that can be read")
+        return value
 
     @field_validator("effects", mode="before")
     @classmethod
@@ -159,8 +168,8 @@ class Model(BaseModel):
         if transmission.pretension_force > transmission.recommended_pretension:
             found.append(
                 f"transmission.pretension_force: {transmission.pretension_force:g} N is above the "
-                f"recommended {transmission.recommended_pretension:g} N, (30); more pretension "
-                "narrows the range of high stiffness and lowers the largest torque"
+                f"recommended {transmission.recommended_pretension:g} N, paper (30); more "
+                "pretension narrows the range of high stiffness and lowers the largest torque"
             )
         present = tuple(effects.BY_ID[effect_id] for effect_id in self.effects)
         if not any(effect.slot is Slot.SPRING_MASS for effect in present):
@@ -175,8 +184,8 @@ class Model(BaseModel):
             if mass > SPRING_MASS_SHARE * link_mass:
                 yield (
                     f"transmission.{side}.mass: {mass:g} kg is more than a tenth of the effective "
-                    f"link mass J/R^2 = {link_mass:g} kg (section II); spring and link may "
-                    "oscillate as two masses, which this model leaves out"
+                    f"link mass J/R^2 = {link_mass:g} kg, paper section II; spring and link "
+                    "may oscillate as two masses, which this model leaves out"
                 )
 
     def to_toml(self) -> str:

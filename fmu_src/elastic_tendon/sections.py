@@ -82,7 +82,7 @@ class Transmission(BaseModel):
         if value > limit:
             raise PydanticCustomError(
                 "pretension",
-                "it is above the {limit} N that the springs bear, min(l_max,i k_i), (27)",
+                "it is above the {limit} N that the springs bear, min(l_max,i k_i), paper (27)",
                 {"limit": f"{limit:g}"},
             )
         return value

@@ -118,11 +118,11 @@ INPUTS = (
 )
 
 OUTPUTS = (
-    Variable("joint_torque", "N.m", "torque of the tendons on the joint, (7)"),
+    Variable("joint_torque", "N.m", "torque of the tendons on the joint, paper (7)"),
     Variable(
         "slack_state",
         "1",
-        "which tendon is slack: I lower, II upper, III none, or both (Fig. 4)",
+        "which tendon is slack: 1 lower (I), 2 upper (II), 3 none (III), 4 both; paper Fig. 4",
         Kind.SLACK_STATE,
         start=3.0,
         lower=1.0,
@@ -130,11 +130,11 @@ OUTPUTS = (
     ),
     Variable("joint_position", "rad", "angle of the joint, q", nominal=0.1),
     Variable("joint_velocity", "rad/s", "angular velocity of the joint"),
-    Variable("deflection", "rad", "joint position less reflected motor position, (11)"),
+    Variable("deflection", "rad", "joint position less reflected motor position, paper (11)"),
     Variable(
         "motor_torque",
         "N.m",
-        "torque that the motor has to exert on its pulley against the tendons, (8)",
+        "torque that the motor has to exert on its pulley against the tendons, paper (8)",
         at_motor=True,
     ),
     Variable("upper_spring_force", "N", "tension of the upper tendon", nominal=100.0),
@@ -142,7 +142,7 @@ OUTPUTS = (
     Variable(
         "overstretched",
         "1",
-        "a spring is stretched beyond max_deflection, (15)",
+        "a spring is stretched beyond max_deflection, paper (15)",
         Kind.BOOLEAN,
         lower=0.0,
         upper=1.0,

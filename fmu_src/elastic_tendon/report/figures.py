@@ -93,6 +93,6 @@ def _legend(axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     axes.legend(
         [*handles, *marks],
-        [*labels, "slack boundary, (14)", "largest deflection, (16)"],
+        [*labels, "slack boundary, paper (14)", "largest deflection, paper (16)"],
         loc="upper right",
     )
