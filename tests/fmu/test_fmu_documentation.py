@@ -234,6 +234,17 @@ def test_versions_differ_in_what_they_say_of_use():
     assert "joint_flange" not in two
 
 
+def test_building_is_explained_where_there_are_sources(version):
+    model = MODELS["base"]
+    files = documentation(model, variables_of(model, version), version, library="joint")
+    root = ElementTree.fromstring(files["documentation/index.html"])
+    folder = {2: "linux64", 3: "x86_64-linux"}[version]
+    assert f"sources/library.c -o binaries/{folder}/joint.so -lm" in (
+        text_of(root.find(".//pre")).replace("\\ ", "")
+    )
+    assert '"#build"' not in page(model, version)
+
+
 def test_license_is_that_of_the_project(version):
     files = documentation(MODELS["base"], variables_of(MODELS["base"]), version)
     assert files["documentation/licenses/license.txt"] == (ROOT / "LICENSE").read_bytes()

@@ -110,6 +110,11 @@ def test_another_suffix_is_refused_before_any_work(tmp_path):
         export_fmu(MODELS["base"], tmp_path / "x.zip")
 
 
+def test_a_folder_is_refused_before_any_work(tmp_path):
+    with pytest.raises(ElasticTendonError, match=r"folder; name a file in it that ends in \.fmu"):
+        export_fmu(MODELS["base"], tmp_path)
+
+
 def test_an_interrupted_export_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
@@ -146,17 +151,42 @@ def test_progress_names_what_is_built_and_warns_of_windows(tmp_path):
         ("3rd joint", "model_3rd_joint"),
         ("Gelenk-ü", "Gelenk__"),
         ("_x", "model__x"),
+        ("x" * 300, "x" * 64),
+        ("3" * 300, "model_" + "3" * 58),
     ],
 )
 def test_identifier_is_a_c_name(name, identifier):
     assert model_identifier(name) == identifier
 
 
+@pytest.mark.parametrize("name", ['3rd "joint" <ü> & %s', "long " * 60])
 @pytest.mark.parametrize("version", [2, 3])
-def test_any_name_can_be_exported(version, tmp_path):
-    model = MODELS["base"].model_copy(update={"name": '3rd "joint" <ü> & %s'})
+def test_any_name_can_be_exported(version, name, tmp_path):
+    model = MODELS["base"].model_copy(update={"name": name})
     path = export_fmu(model, tmp_path / "x.fmu", fmi_version=version, source=True)
     assert validate_fmu(str(path)) == []
+
+
+def test_two_exports_of_the_pythonfmu_flavour_are_the_same_bytes(tmp_path):
+    here, there = (export_pythonfmu(MODELS["base"], tmp_path / name) for name in ("a.fmu", "b.fmu"))
+    assert here.read_bytes() == there.read_bytes()
+
+
+def test_the_pythonfmu_flavour_has_one_wrapper_and_the_licenses(tmp_path):
+    path = export_pythonfmu(MODELS["base"], tmp_path / "x.fmu")
+    host = compiler.host_platform()
+    with zipfile.ZipFile(path) as archive:
+        wrappers = [name for name in archive.namelist() if name.startswith("binaries/")]
+        licenses = {
+            name: archive.read(name)
+            for name in archive.namelist()
+            if name.startswith("documentation/licenses/")
+        }
+    assert wrappers == [f"binaries/{host.fmi2_folder}/biorob_x4_joint_3{host.suffix}"]
+    assert set(licenses) == {
+        f"documentation/licenses/{one}.txt" for one in ("license", "pythonfmu")
+    }
+    assert all(b"MIT License" in text for text in licenses.values())
 
 
 def test_the_pythonfmu_flavour_says_what_it_needs(tmp_path):

@@ -1,11 +1,14 @@
 """The source code in an FMU: complete, and built in the ways that people have."""
 
+import os
 import re
 import shutil
 import subprocess
+import sys
 import zipfile
 from importlib.util import find_spec
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from fmpy import read_model_description, simulate_fmu
@@ -87,6 +90,28 @@ def test_fmpy_builds_them(fmu, unpacked, tmp_path):
     _agrees(fmu, unpacked)
 
 
+@NO_COMPILER
+@pytest.mark.skipif(not (shutil.which("zip") and shutil.which("unzip")), reason="no zip or unzip")
+def test_the_printed_commands_build_them(version, tmp_path):
+    """As they stand in the documentation, for an FMU without a binary for this platform."""
+    path = export_fmu(
+        *(MODELS["effects"], tmp_path / "X.fmu"),
+        fmi_version=version,
+        platforms="aarch64-darwin",
+        source=True,
+    )
+    with zipfile.ZipFile(path) as archive:
+        page = ElementTree.fromstring(archive.read("documentation/index.html"))
+    commands = page.find(".//pre").text
+    python = Path(sys.executable).parent
+    environment = os.environ | {"PATH": f"{python}{os.pathsep}{os.environ['PATH']}"}
+    subprocess.run(["bash", "-ec", commands], cwd=tmp_path, env=environment, check=True)
+    host = compiler.host_platform().folder(version)
+    with zipfile.ZipFile(path) as archive:
+        assert [one for one in archive.namelist() if one.startswith(f"binaries/{host}/")]
+    assert len(set(_simulate(path)["slack_state"])) > 1
+
+
 def _headers(folder):
     """FMI's headers; fmpy's for FMI 2.0 leave out the prefix, which the standard's put in."""
     folder.mkdir()
@@ -147,8 +172,13 @@ def test_build_description_follows_the_schema(version, unpacked):
         folder = Path(find_spec("fmpy").submodule_search_locations[0]) / "schema/fmi3"
         schema = etree.XMLSchema(file=str(folder / "fmi3BuildDescription.xsd"))
         schema.assertValid(etree.parse(str(path)))
-        libraries = etree.parse(str(path)).findall("BuildConfiguration/Library")
-        assert {(one.get("name"), one.get("external")) for one in libraries} == {("m", "true")}
+        found = [
+            (one.get("platform"), [library.attrib for library in one.findall("Library")])
+            for one in etree.parse(str(path)).findall("BuildConfiguration")
+        ]
+        libm = [{"name": "m", "external": "true"}]
+        # importers take the first that fits, and the one without a platform fits all
+        assert found == [("x86_64-linux", libm), ("aarch64-linux", libm), (None, [])]
 
 
 def test_without_asking_there_are_none(version, tmp_path):

@@ -14,6 +14,7 @@ from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from elastic_tendon.compiled import DEFAULT_TOLERANCE
+from elastic_tendon.compiler import PLATFORMS
 from elastic_tendon.design import design
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.fmu.characteristic_plot import characteristic_plot
@@ -53,6 +54,7 @@ _LAW_SYMBOLS = (
     "the elongation of one spring, a prime means a time derivative, and names are those of the "
     "effect's parameters."
 )
+_BUILD_LINK = ' <a href="#build">Build from source</a>'
 _GREEK = {"theta": "θ", "tau": "τ"}
 
 Cell = str | Element
@@ -219,21 +221,41 @@ def _count(effects: Sequence[Effect]) -> str:
     return f"with {len(effects)} effect{'s' if len(effects) > 1 else ''} beside the paper's model"
 
 
-def _index(model: Model, variables: Sequence[FmuVariable], fmi_version: Literal[2, 3]) -> str:
+def _build(library: str, fmi_version: Literal[2, 3]) -> str:
+    """How to build the packed source code; `library` is its file name without suffix."""
+    folders = dict.fromkeys(one.folder(fmi_version) for one in PLATFORMS.values())
+    return Template((PAGES / "build.html").read_text("utf-8")).substitute(
+        identifier=library,
+        folder=PLATFORMS["x86_64-linux"].folder(fmi_version),
+        folders=", ".join(f"<code>{one}</code>" for one in folders),
+    )
+
+
+def _index(
+    model: Model,
+    variables: Sequence[FmuVariable],
+    fmi_version: Literal[2, 3],
+    library: str | None,
+) -> str:
     structure = interface(model.effect_ids)
     parameters = [one for one in variables if one.role in (Role.PARAMETER, Role.OPTION)]
     of_effects = [one for one in parameters if one.name.startswith("effects.")]
     symbols = {name: _symbol(name) for name in _SYMBOLS}
+    of_version = {
+        part: (PAGES / f"fmi{fmi_version}_{part}.html").read_text("utf-8")
+        for part in ("connect", "co_simulation", "model_exchange")
+    }
     numbers = {name: _number(value, 4) for name, value in asdict(design(model)).items()}
     return Template((PAGES / "index.html").read_text("utf-8")).substitute(
-        symbols | numbers,
+        symbols | numbers | of_version,
         R2="<msup><mi>R</mi><mn>2</mn></msup>",
         name=escape(model.name),
         style=(PAGES / "style.css").read_text("utf-8"),
         icon=icon()["icon.svg"].decode(),
         software=distribution("elastic-tendon").version,
         fmi_version=fmi_version,
-        interface=(PAGES / f"fmi{fmi_version}.html").read_text("utf-8"),
+        build=_build(library, fmi_version) if library else "",
+        build_link=_BUILD_LINK if library else "",
         effect_count=_count(structure.effects),
         without_effects=", without effects" if structure.effects else "",
         variables=_variables(variables),
@@ -245,14 +267,34 @@ def _index(model: Model, variables: Sequence[FmuVariable], fmi_version: Literal[
         jumps=_JUMPS[JOINT_MOTION in structure.modes],
         curve=_curve(model.transmission),
         dead_band=_number(HYSTERESIS),
-        step_size=_number(STEP_SIZE),
+        step_size=_number(1e3 * STEP_SIZE),
         tolerance=_number(TOLERANCE),
         solver_tolerance=_number(DEFAULT_TOLERANCE),
     )
 
 
+def licenses(*packed: str) -> dict[str, bytes]:
+    """Files of the folder ``documentation/licenses`` by their path in the FMU.
+
+    Parameters
+    ----------
+    packed : Python packages that are in the FMU beside what is ours
+    """
+    named = {"license": "elastic-tendon"} | {package: package for package in packed}
+    return {
+        f"documentation/licenses/{name}.txt": (
+            distribution(package).read_text("licenses/LICENSE") or ""
+        ).encode()
+        for name, package in named.items()
+    }
+
+
 def documentation(
-    model: Model, variables: Sequence[FmuVariable], fmi_version: Literal[2, 3]
+    model: Model,
+    variables: Sequence[FmuVariable],
+    fmi_version: Literal[2, 3],
+    *,
+    library: str | None = None,
 ) -> dict[str, bytes]:
     """Files of the folder ``documentation``: content by path inside the FMU.
 
@@ -261,13 +303,11 @@ def documentation(
     model : Model
     variables : of the FMU, from `layout`
     fmi_version : 2 or 3, major version of FMI
+    library : file name without suffix of what is built where the FMU holds its source code
 
     Returns
     -------
     dict of bytes by path; equal arguments give equal bytes
     """
-    license_text = distribution("elastic-tendon").read_text("licenses/LICENSE") or ""
-    return {
-        "documentation/index.html": _index(model, variables, fmi_version).encode(),
-        "documentation/licenses/license.txt": license_text.encode(),
-    }
+    page = _index(model, variables, fmi_version, library)
+    return {"documentation/index.html": page.encode(), **licenses()}

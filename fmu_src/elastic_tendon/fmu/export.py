@@ -25,13 +25,16 @@ from elastic_tendon.parameters import Model
 from elastic_tendon.system import HybridSystem
 
 FmiVersion = Literal[2, 3]
+_LONGEST_IDENTIFIER = 64  # characters; file systems and old importers have limits
 _DESCRIPTIONS = {2: fmi2_description, 3: fmi3_description}
 
 
 def model_identifier(name: str) -> str:
     """C identifier for a model's name, which FMI wants for the binary's file name."""
     identifier = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return identifier if re.match("[A-Za-z]", identifier) else f"model_{identifier}"
+    if not re.match("[A-Za-z]", identifier):
+        identifier = f"model_{identifier}"
+    return identifier[:_LONGEST_IDENTIFIER]
 
 
 def describe(
@@ -100,7 +103,10 @@ def _contents(
         "modelDescription.xml": description.to_bytes(root),
         **_binaries(built, described.identifier, fmi_version),
         **sources,
-        **documentation(model, described.variables, fmi_version),
+        **documentation(
+            *(model, described.variables, fmi_version),
+            library=described.identifier if source else None,
+        ),
         **_icon_and_terminals(fmi_version),
     }
 

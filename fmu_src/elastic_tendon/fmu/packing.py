@@ -13,6 +13,8 @@ _UNIX = 3  # as if made there, wherever it was made
 def checked_path(path: str | Path, *, overwrite: bool) -> Path:
     """Path of an FMU to write; OutputError where it cannot be written or has another suffix."""
     path = Path(path)
+    if path.is_dir():
+        raise OutputError(f"{path}: this is a folder; name a file in it that ends in .fmu")
     if path.suffix != ".fmu":
         raise OutputError(f"{path}: importers want the suffix .fmu; write {path.stem}.fmu")
     check_writable(path, force=overwrite)

@@ -12,6 +12,7 @@ and outputs, which pythonfmu does not have.
 import shutil
 import sys
 import tempfile
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -22,8 +23,9 @@ from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu import description, fmi2_description
 from elastic_tendon.fmu.binary import compile_binary
+from elastic_tendon.fmu.documentation import licenses
 from elastic_tendon.fmu.export import describe
-from elastic_tendon.fmu.packing import checked_path
+from elastic_tendon.fmu.packing import checked_path, write_archive
 from elastic_tendon.model import build
 from elastic_tendon.output import write_file
 from elastic_tendon.parameters import Model
@@ -60,6 +62,24 @@ def _write_resources(model: Model, folder: Path) -> list[Path]:
     text = folder / "description.xml"
     text.write_bytes(description.to_bytes(root))
     return [text, library]
+
+
+def _built(script: Path, resources: list[Path]) -> dict[str, bytes]:
+    """Files of the FMU by their path in it, with pythonfmu's wrapper for this platform only.
+
+    The builder packs those of all platforms; the compiled library is for one.
+    """
+    from pythonfmu.builder import FmuBuilder
+
+    packed = FmuBuilder.build_FMU(script, dest=script.with_suffix(".fmu"), project_files=resources)
+    with zipfile.ZipFile(packed) as archive:
+        contents = {name: archive.read(name) for name in archive.namelist()}
+    wrappers = f"binaries/{compiler.host_platform().fmi2_folder}/"
+    return {
+        name: content
+        for name, content in contents.items()
+        if name.startswith(wrappers) or not name.startswith("binaries/")
+    }
 
 
 @contextmanager
@@ -105,9 +125,6 @@ def export_pythonfmu(model: Model, path: str | Path, *, overwrite: bool = False)
         folder = Path(work)
         script = Path(shutil.copy(_SLAVE, folder))
         resources = _write_resources(model, folder)
-
-        def write(target: Path) -> None:
-            FmuBuilder.build_FMU(script, dest=target, project_files=resources)
-
-        write_file(path, write, force=overwrite)
+        contents = _built(script, resources) | licenses("pythonfmu")
+    write_file(path, lambda target: write_archive(target, contents), force=overwrite)
     return path

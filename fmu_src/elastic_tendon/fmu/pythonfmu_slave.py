@@ -144,10 +144,12 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
     def _get_fmu_state(self) -> dict[str, str]:
         state, size = ctypes.c_void_p(), ctypes.c_size_t()
         self._call("fmi2GetFMUstate", ctypes.byref(state))
-        self._call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
-        data = ctypes.create_string_buffer(size.value)
-        self._call("fmi2SerializeFMUstate", state, data, size)
-        self._call("fmi2FreeFMUstate", ctypes.byref(state))
+        try:
+            self._call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
+            data = ctypes.create_string_buffer(size.value)
+            self._call("fmi2SerializeFMUstate", state, data, size)
+        finally:
+            self._call("fmi2FreeFMUstate", ctypes.byref(state))
         return {"serialised": data.raw.hex()}
 
     def _set_fmu_state(self, state: dict[str, str]) -> None:
@@ -156,5 +158,7 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
         self._call(
             *("fmi2DeSerializeFMUstate", data, ctypes.c_size_t(len(data))), ctypes.byref(kept)
         )
-        self._call("fmi2SetFMUstate", kept)
-        self._call("fmi2FreeFMUstate", ctypes.byref(kept))
+        try:
+            self._call("fmi2SetFMUstate", kept)
+        finally:
+            self._call("fmi2FreeFMUstate", ctypes.byref(kept))

@@ -44,9 +44,13 @@ def declare_sources(root: Element) -> None:
 
 
 def _build_description(identifier: str) -> Element:
-    """Root of buildDescription.xml of FMI 3.0; its first configuration serves every platform."""
+    """Root of buildDescription.xml of FMI 3.0.
+
+    The last configuration names no platform and is for all that the others are not for; it would
+    fit Linux too, so those that link libm there stand before it.
+    """
     root = Element("fmiBuildDescription", fmiVersion="3.0")
-    for platform in (None, *_WITH_LIBM):
+    for platform in (*_WITH_LIBM, None):
         where = {} if platform is None else {"platform": platform}
         configuration = SubElement(
             root, "BuildConfiguration", {"modelIdentifier": identifier, **where}
