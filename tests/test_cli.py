@@ -180,6 +180,8 @@ def test_effect_is_explained_and_drawn(run) -> None:
         (("design", "no_model"), "no_model: there is no such file"),
         (("effects", "magic"), "there is no effect 'magic'"),
         (("design", MODEL, "--effect", "none.py"), "none.py: there is no such file"),
+        (("design", MODEL, "--effect", "x.toml"), "x.toml: an effect is a Python file"),
+        (("export", MODEL, "-o", "."), "name a file in it that ends in .fmu"),
     ],
 )
 def test_what_cannot_be_done_is_one_line_and_status_1(
@@ -317,7 +319,7 @@ def test_a_recording_of_sensors_is_met_by_its_own_model(run) -> None:
 
 def test_export_for_other_platforms_with_sources(run) -> None:
     result = run(
-        *("export", MODEL, "-o", "x.fmu", "--fmi", "3", "--source"),
+        *("export", MODEL, "-o", "x.fmu", "--fmi", "3.0", "--source"),
         *("--platform", "aarch64-darwin,x86_64-linux", "--platform", "aarch64-linux"),
     )
     assert (result.exit_code, result.stderr) == (0, "")  # no bar where there is no terminal
@@ -332,11 +334,12 @@ def test_export_for_other_platforms_with_sources(run) -> None:
 
 @pytest.mark.parametrize(
     ("option", "value", "known"),
-    [("--platform", "amiga", "aarch64-darwin"), ("--fmi", "1", "'3'")],
+    [("--platform", "amiga", "aarch64-darwin"), ("--fmi", "1", "choose 2 or 3")],
 )
 def test_export_tells_what_it_knows(run, option, value, known) -> None:
     result = run("export", MODEL, "-o", "x.fmu", option, value)
     assert result.exit_code == 2
     assert value in result.stderr
     assert known in result.stderr
+    assert "Value error" not in result.stderr
     assert list(Path().iterdir()) == []

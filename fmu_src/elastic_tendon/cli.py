@@ -172,15 +172,15 @@ def export(
     model: ModelArgument,
     out: Annotated[Path, typer.Option("--output", "-o", metavar="X.fmu", help="FMU to write.")],
     fmi: Annotated[
-        Literal["2", "3"], typer.Option("--fmi", help="Version of FMI: 2 for 2.0, 3 for 3.0.")
+        str, typer.Option("--fmi", metavar="2|3", help="Version of FMI: 2 for 2.0, 3 for 3.0.")
     ] = "2",
     platform: Annotated[
         list[str] | None,
         typer.Option(
             "--platform",
             metavar="NAME",
-            help="Platform that the FMU is to run on, as x86_64-windows; repeatable, or a list "
-            "with commas, or all. Default: this one.",
+            help="Platform that the FMU is to run on, as x86_64-windows or win64; repeatable, or a "
+            "list with commas, or all. Default: this one.",
         ),
     ] = None,
     source: Annotated[
@@ -193,6 +193,7 @@ def export(
     from elastic_tendon.compiler import platforms_named
     from elastic_tendon.fmu.export import export_fmu
 
+    fmi_version = _fmi_version(fmi)
     try:
         platforms = platforms_named(platform)
     except BuildError as error:
@@ -201,14 +202,14 @@ def export(
     with _progress() as report:
         export_fmu(
             *(loaded, out),
-            fmi_version=2 if fmi == "2" else 3,
+            fmi_version=fmi_version,
             platforms=[one.name for one in platforms],
             source=source,
             overwrite=force,
             progress=report,
         )
     runs_on = ", ".join(one.name for one in platforms)
-    told = f"{loaded.name} is in {out}, FMI {fmi}.0, for {runs_on}"
+    told = f"{loaded.name} is in {out}, FMI {fmi_version}.0, for {runs_on}"
     output.print(told, highlight=False, soft_wrap=True)
 
 
@@ -358,6 +359,14 @@ def cache(
     if clear:
         output.print(f"{compiled.clear_cache()} compiled libraries deleted", highlight=False)
     output.print(str(compiled.cache_folder()), highlight=False, soft_wrap=True)
+
+
+def _fmi_version(text: str) -> Literal[2, 3]:
+    known: dict[str, Literal[2, 3]] = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}
+    if text not in known:
+        fault = f"there is no FMI version {text!r} here; choose 2 or 3"
+        raise typer.BadParameter(fault, param_hint="--fmi")
+    return known[text]
 
 
 def _load_effects(files: list[Path] | None) -> None:

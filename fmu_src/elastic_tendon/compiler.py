@@ -76,12 +76,24 @@ def host_platform() -> Platform:
     return PLATFORMS[_HOSTS[key]]
 
 
+def _by_any_name() -> dict[str, tuple[Platform, ...]]:
+    """Platforms by what people call them: the folders of both versions of FMI, and all of them."""
+    platforms = tuple(PLATFORMS.values())
+    folders = {one.folder(version) for one in platforms for version in (2, 3)}
+    named = {
+        folder: tuple(one for one in platforms if folder in (one.name, one.fmi2_folder))
+        for folder in folders
+    }
+    return named | {ALL: platforms}
+
+
 def platforms_named(names: str | Iterable[str] | None) -> tuple[Platform, ...]:
     """Platforms by name, each once and in the order of `PLATFORMS`.
 
     Parameters
     ----------
-    names : a name, names joined by commas, several of both, or "all"; none: the host's
+    names : a name, names joined by commas, several of both, or "all"; none: the host's. The
+        folders of FMI 2.0 are names too, as "linux64"; "darwin64" is both of macOS
 
     Raises
     ------
@@ -92,13 +104,14 @@ def platforms_named(names: str | Iterable[str] | None) -> tuple[Platform, ...]:
         return (host_platform(),)
     listed = [names] if isinstance(names, str) else list(names)
     wanted = {part.strip() for name in listed for part in name.split(",")}
-    unknown = wanted - {*PLATFORMS, ALL}
-    if unknown:
+    known = _by_any_name()
+    if unknown := wanted - known.keys():
         raise BuildError(
             f"there is no platform {', '.join(sorted(map(repr, unknown)))}; "
             f"known are {', '.join(PLATFORMS)}, and {ALL} for all of these"
         )
-    return tuple(one for one in PLATFORMS.values() if ALL in wanted or one.name in wanted)
+    chosen = {one for name in wanted for one in known[name]}
+    return tuple(one for one in PLATFORMS.values() if one in chosen)
 
 
 def _link_flags(library: Path) -> tuple[str, ...]:

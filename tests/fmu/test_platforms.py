@@ -219,6 +219,9 @@ def test_names_of_platforms():
     assert compiler.platforms_named(None) == (compiler.host_platform(),)
     assert compiler.platforms_named("x86_64-linux") == (linux,)
     assert compiler.platforms_named(["aarch64-linux, x86_64-linux", "x86_64-linux"]) == (linux, arm)
+    assert compiler.platforms_named("linux64,aarch64-linux") == (linux, arm)
+    macos = compiler.platforms_named("darwin64")
+    assert [one.name for one in macos] == ["x86_64-darwin", "aarch64-darwin"]
     assert compiler.platforms_named(["all"]) == tuple(compiler.PLATFORMS.values())
 
 

@@ -48,7 +48,10 @@ class Registry(dict[str, Effect]):
         EffectError
             for a file that cannot be used
         """
-        source = read_source(Path(path))
+        path = Path(path)
+        if path.suffix != ".py" and not path.is_dir():
+            raise EffectError(f"{path}: an effect is a Python file, whose name ends in .py")
+        source = read_source(path)
         for effect_id, loaded in self._sources.items():
             if loaded.file == source.file:
                 if loaded.content != source.content:
