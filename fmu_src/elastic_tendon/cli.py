@@ -149,10 +149,12 @@ def simulate(
     first 0.1 s (at rest in equilibrium where its position was not measured). Without DATA, ten
     seconds of a smooth multisine with a slow load that slackens the tendons.
     """
-    from elastic_tendon import simulated
+    from elastic_tendon import compiled, simulated
 
     check_writable(out, force=force)
     loaded = _load(model, own_effects)
+    with _progress() as report:
+        compiled.library_path(loaded.effect_ids, report)
     if data is None:
         table = simulated.default_table(loaded)
     else:

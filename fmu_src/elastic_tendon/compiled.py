@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 import platformdirs
@@ -25,6 +25,9 @@ from elastic_tendon.fmu.layout import default_layout
 from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.parameters import Model
 from elastic_tendon.variables import interface
+
+if TYPE_CHECKING:  # at run time it would import CasADi
+    from elastic_tendon.fmu.binary import Progress
 
 Array = NDArray[np.float64]
 
@@ -90,9 +93,9 @@ def _cached(key: str) -> Path | None:
     return None
 
 
-def _build(effect_ids: tuple[str, ...], key: str) -> Path:
+def _build(effect_ids: tuple[str, ...], key: str, progress: "Progress | None") -> Path:
     """Compile the structure into the cache; a rename makes it appear whole or not at all."""
-    from elastic_tendon.fmu.binary import compile_binary
+    from elastic_tendon.fmu.binary import compile_binary, silent
     from elastic_tendon.model import build
 
     target = compiler.host_platform()
@@ -106,6 +109,7 @@ def _build(effect_ids: tuple[str, ...], key: str) -> Path:
                 *(build(effect_ids), variables, library, target),
                 token=key,
                 tolerance=DEFAULT_TOLERANCE,
+                progress=progress or silent,
             )
             path = folder / f"{key}-{_content_hash(library)}{target.suffix}"
             os.replace(library, path)
@@ -117,8 +121,13 @@ def _build(effect_ids: tuple[str, ...], key: str) -> Path:
     return path
 
 
-def library_path(effect_ids: tuple[str, ...]) -> Path:
+def library_path(effect_ids: tuple[str, ...], progress: "Progress | None" = None) -> Path:
     """Path of the shared library of a structure, compiled if it is not in the cache.
+
+    Parameters
+    ----------
+    effect_ids : of the structure
+    progress : told what is being built, if it is not in the cache
 
     Raises
     ------
@@ -126,7 +135,7 @@ def library_path(effect_ids: tuple[str, ...]) -> Path:
         where the compiler refuses or the cache folder cannot be written
     """
     key = _cache_key(effect_ids)
-    return _cached(key) or _build(effect_ids, key)
+    return _cached(key) or _build(effect_ids, key, progress)
 
 
 @lru_cache

@@ -13,7 +13,9 @@ from fmpy.validation import validate_fmu
 from fmu_cases import MODELS
 
 from elastic_tendon import compiler
-from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.compiled import library_path
+from elastic_tendon.errors import BuildError, ElasticTendonError
+from elastic_tendon.fmu import binary
 from elastic_tendon.fmu.export import export_fmu, model_identifier
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 
@@ -142,6 +144,24 @@ def test_progress_names_what_is_built_and_warns_of_windows(tmp_path):
     assert shares == (0.0, 0.5, 1.0)
     assert texts[0] == "building x86_64-linux, x86_64-windows (the first time: minutes)"
     assert texts[-1] == "packing"
+
+
+@pytest.mark.parametrize(("size", "large"), [(1_000, False), (5_000_000, True)])
+def test_progress_tells_of_a_large_model(size, large, tmp_path, monkeypatch):
+    """Before it is compiled; here generated C of that size, which does not compile."""
+    monkeypatch.setattr(binary, "generate", lambda _system: "#error " + size * "x")
+    told = []
+
+    def note(text, _share):
+        told.append(text)
+
+    with pytest.raises(BuildError):
+        export_fmu(MODELS["base"], tmp_path / "x.fmu", progress=note)
+    monkeypatch.setenv("ELASTIC_TENDON_CACHE", str(tmp_path))
+    with pytest.raises(BuildError):
+        library_path(MODELS["base"].effect_ids, note)
+    assert len(told) == 2
+    assert all(text.endswith(" (large model: some minutes)") == large for text in told)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,14 @@ from elastic_tendon.system import HybridSystem
 Progress = Callable[[str, float], object]  # what is being done, and the share that is done
 
 _AT_ONCE = 2  # compilers; each keeps a core busy
+_MODEL = "model.c"
+_LARGE = 4_000_000  # bytes of it, from which on a compiler is busy for minutes
+_LARGE_MODEL = "large model: some minutes"
+_FIRST_TIME = "the first time: minutes"  # when the libraries for Windows themselves are built
+
+
+def silent(_text: str, _share: float) -> None:
+    """Progress that nobody asked for."""
 
 
 def write_sources(
@@ -33,7 +41,7 @@ def write_sources(
     Parameters are those of `compile_binary`.
     """
     tables = c_tables(variables, system.interface.modes, token, tolerance, fmi_version)
-    for name, content in (("model.c", generate(system)), ("variables.c", tables)):
+    for name, content in ((_MODEL, generate(system)), ("variables.c", tables)):
         (folder / name).write_bytes(content.encode())  # with the same ends of lines everywhere
 
 
@@ -46,6 +54,7 @@ def compile_binary(
     token: str,
     tolerance: float,
     fmi_version: int = 2,
+    progress: Progress = silent,
 ) -> None:
     """Compile the shared library of a model.
 
@@ -58,6 +67,7 @@ def compile_binary(
     token : guid of the FMU
     tolerance : of the co-simulation solver where the importer sets none
     fmi_version : 2 or 3, whose functions the library shows
+    progress : told what is being built
 
     Raises
     ------
@@ -71,6 +81,7 @@ def compile_binary(
             tolerance=tolerance,
             fmi_version=fmi_version,
         )
+        progress(_being_built(Path(work), [target]), 0.0)
         source = compiler.RUNTIME / "library.c"
         compiler.compile_library(source, output, target, include=[Path(work)])
 
@@ -97,7 +108,7 @@ def compile_binaries(
     BuildError
         where the compiler refuses
     """
-    progress(_being_built(platforms), 0.0)
+    progress(_being_built(sources, platforms), 0.0)
     built: dict[compiler.Platform, bytes] = {}
     pool = ThreadPoolExecutor(_AT_ONCE)
     try:
@@ -105,7 +116,7 @@ def compile_binaries(
         for done in as_completed(started):
             built[started[done]] = done.result()
             waiting = [one for one in platforms if one not in built]
-            progress(_being_built(waiting), len(built) / len(platforms))
+            progress(_being_built(sources, waiting), len(built) / len(platforms))
     finally:  # also of an interrupt, which ends the compilers that are running
         pool.shutdown(cancel_futures=True)
     return {one: built[one] for one in platforms}
@@ -118,9 +129,13 @@ def _compile(sources: Path, identifier: str, platform: compiler.Platform) -> byt
         return output.read_bytes()  # what the linker for Windows leaves beside it is not wanted
 
 
-def _being_built(waiting: Sequence[compiler.Platform]) -> str:
-    names = [
-        one.name + (" (the first time: minutes)" if one.suffix == ".dll" else "")
-        for one in waiting[:_AT_ONCE]
-    ]
-    return f"building {', '.join(names)}" if names else "packing"
+def _being_built(sources: Path, waiting: Sequence[compiler.Platform]) -> str:
+    """What is done now, and why it takes long where it does."""
+    if not waiting:
+        return "packing"
+    now = waiting[:_AT_ONCE]
+    large = (sources / _MODEL).stat().st_size > _LARGE
+    long = [_LARGE_MODEL] if large else []
+    long += [_FIRST_TIME] if any(one.suffix == ".dll" for one in now) else []
+    why = f" ({'; '.join(long)})" if long else ""
+    return f"building {', '.join(one.name for one in now)}{why}"

@@ -10,7 +10,7 @@ from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
 from elastic_tendon.compiler import Platform, platforms_named
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu import description, fmi2_description, fmi3_description
-from elastic_tendon.fmu.binary import Progress, compile_binaries, write_sources
+from elastic_tendon.fmu.binary import Progress, compile_binaries, silent, write_sources
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.documentation import documentation
 from elastic_tendon.fmu.icon import flanges, icon
@@ -111,10 +111,6 @@ def _contents(
     }
 
 
-def _silent(_text: str, _share: float) -> None:
-    """Progress that nobody asked for."""
-
-
 def export_fmu(
     model: Model,
     path: str | Path,
@@ -123,7 +119,7 @@ def export_fmu(
     platforms: str | Iterable[str] | None = None,
     source: bool = False,
     overwrite: bool = False,
-    progress: Progress = _silent,
+    progress: Progress = silent,
 ) -> Path:
     """Write the FMU of a model; the file appears whole or not at all.
 
