@@ -40,5 +40,30 @@ def test_example_runs(script, tmp_path):
         check(run.stdout)
 
 
+@pytest.mark.parametrize("name", ["drive_fmu", "system_simulation"])
+def test_example_makes_its_folder_or_says_why_not(name, tmp_path):
+    script = Path(__file__).parents[1] / "examples" / name / "run.py"
+
+    def run(*arguments):
+        command = [sys.executable, str(script), *arguments]
+        return subprocess.run(
+            *(command,),
+            cwd=tmp_path,
+            env=os.environ | {"MPLBACKEND": "Agg"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    (tmp_path / "file").write_text("precious")
+    assert "FOLDER" in run("--help").stdout
+    refused = run("file/below")
+    assert refused.returncode == 2
+    assert "cannot be made a folder" in refused.stderr.splitlines()[-1]
+    assert run("new/folder").returncode == 0
+    made = {path.suffix for path in (tmp_path / "new/folder").iterdir()}
+    assert made == ({".png", ".ssp"} if name == "system_simulation" else {".png"})
+
+
 def test_there_are_examples():
     assert EXAMPLES

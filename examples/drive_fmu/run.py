@@ -6,7 +6,7 @@ The motor swings faster and faster; the tendons go slack in turn. Draws loop.png
 (default: here): joint torque against deflection, coloured by slack state, and the motion.
 """
 
-import sys
+import argparse
 import tempfile
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from fmpy import simulate_fmu
 
 from elastic_tendon import export_fmu, load_model
 
+HERE = Path(__file__).parent
 SLACK_STATES = {1: ("I: lower slack", "#D55E00"), 2: ("II: upper slack", "#0072B2")}
 SLACK_STATES[3] = ("III: both taut", "#009E73")
 
@@ -50,6 +51,19 @@ def draw(inputs: np.ndarray, motion: np.ndarray, picture: Path) -> None:
     figure.savefig(picture, dpi=110)
 
 
+def chosen_folder() -> Path:
+    """FOLDER of the command line, created if missing."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told = "where the picture goes (default: beside this script); created if missing"
+    parser.add_argument("folder", nargs="?", type=Path, default=HERE, metavar="FOLDER", help=told)
+    folder = parser.parse_args().folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        parser.error(f"{folder} cannot be made a folder: {error.strerror}")
+    return folder
+
+
 def main(folder: Path) -> None:
     inputs = motor_motion()
     with tempfile.TemporaryDirectory() as work:
@@ -68,4 +82,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent)
+    main(chosen_folder())

@@ -4,11 +4,12 @@
 
 Packs the actuator's FMU and the controller (controller.c) into controlled_joint.ssp, as
 SystemStructure.ssd connects them, and runs it in fmpy and, where it is installed, in Ecos, which
-takes an actuator of FMI 3.0 too. Draws controlled_joint.png in FOLDER (default: here).
+takes an actuator of FMI 3.0 too. Leaves controlled_joint.ssp and draws controlled_joint.png in
+FOLDER (default: here).
 """
 
+import argparse
 import ctypes
-import sys
 import tempfile
 import zipfile
 from importlib import metadata, util
@@ -55,8 +56,8 @@ def controller_fmu(folder: Path) -> Path:
     return pack(folder / "controller.fmu", files)
 
 
-def system(folder: Path, fmi_version: Literal[2, 3] = 2) -> Path:
-    """The SSP: a zip of the system's structure, its parameters and the FMUs."""
+def system(archive: Path, folder: Path, fmi_version: Literal[2, 3] = 2) -> Path:
+    """The SSP: a zip of the system's structure, its parameters and the FMUs, made in a folder."""
     folder.mkdir()
     model = load_model("biorob_x4_joint_3").with_effect("gravity_load", {"torque": 1.5})
     actuator = export_fmu(model, folder / "actuator.fmu", fmi_version=fmi_version)
@@ -66,7 +67,7 @@ def system(folder: Path, fmi_version: Literal[2, 3] = 2) -> Path:
         "resources/controller.fmu": controller_fmu(folder),
         "resources/actuator.fmu": actuator,
     }
-    return pack(folder / "controlled_joint.ssp", files)
+    return pack(archive, files)
 
 
 # ---- its simulators ------------------------------------------------------------------------
@@ -124,19 +125,35 @@ def draw(run: Signals, picture: Path) -> None:
     figure.savefig(picture, dpi=110)
 
 
+def chosen_folder() -> Path:
+    """FOLDER of the command line, created if missing."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told = "where the picture and the SSP go (default: beside this script); created if missing"
+    parser.add_argument("folder", nargs="?", type=Path, default=HERE, metavar="FOLDER", help=told)
+    folder = parser.parse_args().folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        parser.error(f"{folder} cannot be made a folder: {error.strerror}")
+    return folder
+
+
 def main(folder: Path) -> None:
     with tempfile.TemporaryDirectory() as work:
-        run = in_fmpy(system(Path(work) / "fmpy"))
+        ssp = system(folder / "controlled_joint.ssp", Path(work) / "fmpy")
+        print(f"the system is {ssp}")
+        run = in_fmpy(ssp)
         error = run[JOINT] - run[REFERENCE]
         taut = run[SLACK_STATE] == BOTH_TAUT
         print(f"a tendon is slack for {1e3 * STEP * np.sum(~taut):.0f} ms")
         print(f"largest error of the joint: {1e3 * np.abs(error).max():.1f} mrad")
         for fmi_version in (2, 3) if util.find_spec("ecospy") else ():
-            ssp = system(Path(work) / f"ecos_{fmi_version}", fmi_version)
+            parts = Path(work) / f"ecos_{fmi_version}"
+            ssp = system(parts.with_suffix(".ssp"), parts, fmi_version)
             apart = np.abs(in_ecos(ssp)[JOINT] - run[JOINT]).max()
             print(f"Ecos, actuator of FMI {fmi_version}.0: joint {apart:.1g} rad from fmpy's")
     draw(run, folder / "controlled_joint.png")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE)
+    main(chosen_folder())
