@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 from typing import get_args
 
+from elastic_tendon.compiler import ALL, PLATFORMS
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import FmiVersion, export_fmu
 from elastic_tendon.parameters import bundled_models, load_model
@@ -20,9 +21,20 @@ from elastic_tendon.parameters import bundled_models, load_model
 def main() -> int:
     """Exit status: 0 done, 1 not possible."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--output", type=Path, default=Path("build/fmus"), metavar="FOLDER")
-    parser.add_argument("--platform", action="append", metavar="NAME")
-    parser.add_argument("--source", action="store_true", help="pack the C code too")
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("build/fmus"),
+        metavar="FOLDER",
+        help="where the folders fmi2 and fmi3 go (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--platform",
+        action="append",
+        metavar="NAME",
+        help=f"{', '.join(PLATFORMS)}, or {ALL}; repeatable (default: this one)",
+    )
+    parser.add_argument("--source", action="store_true", help="pack the C code too (default: no)")
     chosen = parser.parse_args()
     try:
         for fmi_version in get_args(FmiVersion):

@@ -19,9 +19,18 @@ from elastic_tendon.parameters import load_model
 def main() -> int:
     """Exit status: 0 done, 1 not possible."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("model", metavar="MODEL")
-    parser.add_argument("-o", "--output", type=Path, metavar="X.fmu")
-    parser.add_argument("--force", action="store_true", help="replace a file that exists")
+    parser.add_argument(
+        "model", metavar="MODEL", help="a model.toml, or the name of a bundled model"
+    )
+    parser.add_argument(
+        *("-o", "--output"),
+        type=Path,
+        metavar="X.fmu",
+        help="FMU to write (default: <name of the model>_pythonfmu.fmu)",
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="replace a file that exists (default: no)"
+    )
     arguments = parser.parse_args()
     try:
         model = load_model(arguments.model)

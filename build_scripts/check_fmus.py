@@ -4,6 +4,7 @@
 
 One line for each model and flavour, one column for each importer: the largest difference of the
 joint position from `simulate`, in rad; or ok, for those that only read; or FAILED, and why below.
+The last model has several effects (named below the table).
 The motion goes through slack at constant inputs, so co-simulation has nothing to interpolate;
 CasADi knows no events and gets as far as the first. Exit status 1 if anything failed. An importer
 that is not installed is skipped; the extra `test` brings all of them where they exist.
@@ -46,7 +47,7 @@ class ImporterError(Exception):
 
 
 def several_effects() -> Model:
-    """Dry friction, a stop against overstretching, weight and a memory of the springs."""
+    """Dry friction, a stop against overstretching, and weight."""
     model = load_model("biorob_x4_joint_3").with_effect("coulomb_friction", {"torque": 0.35})
     model = model.with_effect("overstretch_protection", {"engagement": 0.4, "stiffness": 2e4})
     return model.with_effect("gravity_load", {"torque": 1.5})
@@ -220,6 +221,7 @@ def libcosim_co_simulation(path: Path, model: Model) -> float:
 
 # ---- importers and flavours ----------------------------------------------------------------
 
+ABSENT = "absent"
 EVERY = ("FMI 2", "FMI 3", "pythonfmu")
 COMPILED = EVERY[:2]  # without a Python in the importer
 
@@ -245,9 +247,9 @@ class Importer:
 # tolerance. Model exchange has the error of the importer's own integrator.
 IMPORTERS = (
     Importer("fmpy rules", "fmpy", fmpy_validation),
-    Importer("toolbox rules", "fmu_manipulation_toolbox", toolbox_check),
+    Importer("FMU toolbox", "fmu_manipulation_toolbox", toolbox_check),
     Importer("fmpy CS", "fmpy", fmpy_co_simulation, allowed=1e-12),
-    Importer("fmpy CS events", "fmpy", fmpy_event_mode, ("FMI 3",), allowed=1e-9),
+    Importer("fmpy events", "fmpy", fmpy_event_mode, ("FMI 3",), allowed=1e-9),
     Importer("fmpy ME", "fmpy", fmpy_model_exchange, COMPILED, allowed=1e-6),
     Importer("CasADi ME", "casadi", casadi_model_exchange, COMPILED, allowed=1e-8),
     Importer("Ecos CS", "ecospy", ecos_co_simulation, COMPILED, allowed=1e-12),
@@ -305,7 +307,7 @@ def outcomes(model: Model, flavour: str) -> Iterator[Outcome]:
             if flavour not in importer.flavours:
                 yield Outcome("-")
             elif not importer.installed:
-                yield Outcome("not installed")
+                yield Outcome(ABSENT)
             else:
                 yield outcome(importer, path, model)
 
@@ -313,8 +315,14 @@ def outcomes(model: Model, flavour: str) -> Iterator[Outcome]:
 # ---- the table -----------------------------------------------------------------------------
 
 
+INSTALL = f'{ABSENT}: not installed; pip install ".[test]" brings what there is for this platform'
+
+
 def _line(first: str, cells: Sequence[str]) -> str:
-    return f"{first:<30}" + "".join(f"{cell:>15}" for cell in cells)
+    """Line of at most 120 characters for bundled models."""
+    widths = [max(len(importer.name), len(ABSENT)) + 2 for importer in IMPORTERS]
+    shown = (f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+    return f"{first:<29}" + "".join(shown)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -339,6 +347,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 for importer, one in zip(IMPORTERS, found, strict=True)
                 if one.failure
             ]
+    listed = ", ".join(several_effects().effect_ids)
+    print(f"\n-: cannot load it; 0: equal to the last bit; several effects: {listed}")
+    if not all(importer.installed for importer in IMPORTERS):
+        print(INSTALL)
     print("", *failures, sep="\n")
     return 1 if failures else 0
 

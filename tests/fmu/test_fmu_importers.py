@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -125,6 +126,19 @@ def test_script_prints_one_table(monkeypatch, capsys, failure, status):
     printed = capsys.readouterr().out
     assert printed.count("cell") == 2 * 3 * len(IMPORTERS)  # the model and that of several effects
     assert ("figure_8, FMI 3, Ecos CS: it fell over" in printed) == bool(failure)
+    assert "several effects: coulomb_friction" in printed
+
+
+@pytest.mark.parametrize("package", ["fmpy", "no_such_package"])
+def test_table_is_narrow_and_told_once_how_to_get_an_importer(monkeypatch, capsys, package):
+    importers = [replace(one, package=package) for one in IMPORTERS]
+    monkeypatch.setattr(check_fmus, "IMPORTERS", importers)
+    monkeypatch.setattr(check_fmus, "export", lambda *_: None)
+    monkeypatch.setattr(check_fmus, "outcome", lambda *_: Outcome("4e-16"))
+    assert check_fmus.main([]) == 0
+    printed = capsys.readouterr().out
+    assert max(map(len, printed.splitlines())) <= 120
+    assert printed.count('pip install ".[test]"') == (package != "fmpy")
 
 
 def test_script_says_what_it_does_not_know(capsys):
