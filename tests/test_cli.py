@@ -180,7 +180,7 @@ def test_effect_is_explained_and_drawn(run) -> None:
         (("design", "no_model"), "no_model: there is no such file"),
         (("effects", "magic"), "there is no effect 'magic'"),
         (("design", MODEL, "--effect", "none.py"), "none.py: there is no such file"),
-        (("design", MODEL, "--effect", "x.toml"), "x.toml: an effect is a Python file"),
+        (("design", MODEL, "--effect", "run.csv"), "run.csv: an effect is a Python file"),
         (("export", MODEL, "-o", "."), "name a file in it that ends in .fmu"),
     ],
 )

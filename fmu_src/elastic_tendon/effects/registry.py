@@ -48,10 +48,9 @@ class Registry(dict[str, Effect]):
         EffectError
             for a file that cannot be used
         """
-        path = Path(path)
-        if path.suffix != ".py" and not path.is_dir():
-            raise EffectError(f"{path}: an effect is a Python file, whose name ends in .py")
-        source = read_source(path)
+        source = read_source(Path(path))
+        if source.path.suffix != ".py":
+            raise source.error("an effect is a Python file, whose name ends in .py")
         for effect_id, loaded in self._sources.items():
             if loaded.file == source.file:
                 if loaded.content != source.content:
