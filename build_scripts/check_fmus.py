@@ -247,7 +247,7 @@ class Importer:
 # tolerance. Model exchange has the error of the importer's own integrator.
 IMPORTERS = (
     Importer("fmpy rules", "fmpy", fmpy_validation),
-    Importer("FMU toolbox", "fmu_manipulation_toolbox", toolbox_check),
+    Importer("toolbox rules", "fmu_manipulation_toolbox", toolbox_check),
     Importer("fmpy CS", "fmpy", fmpy_co_simulation, allowed=1e-12),
     Importer("fmpy events", "fmpy", fmpy_event_mode, ("FMI 3",), allowed=1e-9),
     Importer("fmpy ME", "fmpy", fmpy_model_exchange, COMPILED, allowed=1e-6),
@@ -348,7 +348,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 if one.failure
             ]
     listed = ", ".join(several_effects().effect_ids)
-    print(f"\n-: cannot load it; 0: equal to the last bit; several effects: {listed}")
+    print(f"\n-: not for this flavour; 0: to the last bit; several effects: {listed}")
     if not all(importer.installed for importer in IMPORTERS):
         print(INSTALL)
     print("", *failures, sep="\n")
