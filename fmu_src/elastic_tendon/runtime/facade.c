@@ -234,7 +234,11 @@ static Status get_event_indicators(Instance *instance, double *indicators, size_
       !sized(instance, n, N_INDICATORS) || look(instance) != STATUS_OK)
     return STATUS_ERROR;
   const View *view = &instance->view;
-  model_indicators(view->x, view->u, instance->solver.p, view->mode, indicators);
+  double z[N_INDICATORS];
+  model_indicators(view->x, view->u, instance->solver.p, view->mode, z);
+  for (int i = 0; i < N_INDICATORS; i++)
+    if (!isfinite(z[i])) return report(instance, STATUS_DISCARD, "an event indicator is not finite");
+  memcpy(indicators, z, sizeof z);
   return STATUS_OK;
 }
 

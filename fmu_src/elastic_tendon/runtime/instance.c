@@ -163,12 +163,13 @@ static int settable(const Instance *instance, const VariableInfo *variable) {
 }
 
 /* For who set it at another time. */
-static const char *when_set(const VariableInfo *variable) {
+static const char *when_set(const Instance *instance, const VariableInfo *variable) {
+  const int by_steps = instance->interface == CO_SIMULATION && !instance->event_mode;
   switch (variable->role) {
-    case ROLE_INPUT: return "set before and while the instance runs";
     case ROLE_PARAMETER:
-      return variable->tunable ? "tuned in event mode or between steps"
-                               : "fixed when initialisation ends";
+      return !variable->tunable ? "fixed when initialisation ends"
+             : by_steps         ? "tuned between steps"
+                                : "tuned in event mode";
     case ROLE_OPTION: return "fixed when initialisation ends";
     case ROLE_STATE: return isnan(variable->start) ? "calculated" : "set before initialisation ends";
     default: return "calculated";
@@ -202,7 +203,7 @@ static Status check_set(Instance *instance, unsigned reference, int types, doubl
   const VariableInfo *variable = &variables[reference];
   if (!(settable(instance, variable) & instance->state.phase))
     return report(instance, STATUS_ERROR, "%s cannot be set %s (to %g); it is %s", variable->name,
-                  phase_name(instance->state.phase), value, when_set(variable));
+                  phase_name(instance->state.phase), value, when_set(instance, variable));
   if (!isfinite(value))
     return report(instance, STATUS_ERROR, "%s = %g is not finite", variable->name, value);
   if (value < variable->lower || value > variable->upper)

@@ -28,7 +28,7 @@ static const char *outcome_text(Outcome outcome) {
              "hysteresis change to and fro without end, smaller spring damping or hysteresis";
     case EVENTS_DO_NOT_SETTLE: return "the slack or friction states do not settle";
     case STARTS_DO_NOT_SETTLE: return "the starts of the springs' states do not settle";
-    case NOT_FINITE: return "a state or its rate is not finite";
+    case NOT_FINITE: return "a state, its rate or an event indicator is not finite";
   }
   return "unknown outcome";
 }

@@ -142,7 +142,8 @@ static Status check_step(Instance *instance, double from, double h) {
   if (!(h > 0 && isfinite(h)))
     return report(instance, STATUS_ERROR, "the step size %g s is not positive", h);
   if (!(fabs(from - time) <= slack))
-    return report(instance, STATUS_ERROR, "the step starts at %.15g s, not at %.15g s", from, time);
+    return report(instance, STATUS_ERROR, "the step starts at %.15g s, not at %.15g s: %.3g s off",
+                  from, time, from - time);
   if (past_stop(instance, from + h))
     return report(instance, STATUS_ERROR, "the step to %.15g s is past stopTime = %g s", from + h,
                   state->stop_time);
