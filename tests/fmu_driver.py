@@ -13,11 +13,12 @@ from elastic_tendon.compiled import Array
 from elastic_tendon.interpolation import Interpolation
 from fmu2_instance import instantiate2
 from fmu3_instance import instantiate3
-from fmu_instance import DISCARD, ERROR, WARNING, Instance, Message
+from fmu_instance import DISCARD, ERROR, OK, WARNING, Instance, Message
 
 __all__ = [
     "DISCARD",
     "ERROR",
+    "OK",
     "WARNING",
     "Fmu",
     "Instance",

@@ -7,6 +7,8 @@ import pytest
 from fmpy.fmi2 import fmi2EventInfo
 from refusals import check_refused
 
+from fmu_driver import DISCARD, OK, WARNING
+
 
 @pytest.fixture(params=["slave", "model"])
 def kind(request):
@@ -41,6 +43,21 @@ def running(base, instances, kind):
 )
 def test_calls_out_of_place_are_refused(running, function, arguments):
     check_refused(running, function, *arguments)
+
+
+def test_the_status_of_the_last_step_can_be_asked_for(base, instances):
+    slave = instances(base.slave())
+    slave.begin({"joint_velocity": 40.0})
+
+    def told():
+        value = c_int(-1)
+        assert slave.status("fmi2GetStatus", 0, byref(value)) == OK
+        return value.value
+
+    assert slave.status(*slave.stepping(0.0, 0.001)) == told() == OK
+    assert slave.status(*slave.stepping(0.001, 0.109)) == told() == WARNING
+    slave.set("load_torque", 1.7e308)
+    assert slave.status(*slave.stepping(0.11, 0.1)) == told() == DISCARD
 
 
 def test_event_information_is_written_in_full(base, instances):

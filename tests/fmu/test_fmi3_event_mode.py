@@ -68,6 +68,28 @@ def test_a_step_that_ends_at_an_event_says_so(base, instances):
     assert slave.iterate_events().calls == 2
 
 
+def test_an_event_at_the_end_of_a_step_is_told_and_nothing_is_early(base, instances):
+    options = {"event_mode": True, "early_return": True}
+    first = instances(started(base, **options)).advance(0.0, STOP).time
+    slave = instances(started(base, **options))
+    end = slave.advance(0.0, first)
+    assert (end.event, end.terminate, end.early, end.time) == (True, False, False, first)
+    before = slave.get("slack_state")
+    slave.fmu.enterEventMode()
+    slave.iterate_events()
+    assert slave.get("slack_state") != before
+
+
+def test_events_are_logged_at_their_own_time(base, instances):
+    slave = instances(started(base, event_mode=True, early_return=True))
+    slave.log.clear()
+    events = run(slave, 0.1)
+    told = [message.text for message in slave.log if message.category == "logEvents"]
+    assert len(told) == len(events)
+    for text, (time, _, _) in zip(told, events, strict=True):
+        assert f"fmi3UpdateDiscreteStates at {time:.9g} s: " in text
+
+
 @pytest.mark.parametrize("options", [{}, {"early_return": True}, {"event_mode": True}])
 def test_without_both_a_step_reaches_its_end(base, instances, options):
     """Events are handled inside; the result is that of `simulate`, to the bit."""
@@ -94,10 +116,21 @@ def test_relations_are_frozen_between_steps(base, instances):
     assert slave.get("slack_state") == 2
 
 
+def test_discrete_states_are_updated_not_evaluated(base, instances):
+    """The optional function is refused in each phase in which the standard knows it."""
+    slave = instances(base.slave(event_mode=True))
+    slave.set_up()
+    check_refused(slave, "fmi3EvaluateDiscreteStates", telling=["last update"])
+    slave.fmu.exitInitializationMode()
+    check_refused(slave, "fmi3EvaluateDiscreteStates", telling=["last update"])
+
+
 def test_tunable_parameters_change_in_event_mode_only(base, instances):
     slave = instances(started(base, event_mode=True, early_return=True))
     slave.advance(0.0, 0.01)
-    check_set_refused(slave, "link.inertia", 0.05, telling=["link.inertia", "between steps"])
+    check_set_refused(
+        slave, "link.inertia", 0.05, telling=["link.inertia", "it is tuned in event mode"]
+    )
     slave.fmu.enterEventMode()
     check_set_refused(slave, "transmission.joint_pulley_radius", 0.05, telling=["in event mode"])
     slave.set("link.inertia", 0.05)

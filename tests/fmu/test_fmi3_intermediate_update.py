@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from fmu_cases import FMI3
+from fmu_cases import FMI3, MODELS
 from refusals import NOTHING
 
+from elastic_tendon.compiled import simulate
 from fmu_driver import DISCARD, ERROR
 
 pytestmark = FMI3
@@ -130,6 +131,20 @@ def test_events_end_a_step_that_is_looked_into(start):
     assert one.early
     assert abs(one.time - other.time) < 1e-8
     assert max(times) == one.time
+
+
+def test_an_event_inside_a_step_is_looked_at(start):
+    """Also where nobody but the instance handles it."""
+    looks = []
+    slave = start(lambda _slave, told: looks.append(told.time))
+    slave.advance(0.0, END)
+    state = {"joint_velocity": START["joint_velocity"]}
+    held = [START["motor_position"]] * 2
+    events = simulate(
+        MODELS["base"], [0.0, END], held, initial_state=state, tolerance=TOLERANCE
+    ).event_times
+    assert len(events) > 3
+    assert np.abs(np.array(looks)[:, None] - events).min(axis=0).max() < AGREEMENT
 
 
 def test_illegal_calls_inside_a_step_are_refused(start):

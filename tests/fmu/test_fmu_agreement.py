@@ -1,11 +1,13 @@
 """Co-simulation, model exchange and `simulate` give the same trajectory."""
 
+import re
+
 import numpy as np
 import pytest
 from fmu_cases import BOTH, MODELS, motion
 
 from elastic_tendon.compiled import simulate
-from fmu_driver import WARNING, run_co_simulation, run_model_exchange
+from fmu_driver import OK, WARNING, run_co_simulation, run_model_exchange
 
 pytestmark = BOTH
 
@@ -74,6 +76,32 @@ def test_result_does_not_depend_on_the_communication_step(base, instances):
     assert max(abs(end(steps) - end(5)) for steps in (50, 5000, 50000)) < 1e-8
 
 
+def _events_told(slave):
+    """Times and texts of the events in the log."""
+    told = [message.text for message in slave.log if message.category == "logEvents"]
+    events = [re.search(r"DoStep at (\S+) s: (.*)", text).groups() for text in told]
+    return zip(*events, strict=True)
+
+
+@pytest.mark.parametrize("steps", [1, 5])
+def test_each_event_inside_a_step_is_told_once_at_its_time(base, instances, steps):
+    held = {"motor_position": 0.3}
+    expected = simulate(MODELS["base"], [0.0, 0.5], [0.3, 0.3], tolerance=TOLERANCE).event_times
+    slave = instances(base.slave())
+    slave.begin(held, tolerance=TOLERANCE)
+    slave.log.clear()
+    for i in range(steps):
+        slave.advance(0.5 * i / steps, 0.5 / steps)
+    times, changes = _events_told(slave)
+    assert len(times) == len(expected) > 5
+    assert np.abs(np.array(times, float) - expected).max() < AGREEMENT
+    if steps == 1:
+        assert list(times) == [f"{time:.9g}" for time in expected]
+    assert changes[:3] == (
+        *("lower_spring.taut 0 -> 1", "upper_spring.taut 1 -> 0", "upper_spring.taut 0 -> 1"),
+    )
+
+
 def test_a_velocity_that_is_missing_is_told_once(fmus, instances):
     for name, start, warnings in (
         ("damped", {}, 1),
@@ -99,6 +127,48 @@ def test_a_spring_stretched_too_far_is_told_once_and_goes_on(base, instances):
     assert told[0].status == WARNING
     assert slave.get("overstretched")
     assert slave.get("time") == pytest.approx(0.3)
+
+
+def test_a_spring_stretched_too_far_inside_a_step_is_told(base, instances):
+    """From 10 ms to 0.1 s; at the end of the step nothing shows any more."""
+    slave = instances(base.slave())
+    slave.begin({"joint_velocity": 40.0})
+    assert slave.status(*slave.stepping(0.0, 0.11)) == WARNING
+    assert not slave.get("overstretched")
+    (told,) = [m for m in slave.log if m.category == "logStatusWarning"]
+    assert told.status == WARNING
+    assert "max_deflection" in told.text
+    assert 0.0 < float(re.search(r" at (\S+) s: ", told.text)[1]) < 0.1
+    assert slave.status(*slave.stepping(0.11, 0.01)) == OK
+
+
+@pytest.mark.parametrize("kind", ["slave", "model"])
+def test_damping_tuned_without_the_velocity_is_told_once(base, instances, kind):
+    """Between steps, or in event mode: from then on the model needs what is not connected."""
+    instance = instances(getattr(base, kind)())
+    instance.begin()
+
+    def go(i):
+        if kind == "slave":
+            return instance.status(*instance.stepping(0.1 * i, 0.1))
+        instance.iterate_events()
+        instance.fmu.enterEventMode()
+        return None
+
+    def warnings():
+        return [message for message in instance.log if message.category == "logStatusWarning"]
+
+    if kind == "model":
+        instance.fmu.enterEventMode()
+    go(0)
+    instance.set("link.damping", 0.2)  # needs no velocity of the motor
+    go(1)
+    assert warnings() == []
+    instance.set("transmission.upper_spring.damping", 30.0)
+    statuses = [go(i) for i in (2, 3, 4)]
+    assert statuses == ([WARNING, OK, OK] if kind == "slave" else [None] * 3)
+    (told,) = warnings()
+    assert "motor_velocity_connected" in told.text
 
 
 def test_a_tunable_parameter_changed_on_the_way_is_two_simulations(base, instances):

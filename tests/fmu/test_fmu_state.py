@@ -5,8 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmu_cases import BOTH, motion
+from refusals import check_refused
 
-from fmu_driver import ERROR
+from fmu_driver import DISCARD, ERROR
 
 pytestmark = BOTH
 
@@ -47,6 +48,25 @@ def test_replay_after_roll_back_is_the_same_to_the_bit(slave):
     slave.free_state(kept)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_state_set_shows_at_once(fmus, instances, kind, name):
+    """What is read next belongs to the state, not to what was read before."""
+    instance = instances(getattr(fmus(name), kind)())
+    instance.begin({"motor_position": 0.2})
+    taken, kept, data = instance.everything(), instance.get_state(), instance.snapshot()
+    for go_back in (lambda: instance.set_state(kept), lambda: instance.restore(data)):
+        if kind == "slave":
+            instance.advance(0.0, 0.1)
+        else:
+            instance.fmu.setTime(0.1)
+            instance.set("joint_velocity", 3.0)
+        moved = instance.everything()
+        assert moved["der(joint_velocity)"] != taken["der(joint_velocity)"]
+        go_back()
+        assert instance.everything() == taken
+    instance.free_state(kept)
+
+
 def test_serialised_state_goes_on_in_another_instance(fmus, instances, slave, name):
     _steps(slave, 0, 20)
     data = slave.snapshot()
@@ -67,6 +87,24 @@ def test_states_of_other_models_or_interfaces_are_refused(fmus, instances, slave
         assert stranger.log[-1].status == ERROR
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("other", ["damped", "effects"])
+def test_states_of_models_of_the_same_or_another_size_are_refused(fmus, instances, kind, other):
+    """The damped model has the effects of the base model, and other numbers."""
+    one, stranger = (instances(getattr(fmus(name), kind)()) for name in ("base", other))
+    function = stranger.call({2: "SetFMUstate", 3: "SetFMUState"}[stranger.version])
+    state, own = one.get_state(), stranger.get_state()
+    check_refused(stranger, *function, state, telling=["another model"])
+    data, expected = one.serialise(state), len(stranger.serialise(own))
+    assert (len(data) == expected) == (other == "damped")
+    with pytest.raises(FMICallException):
+        stranger.restore(data)
+    told = "another model" if other == "damped" else f"{expected} bytes, not {len(data)}"
+    assert told in stranger.log[-1].text
+    one.free_state(state)
+    stranger.free_state(own)
+
+
 def test_damaged_bytes_are_refused(slave):
     """One bit at any place."""
     data = slave.snapshot()
@@ -78,6 +116,7 @@ def test_damaged_bytes_are_refused(slave):
     assert slave.snapshot() == data
     with pytest.raises(FMICallException):
         slave.restore(data[:-1])
+    assert f"has {len(data)} bytes, not {len(data) - 1}" in slave.log[-1].text
 
 
 def test_interleaved_instances_do_not_disturb_each_other(fmus, instances, slave, name):
@@ -121,6 +160,25 @@ def test_reset_is_as_just_instantiated(fmus, instances, kind, name):
     assert instance.snapshot() != fresh
     instance.fmu.reset()
     assert instance.snapshot() == fresh
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_reset_forgets_rates_of_inputs_failures_and_jumps(fmus, instances, kind, name):
+    instance, fresh = (instances(getattr(fmus(name), kind)()) for _ in range(2))
+    instance.begin({"joint_velocity": 0.5})
+    if kind == "slave":
+        if instance.version == 2:
+            instance.set_rate("motor_position", 0.5)
+        instance.advance(0.0, 0.1)
+        instance.set("load_torque", 1.7e308)
+        assert instance.status(*instance.stepping(0.1, 0.1)) == DISCARD
+    instance.fmu.reset()
+    assert instance.snapshot() == fresh.snapshot()
+    for one in (instance, fresh):
+        one.begin({"motor_position": 0.1})
+        if kind == "slave":
+            one.advance(0.0, 0.1)
+    assert instance.everything() == fresh.everything()
 
 
 def test_reset_after_termination(slave):

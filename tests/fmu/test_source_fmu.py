@@ -52,7 +52,7 @@ def _simulate(fmu, kind="CoSimulation"):
     return simulate_fmu(str(fmu), fmi_type=kind, start_values=start, stop_time=0.5)
 
 
-def _agrees(fmu, unpacked):
+def check_agreement(fmu, unpacked):
     expected, found = _simulate(fmu), _simulate(unpacked)
     assert len(set(expected["slack_state"])) > 1
     for name in expected.dtype.names:
@@ -76,7 +76,7 @@ def test_a_plain_compiler_builds_them(fmu, unpacked):
         *(str(unpacked / "sources/library.c"), "-o", str(_binary(unpacked)), "-lm"),
     ]
     subprocess.run(command, check=True, capture_output=True)
-    _agrees(fmu, unpacked)
+    check_agreement(fmu, unpacked)
 
 
 @NO_COMPILER
@@ -87,7 +87,7 @@ def test_fmpy_builds_them(fmu, unpacked, tmp_path):
     work.mkdir()
     build_platform_binary(unpacked, work)
     assert binary.exists()
-    _agrees(fmu, unpacked)
+    check_agreement(fmu, unpacked)
 
 
 @NO_COMPILER
