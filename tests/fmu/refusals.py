@@ -6,6 +6,8 @@ from ctypes import c_void_p
 from elastic_tendon import compiler
 from fmu_driver import ERROR
 
+NOTHING = (c_void_p(),) * 12  # more arguments than any function has, all NULL or 0
+
 
 def check_refused(instance, function, *arguments, telling=()):
     """Error with one message that names the function and more, and nothing has changed."""
@@ -19,6 +21,13 @@ def check_refused(instance, function, *arguments, telling=()):
     assert instance.snapshot() == before
 
 
+def check_forbidden(instance, function, phase):
+    """A function is refused for the phase or the interface, not for arguments that are NULL."""
+    check_refused(instance, function, *NOTHING)
+    text = instance.log[-1].text
+    assert f"not allowed {phase}" in text or "not a call for an instance for" in text
+
+
 def check_set_refused(instance, name, value, *, suffix="", **expected):
     """Setting a variable to a value is refused."""
     check_refused(instance, *instance.setting([name], [value], suffix), **expected)
@@ -28,6 +37,3 @@ def functions_of_header(version):
     """Names of all functions that an FMU must have."""
     text = (compiler.fmi_headers() / f"fmi{version}Functions.h").read_text("utf-8")
     return re.findall(rf"\b(fmi{version}\w+);", text)
-
-
-NOTHING = (c_void_p(),) * 12  # more arguments than any function has, all NULL or 0

@@ -5,9 +5,30 @@ from math import inf, nan
 
 import pytest
 from fmpy.fmi2 import fmi2EventInfo
-from refusals import check_refused
+from refusals import check_forbidden, check_refused, functions_of_header
 
 from fmu_driver import DISCARD, OK, WARNING
+
+# functions, without fmi2, that no phase of life forbids
+ALWAYS = {
+    *("SetDebugLogging", "Reset", "GetFMUstate", "SetFMUstate", "FreeFMUstate"),
+    *("SerializedFMUstateSize", "SerializeFMUstate", "DeSerializeFMUstate"),
+}
+NO_INSTANCE = {"GetTypesPlatform", "GetVersion", "Instantiate", "FreeInstance"}
+TYPES = {"Real", "Integer", "Boolean", "String"}
+BEFORE_THE_START = {f"Set{one}" for one in TYPES} | {
+    *("SetupExperiment", "EnterInitializationMode", "SetRealInputDerivatives"),
+    "GetNominalsOfContinuousStates",
+}
+AFTER_THE_END = {f"Get{one}{end}" for one in TYPES for end in ("", "Status")} | {
+    *("GetStatus", "GetRealOutputDerivatives", "GetDirectionalDerivative", "GetDerivatives"),
+    *("GetContinuousStates", "GetNominalsOfContinuousStates", "GetEventIndicators"),
+}
+
+
+def _but(allowed):
+    names = {name.removeprefix("fmi2") for name in functions_of_header(2)}
+    return sorted(names - ALWAYS - NO_INSTANCE - allowed)
 
 
 @pytest.fixture(params=["slave", "model"])
@@ -43,6 +64,18 @@ def running(base, instances, kind):
 )
 def test_calls_out_of_place_are_refused(running, function, arguments):
     check_refused(running, function, *arguments)
+
+
+@pytest.mark.parametrize("function", _but(BEFORE_THE_START))
+def test_before_initialisation_is_refused(base, instances, kind, function):
+    instance = instances(getattr(base, kind)())
+    check_forbidden(instance, f"fmi2{function}", "before initialisation")
+
+
+@pytest.mark.parametrize("function", _but(AFTER_THE_END))
+def test_after_termination_is_refused(running, function):
+    running.fmu.terminate()
+    check_forbidden(running, f"fmi2{function}", "after termination")
 
 
 def test_the_status_of_the_last_step_can_be_asked_for(base, instances):

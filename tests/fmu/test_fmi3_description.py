@@ -120,7 +120,7 @@ def test_sizes_agree():
 @both_versions
 def test_only_what_an_event_changes_may_be_set_anew(version):
     """Friction that stops the joint takes its velocity to 0; no other state jumps."""
-    roots = (_root(()), _root(("coulomb_friction",), version))
+    roots = (_root((), version), _root(("coulomb_friction",), version))
     found = [
         [one.getparent().get("name") if version == 2 else one.get("name") for one in marked]
         for marked in (root.xpath("//*[@reinit='true']") for root in roots)

@@ -1,11 +1,18 @@
 """Illegal calls of functions that FMI 3.0 alone has, or has with other arguments."""
 
+import re
 from ctypes import byref, c_bool, c_double, c_size_t, c_uint
 from math import inf, nan
 
 import pytest
 from fmu_cases import FMI3
-from refusals import NOTHING, check_refused, check_set_refused, functions_of_header
+from refusals import (
+    NOTHING,
+    check_forbidden,
+    check_refused,
+    check_set_refused,
+    functions_of_header,
+)
 
 from fmu_driver import DISCARD, ERROR
 
@@ -16,6 +23,11 @@ ALWAYS = {
     *("SetDebugLogging", "Reset", "GetFMUState", "SetFMUState", "FreeFMUState"),
     *("SerializedFMUStateSize", "SerializeFMUState", "DeserializeFMUState"),
     *("GetNumberOfEventIndicators", "GetNumberOfContinuousStates"),
+}
+# functions of what the FMU does not have
+NEVER = {
+    *("ActivateModelPartition", "EnterConfigurationMode", "ExitConfigurationMode"),
+    *("EvaluateDiscreteStates", "GetNumberOfVariableDependencies", "GetVariableDependencies"),
 }
 NO_INSTANCE = {"GetVersion", "FreeInstance"}
 TYPES = {
@@ -43,20 +55,30 @@ def instance(base, instances, kind):
 
 def _but(allowed):
     names = [name.removeprefix("fmi3") for name in functions_of_header(3)]
-    refused = set(names) - ALWAYS - NO_INSTANCE - allowed
+    refused = set(names) - ALWAYS - NEVER - NO_INSTANCE - allowed
     return sorted(name for name in refused if "Instantiate" not in name)
 
 
 @pytest.mark.parametrize("function", _but(BEFORE_THE_START))
 def test_before_initialisation_is_refused(instance, function):
-    check_refused(instance, f"fmi3{function}", *NOTHING)
+    check_forbidden(instance, f"fmi3{function}", "before initialisation")
 
 
 @pytest.mark.parametrize("function", _but(AFTER_THE_END))
 def test_after_termination_is_refused(instance, function):
     instance.begin()
     instance.fmu.terminate()
+    check_forbidden(instance, f"fmi3{function}", "after termination")
+
+
+@pytest.mark.parametrize("function", sorted(NEVER))
+def test_what_is_not_there_is_refused_with_the_reason(instance, function):
+    told = "there are no|those of the last update|not for scheduled execution|are scalars"
     check_refused(instance, f"fmi3{function}", *NOTHING)
+    assert re.search(told, instance.log[-1].text)
+    instance.begin()
+    check_refused(instance, f"fmi3{function}", *NOTHING)
+    assert re.search(told, instance.log[-1].text)
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,9 @@ def test_binary_starts_with_the_values_of_the_description(fmus, instances, name)
 
 
 def test_derivatives_name_their_states(fmus, name):
-    for unknown in fmus(name).description.derivatives:
+    derivatives = fmus(name).description.derivatives
+    assert len(derivatives) == len(interface(MODELS[name].effect_ids).states)
+    for unknown in derivatives:
         assert unknown.variable.name == f"der({unknown.variable.derivative.name})"
 
 
