@@ -5,7 +5,7 @@ import pytest
 from fmu_cases import BOTH, FMI3, IMPLICIT_EFFECTS, motion
 
 from elastic_tendon.variables import interface
-from fmu_driver import ERROR
+from fmu_driver import DISCARD, ERROR
 
 RELATIVE = 1e-6  # central differences of a function that is linear but for products
 OUTPUTS = ["joint_torque", "deflection", "motor_torque", "upper_spring_force", "lower_spring_force"]
@@ -163,6 +163,22 @@ def test_pairs_without_a_derivative_are_refused(base, instances, unknown, known)
     with pytest.raises(Exception, match="GetDirectionalDerivative"):
         slave.derivative([unknown], [known], [1.0])
     assert slave.log[-1].status == ERROR
+
+
+@BOTH
+def test_derivatives_that_are_not_finite_are_discarded(fmus, instances):
+    """Where equations have no solution; forwards of the unknown, adjoint by the known."""
+    model = instances(fmus("implicit").model())
+    model.begin(START)
+    model.set("motor_position", 1e150)
+    pair = (["joint_torque"], ["joint_position"])
+    assert model.status(*model.differentiating(*pair)) == DISCARD
+    assert "derivative for joint_torque is not finite" in model.log[-1].text
+    if model.version == 3:
+        with pytest.raises(Exception, match="GetAdjointDerivative"):
+            model.adjoint(*pair, [1.0])
+        assert model.log[-1].status == DISCARD
+        assert "derivative for joint_position is not finite" in model.log[-1].text
 
 
 @FMI3

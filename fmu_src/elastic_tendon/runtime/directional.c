@@ -101,6 +101,16 @@ static Status check_seed(Instance *instance, const unsigned *reference, size_t n
   return STATUS_OK;
 }
 
+/* Results of a call, each with the variable that it belongs to. */
+static Status check_result(Instance *instance, const unsigned *reference, size_t n,
+                           const double *result) {
+  for (size_t i = 0; i < n; i++)
+    if (!isfinite(result[i]))
+      return report(instance, STATUS_DISCARD, "the derivative for %s is not finite",
+                    variables[reference[i]].name);
+  return STATUS_OK;
+}
+
 /* ---- calls ----------------------------------------------------------------------------------- */
 
 static Status directional(Instance *instance, const Pairs *pairs, const double *seed,
@@ -118,7 +128,7 @@ static Status directional(Instance *instance, const Pairs *pairs, const double *
   if (derive(instance, &of, direction, &change) != STATUS_OK) return STATUS_ERROR;
   for (size_t i = 0; i < pairs->n_unknowns; i++)
     result[i] = pick(&variables[pairs->unknown[i]], &change);
-  return STATUS_OK;
+  return check_result(instance, pairs->unknown, pairs->n_unknowns, result);
 }
 
 static Status output_rates(Instance *instance, const unsigned *output, size_t n, double *result) {
@@ -136,5 +146,5 @@ static Status output_rates(Instance *instance, const unsigned *output, size_t n,
   memcpy(direction + V_INPUTS, instance->view.u_rate, sizeof instance->view.u_rate);
   if (derive(instance, &of, direction, &change) != STATUS_OK) return STATUS_ERROR;
   for (size_t i = 0; i < n; i++) result[i] = pick(&variables[output[i]], &change);
-  return STATUS_OK;
+  return check_result(instance, output, n, result);
 }

@@ -18,5 +18,5 @@ static Status adjoint(Instance *instance, const Pairs *pairs, const double *seed
       sum += seed[i] * pick(&variables[pairs->unknown[i]], &change);
     result[j] = sum;
   }
-  return STATUS_OK;
+  return check_result(instance, pairs->known, pairs->n_knowns, result);
 }
