@@ -66,7 +66,7 @@ BAD_FIELDS: list[tuple[str, Any, str]] = [
     ("link/damping", -0.16, "-0.16 is outside"),
     ("link/dampling", 0.1, "did you mean damping?"),
     ("name", 3, "3 is not a text"),
-    ("name", "", "at least 1 character"),
+    ("name", "", "one line of text"),
     ("nmae", "x", "not known in a model.toml; did you mean name?"),
     ("zzz", "x", "known are name, transmission, link, effects, motor, uncertainty"),
     ("motor", {}, "missing; a number in kg.m2"),
