@@ -38,7 +38,7 @@ MACHINES = {
     "x86_64-linux": "linux X86_64",
     "aarch64-linux": "linux AARCH64",
     "x86_64-windows": "windows AMD64",
-    "x86_64-darwin": "darwin X86_64",
+    "x86_64-darwin": "darwin x86_64",
     "aarch64-darwin": "darwin ARM64",
 }
 OUTPUTS = ("joint_position", "joint_velocity", "joint_torque", "lower_spring_force")
