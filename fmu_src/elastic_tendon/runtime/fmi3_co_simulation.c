@@ -77,15 +77,15 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint,
                       fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime) {
   (void)noSetFMUStatePriorToCurrentPoint;
   Instance *instance = enter(c, "fmi3DoStep", STEP_MODE, CO_SIMULATION);
-  StepEnd end = {0};
+  int at_event = 0;
   if (!instance || !given(instance, eventHandlingNeeded, 1, "eventHandlingNeeded") ||
       !given(instance, terminateSimulation, 1, "terminateSimulation") ||
       !given(instance, earlyReturn, 1, "earlyReturn") ||
       !given(instance, lastSuccessfulTime, 1, "lastSuccessfulTime"))
     return fmi3Error;
-  const Status status = step(instance, currentCommunicationPoint, communicationStepSize, &end);
+  const Status status = step(instance, currentCommunicationPoint, communicationStepSize, &at_event);
   const double reached = instance->state.motion.time;
-  *eventHandlingNeeded = end.event;
+  *eventHandlingNeeded = at_event;
   *terminateSimulation = fmi3False;
   *earlyReturn = status <= STATUS_WARNING &&
                  reached < currentCommunicationPoint + communicationStepSize;

@@ -162,10 +162,7 @@ static Status iterate_events(Instance *instance, EventOutcome *outcome);
 
 /* Co-simulation: integrate from a communication point to exactly from + h, or to the event or the
  * wish of the importer that ends the step early. */
-typedef struct {
-  int event; /* which the importer shall handle */
-} StepEnd;
-static Status step(Instance *instance, double from, double h, StepEnd *end);
+static Status step(Instance *instance, double from, double h, int *at_event);
 
 /* Unknowns (outputs, derivatives) by knowns (inputs, states, and parameters that can be set now): the
  * derivative along the direction `seed` in the knowns. */

@@ -189,7 +189,7 @@ static Outcome advance_watched(Instance *instance, Span *span) {
   return outcome;
 }
 
-static Status step(Instance *instance, double from, double h, StepEnd *end) {
+static Status step(Instance *instance, double from, double h, int *at_event) {
   State *state = &instance->state;
   Solver *solver = &instance->solver;
   Span span = {from, from + h};
@@ -203,8 +203,8 @@ static Status step(Instance *instance, double from, double h, StepEnd *end) {
     if (outcome == SOLVED) solver->motion.time = span.end; /* also where h is below resolution */
     take_over(instance, &span);
   }
-  end->event = outcome == AT_EVENT;
-  const int done = outcome == SOLVED || outcome == AT_EVENT;
+  *at_event = outcome == AT_EVENT;
+  const int done = outcome == SOLVED || *at_event;
   state->phase = done ? STEP_COMPLETE : STEP_FAILED;
   if (done && state->judge_velocity && look(instance) == STATUS_OK) judge_velocity(instance);
   state->last_step = done ? instance->told : STATUS_DISCARD;
