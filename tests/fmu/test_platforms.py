@@ -150,20 +150,23 @@ def _qemu():
 
 
 EMULATORS = {"aarch64-linux": _qemu(), "x86_64-windows": _wine()}
-WINE = os.environ | {"WINEPREFIX": tempfile.mkdtemp(prefix="wine"), "WINEDEBUG": "-all"}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def wine():
-    """Make wine's folder before its first program starts, which sometimes finds it half made."""
+@pytest.fixture(scope="module")
+def wine(tmp_path_factory):
+    """Environment of wine, whose folder is made before its first program starts.
+
+    Else a program sometimes finds it half made.
+    """
+    prefix = tmp_path_factory.mktemp("wine")
+    environment = os.environ | {"WINEPREFIX": str(prefix), "WINEDEBUG": "-all"}
     if EMULATORS["x86_64-windows"]:
         boot = [*EMULATORS["x86_64-windows"], "wineboot", "--init"]
-        subprocess.run(boot, check=False, capture_output=True, env=WINE)
-    yield
-    shutil.rmtree(WINE["WINEPREFIX"], ignore_errors=True)
+        subprocess.run(boot, check=False, capture_output=True, env=environment)
+    return environment
 
 
-def _drive(fmu, version, platform, emulator, folder):
+def _drive(fmu, version, platform, emulator, folder, environment=None):
     """Outputs (steps, outputs) of the platform's binary, driven by a program of that platform."""
     description = read_model_description(str(fmu))
     references = {one.name: str(one.valueReference) for one in description.modelVariables}
@@ -184,7 +187,7 @@ def _drive(fmu, version, platform, emulator, folder):
         capture_output=True,
         check=False,
         text=True,
-        env=WINE,
+        env=environment,
     )
     assert run.returncode == 0, run.stderr
     rows = [
@@ -201,10 +204,10 @@ def here(fmu, version, tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", EMULATORS)
-def test_other_platforms_give_the_same_numbers(fmu, version, here, name, tmp_path):
+def test_other_platforms_give_the_same_numbers(fmu, version, here, name, wine, tmp_path):
     if EMULATORS[name] is None:
         pytest.skip(f"nothing is installed here that runs programs for {name}")
-    found = _drive(fmu, version, compiler.PLATFORMS[name], EMULATORS[name], tmp_path)
+    found = _drive(fmu, version, compiler.PLATFORMS[name], EMULATORS[name], tmp_path, wine)
     assert found.shape == (STEPS, len(OUTPUTS))
     assert here[:, OUTPUTS.index("lower_spring_force")].min() == 0.0  # it was slack at times
     scale = np.abs(here).max(axis=0)
