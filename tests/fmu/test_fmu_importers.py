@@ -226,16 +226,60 @@ def test_pythonfmu_flavour_keeps_states(flavour, instances):
     assert slave.everything() == first
 
 
-@pytest.mark.skipif(
-    sys.version_info >= (3, 13),
-    reason="pythonfmu 0.7 calls the logger with a Python error set, which Python 3.13 refuses",
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (lambda slave: slave.set("load_torque", float("nan")), "load_torque = nan"),
+        (lambda slave: slave.fmu.setReal([999], [0.0]), "999"),
+        (lambda slave: slave.fmu.getReal([999]), "999"),
+        (lambda slave: slave.restore(b"no state"), "state"),
+    ],
+    ids=["number", "set", "get", "state"],
 )
-def test_pythonfmu_flavour_refuses_nonsense(flavour, instances):
+def test_pythonfmu_flavour_refuses_nonsense(flavour, instances, wrong, told):
+    """By the log and by discarding what follows; see `pythonfmu_slave` for why not by a status."""
     slave = instances(flavour.slave(logging=True))
     slave.begin({"motor_position": 0.2})
-    with pytest.raises(Exception, match="fmi2SetReal"):
+    before = slave.everything()
+    wrong(slave)
+    assert [m.status for m in slave.log if told in m.text] == [ERROR]
+    assert slave.everything() == before
+    with pytest.raises(Exception, match="fmi2DoStep"):
+        slave.fmu.doStep(0.0, 0.1)
+    assert "failed before" in slave.log[-1].text
+    assert slave.everything() == before
+    slave.fmu.reset()
+    slave.begin({"motor_position": 0.2})
+    slave.fmu.doStep(0.0, 0.1)
+    assert slave.get("time") == 0.1
+
+
+BROKEN_MEMORY = """
+import gc, sys
+from fmu_driver import Fmu
+flavour = Fmu(sys.argv[1], sys.argv[2])
+for _ in range(20):
+    slave = flavour.slave(logging=True)
+    slave.begin({"motor_position": 0.2})
+    for _ in range(20):
         slave.set("load_torque", float("nan"))
-    assert [m.status for m in slave.log if "load_torque = nan" in m.text] == [ERROR]
+    slave.free()
+    gc.collect()
+print("alive")
+"""
+
+
+def test_pythonfmu_flavour_leaves_the_memory_whole_when_it_refuses(flavour, tmp_path):
+    """In a process of its own whose memory is checked."""
+    run = subprocess.run(
+        [sys.executable, "-c", BROKEN_MEMORY, str(flavour.path), str(tmp_path / "unpacked")],
+        env=os.environ | {"PYTHONMALLOC": "debug", "PYTHONPATH": str(Path(__file__).parents[1])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr[-2000:]
+    assert run.stdout.endswith("alive\n")
 
 
 def test_pythonfmu_flavour_leaves_the_importing_process_alone(tmp_path):

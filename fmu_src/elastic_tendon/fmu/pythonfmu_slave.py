@@ -3,9 +3,14 @@
 It knows no model. Variables and token come from description.xml, values from the library; both lie
 in the FMU's resources. It needs nothing but Python's own modules and pythonfmu, which is packed
 along.
+
+Once it exists it raises nothing: pythonfmu 0.7 releases a slave that raises, and again when it is
+freed, which breaks the memory of the importer. A call that fails is told to the logger as an error,
+changes nothing, and from then on every step is discarded until the slave is reset.
 """
 
 import ctypes
+import math
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
@@ -46,6 +51,7 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
         suffix = SUFFIXES.get(sys.platform, ".so")
         self._library = ctypes.CDLL(str(resources / f"elastic_tendon{suffix}"))
         self._library.fmi2Instantiate.restype = ctypes.c_void_p
+        self._failed = ""  # the first function that did
         self._callbacks = _Callbacks(logger=_Logger(self._log))
         self._instance = ctypes.c_void_p(
             self._library.fmi2Instantiate(
@@ -71,10 +77,10 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
         self.log(text, Fmi2Status(status), category.decode())
 
     def _call(self, function: str, *arguments: object) -> int:
-        """Status of a call of the library, OK, warning or discard; errors are raised."""
+        """Status of a call of the library; an error is remembered."""
         status: int = self._library[function](self._instance, *arguments)
         if status > DISCARD:
-            raise RuntimeError(f"{function} failed")
+            self._failed = self._failed or function
         return status
 
     # ---- experiment ----
@@ -99,7 +105,12 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
         self._call("fmi2ExitInitializationMode")
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """See fmi2DoStep; false where the step is discarded."""
+        """See fmi2DoStep; false where the step is discarded, also after any call that failed."""
+        if self._failed:
+            self.log(
+                f"no step: {self._failed} failed before", Fmi2Status.discard, "logStatusDiscard"
+            )
+            return False
         times = (ctypes.c_double(current_time), ctypes.c_double(step_size))
         return self._call("fmi2DoStep", *times, 1) <= WARNING
 
@@ -112,8 +123,9 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
     def _get(self, name: str, number: type, references: list[int]) -> list[float]:
         n = len(references)
         values = (number * n)()  # type: ignore[operator]
-        self._call(f"fmi2Get{name}", (ctypes.c_uint * n)(*references), ctypes.c_size_t(n), values)
-        return list(values)
+        arguments = ((ctypes.c_uint * n)(*references), ctypes.c_size_t(n), values)
+        failed = self._call(f"fmi2Get{name}", *arguments) > DISCARD
+        return [math.nan] * n if failed and number is ctypes.c_double else list(values)
 
     def _set(self, name: str, number: type, references: list[int], values: list[float]) -> None:
         n = len(references)
@@ -139,26 +151,28 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         self._set("Boolean", ctypes.c_int, vrs, [int(value) for value in values])
 
-    # ---- state: pythonfmu turns this dictionary into bytes by JSON ----
+    # ---- state: the library's own bytes, which it checks ----
 
-    def _get_fmu_state(self) -> dict[str, str]:
+    def _get_fmu_state(self) -> bytes:
         state, size = ctypes.c_void_p(), ctypes.c_size_t()
         self._call("fmi2GetFMUstate", ctypes.byref(state))
-        try:
-            self._call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
-            data = ctypes.create_string_buffer(size.value)
-            self._call("fmi2SerializeFMUstate", state, data, size)
-        finally:
-            self._call("fmi2FreeFMUstate", ctypes.byref(state))
-        return {"serialised": data.raw.hex()}
+        self._call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
+        data = ctypes.create_string_buffer(size.value)
+        self._call("fmi2SerializeFMUstate", state, data, size)
+        self._call("fmi2FreeFMUstate", ctypes.byref(state))
+        return data.raw
 
-    def _set_fmu_state(self, state: dict[str, str]) -> None:
-        data = bytes.fromhex(state["serialised"])
+    def _set_fmu_state(self, state: bytes) -> None:
         kept = ctypes.c_void_p()
-        self._call(
-            *("fmi2DeSerializeFMUstate", data, ctypes.c_size_t(len(data))), ctypes.byref(kept)
-        )
-        try:
+        size = ctypes.c_size_t(len(state))
+        if self._call("fmi2DeSerializeFMUstate", state, size, ctypes.byref(kept)) <= WARNING:
             self._call("fmi2SetFMUstate", kept)
-        finally:
             self._call("fmi2FreeFMUstate", ctypes.byref(kept))
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: bytes) -> bytes:
+        return state
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> bytes:
+        return state
