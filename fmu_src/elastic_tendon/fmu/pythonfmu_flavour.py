@@ -6,7 +6,8 @@ which pythonfmu ships its wrapper) and Python 3.11 or newer as the process that 
 the wrapper takes Python from there. No packages: pythonfmu packs itself into the FMU.
 
 Beside the plain FMU it lacks model exchange, directional derivatives and derivatives of inputs
-and outputs, which pythonfmu does not have.
+and outputs, which pythonfmu does not have; and a call that fails is told by the logger and by
+discarded steps, not by its status (`pythonfmu_slave` says why).
 """
 
 import shutil
