@@ -232,9 +232,11 @@ def test_pythonfmu_flavour_keeps_states(flavour, instances):
         (lambda slave: slave.set("load_torque", float("nan")), "load_torque = nan"),
         (lambda slave: slave.fmu.setReal([999], [0.0]), "999"),
         (lambda slave: slave.fmu.getReal([999]), "999"),
+        (lambda slave: slave.fmu.setString([999], ["text"]), "999"),
+        (lambda slave: slave.fmu.getString([999]), "999"),
         (lambda slave: slave.restore(b"no state"), "state"),
     ],
-    ids=["number", "set", "get", "state"],
+    ids=["number", "set", "get", "set string", "get string", "state"],
 )
 def test_pythonfmu_flavour_refuses_nonsense(flavour, instances, wrong, told):
     """By the log and by discarding what follows; see `pythonfmu_slave` for why not by a status."""

@@ -357,7 +357,7 @@ def _expressions(answer: Any, given: list[ca.SX]) -> Iterator[str]:
     for name, value in _values(answer):
         try:
             expression = ca.SX(value)
-        except NotImplementedError:
+        except NotImplementedError:  # so CasADi calls what is no expression
             yield f"return {_shown(value)} as {name}; an expression of symbols is expected"
             return
         if expression.shape != (1, 1):

@@ -13,6 +13,7 @@ import ctypes
 import math
 import sys
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 from pythonfmu import Fmi2Slave
@@ -21,6 +22,11 @@ from pythonfmu.enums import Fmi2Status
 CO_SIMULATION = 1
 WARNING, DISCARD = 1, 2
 SUFFIXES = {"win32": ".dll", "darwin": ".dylib"}
+_NO_VALUE: dict[type, Any] = {  # what an importer gets where the library refuses
+    ctypes.c_double: math.nan,
+    ctypes.c_int: 0,
+    ctypes.c_char_p: "",
+}
 
 _Logger = ctypes.CFUNCTYPE(
     *(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
@@ -120,16 +126,16 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
 
     # ---- variables ----
 
-    def _get(self, name: str, number: type, references: list[int]) -> list[float]:
+    def _get(self, name: str, kind: type, references: list[int]) -> list[Any]:
         n = len(references)
-        values = (number * n)()  # type: ignore[operator]
+        values = (kind * n)()  # type: ignore[operator]
         arguments = ((ctypes.c_uint * n)(*references), ctypes.c_size_t(n), values)
-        failed = self._call(f"fmi2Get{name}", *arguments) > DISCARD
-        return [math.nan] * n if failed and number is ctypes.c_double else list(values)
+        refused = self._call(f"fmi2Get{name}", *arguments) > DISCARD
+        return [_NO_VALUE[kind]] * n if refused else list(values)
 
-    def _set(self, name: str, number: type, references: list[int], values: list[float]) -> None:
+    def _set(self, name: str, kind: type, references: list[int], values: list[Any]) -> None:
         n = len(references)
-        array = (number * n)(*values)  # type: ignore[operator]
+        array = (kind * n)(*values)  # type: ignore[operator]
         self._call(f"fmi2Set{name}", (ctypes.c_uint * n)(*references), ctypes.c_size_t(n), array)
 
     def get_real(self, vrs: list[int]) -> list[float]:
@@ -142,6 +148,9 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         return [bool(value) for value in self._get("Boolean", ctypes.c_int, vrs)]
 
+    def get_string(self, vrs: list[int]) -> list[str]:
+        return self._get("String", ctypes.c_char_p, vrs)
+
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         self._set("Real", ctypes.c_double, vrs, values)
 
@@ -150,6 +159,9 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         self._set("Boolean", ctypes.c_int, vrs, [int(value) for value in values])
+
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        self._set("String", ctypes.c_char_p, vrs, [value.encode() for value in values])
 
     # ---- state: the library's own bytes, which it checks ----
 
