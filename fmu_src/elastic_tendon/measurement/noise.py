@@ -9,6 +9,7 @@ over the blocks counts. (The median of the differences themselves would not do: 
 quantised signal have few values.)
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import comb, sqrt
 from typing import Literal
@@ -31,10 +32,36 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Noise of one signal: one `sigma` in the signal's unit, and what kind it is."""
+    """Noise of one signal: what kind it is, how large, and how it was found.
+
+    `sigma` is the total standard deviation in the signal's unit, never zero; `correlation` is the
+    autocorrelation from one sample to the next, 0 for white noise.
+    """
 
     sigma: float
-    kind: Literal["white", "quantised"]
+    kind: Literal["white", "coloured", "quantised"]
+    method: Literal["repeated periods", "high frequencies"] = "high frequencies"
+    correlation: float = 0.0
+
+
+def noise_floors(
+    time: Array, inputs: Mapping[str, Array], signals: Mapping[str, Array]
+) -> dict[str, NoiseFloor]:
+    """Noise floor of every signal of a recording.
+
+    Parameters
+    ----------
+    time : (n,) array, s, strictly increasing; n >= 10
+    inputs : name -> (n,) array, any unit; motor position and load: where they repeat, so must
+        the signals, up to their noise
+    signals : name -> (n,) array, any unit
+
+    Returns
+    -------
+    dict, name of a signal -> NoiseFloor
+    """
+    del time, inputs
+    return {name: noise_sigma(values) for name, values in signals.items()}
 
 
 def noise_sigma(signal: Array) -> NoiseFloor:
