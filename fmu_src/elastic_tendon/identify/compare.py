@@ -1,8 +1,7 @@
-"""Compare a model with measurements: how large is the error, and where does it lie."""
+"""Compare a model with measurements: how large is the error, over all and in each slack state."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,16 +14,16 @@ from elastic_tendon.identify.residuals import (
     rms,
     simulate_measurement,
 )
-from elastic_tendon.identify.where import Bin, where_it_fails
-from elastic_tendon.measurement import Measurement, NoiseFloor, noise_sigma
+from elastic_tendon.measurement import Measurement, NoiseFloor
 from elastic_tendon.parameters import Model
 
-SCHEMA = "elastic-tendon/comparison/1"
+# by the number of `transmission.SlackState`
+SLACK_STATES = {1: "I", 2: "II", 3: "III", 4: "both slack"}
 
 
 @dataclass(frozen=True)
-class SignalError:
-    """Error of one signal in one recording, simulated less measured, in the signal's unit.
+class ErrorFigures:
+    """Error of one signal over `count` samples, simulated less measured, in the signal's unit.
 
     `fit_percent` is 100 (1 - ||y - y_sim|| / ||y - mean(y)||), None where the signal is constant;
     `noise_ratio` is `rmse` over the noise floor.
@@ -32,11 +31,21 @@ class SignalError:
 
     rmse: float
     max_abs: float
-    fit_percent: float | None
     bias: float
+    fit_percent: float | None
     noise_ratio: float
+    count: int
+
+
+@dataclass(frozen=True)
+class SignalError(ErrorFigures):
+    """Error of one signal in one recording, also by the slack state in which the model is.
+
+    `slack_states` holds the states that occur, by the names "I", "II", "III" and "both slack".
+    """
+
     noise: NoiseFloor
-    where: tuple[Bin, ...]
+    slack_states: Mapping[str, ErrorFigures]
 
 
 @dataclass(frozen=True)
@@ -66,8 +75,7 @@ class Comparison:
         sums: dict[str, list[tuple[float, int]]] = {}
         for file in self.files:
             for name, error in file.signals.items():
-                entry = (quantity(error) ** 2, len(file.measurement.time))
-                sums.setdefault(name, []).append(entry)
+                sums.setdefault(name, []).append((quantity(error) ** 2, error.count))
         return {
             name: float(np.sqrt(sum(v * n for v, n in entries) / sum(n for _, n in entries)))
             for name, entries in sums.items()
@@ -81,22 +89,6 @@ class Comparison:
         """RMS error over RMS noise floor of all files, by signal."""
         floor = self.pooled(lambda error: error.noise.sigma)
         return {name: value / floor[name] for name, value in self.rmse().items()}
-
-    def to_json(self) -> dict[str, Any]:
-        """The contract ``elastic-tendon/comparison/1``."""
-        return {
-            "schema": SCHEMA,
-            "model": self.model.name,
-            "files": [
-                {
-                    "name": file.measurement.name,
-                    "notes": list(file.measurement.notes),
-                    "initial_state": file.initial_state.as_dict(),
-                    "signals": {name: asdict(error) for name, error in file.signals.items()},
-                }
-                for file in self.files
-            ],
-        }
 
 
 def compare(model: Model, measurements: Sequence[Measurement]) -> Comparison:
@@ -124,27 +116,39 @@ def _compare_one(model: Model, measurement: Measurement) -> FileComparison:
     initial = estimate_initial_state(model, measurement)
     trajectory = simulate_measurement(model, measurement, initial)
     errors = residuals_of(trajectory, measurement)
+    states = np.rint(trajectory["slack_state"])
     return FileComparison(
         measurement=measurement,
         initial_state=initial,
         trajectory=trajectory,
         signals={
-            name: _signal_error(error, measurement.signals[name], trajectory)
+            name: _signal_error(error, measurement.signals[name], states, measurement.noise[name])
             for name, error in errors.items()
         },
     )
 
 
-def _signal_error(error: Array, measured: Array, trajectory: Trajectory) -> SignalError:
-    noise = noise_sigma(measured)
+def _signal_error(error: Array, measured: Array, states: Array, noise: NoiseFloor) -> SignalError:
+    masks = {name: states == number for number, name in SLACK_STATES.items()}
+    return SignalError(
+        **vars(_figures(error, measured, noise)),
+        noise=noise,
+        slack_states={
+            name: _figures(error[mask], measured[mask], noise)
+            for name, mask in masks.items()
+            if mask.any()
+        },
+    )
+
+
+def _figures(error: Array, measured: Array, noise: NoiseFloor) -> ErrorFigures:
     rmse = rms(error)
     spread = float(np.linalg.norm(measured - np.mean(measured)))
-    return SignalError(
+    return ErrorFigures(
         rmse=rmse,
         max_abs=float(np.max(np.abs(error))),
-        fit_percent=100.0 * (1.0 - float(np.linalg.norm(error)) / spread) if spread > 0 else None,
         bias=float(np.mean(error)),
+        fit_percent=100.0 * (1.0 - float(np.linalg.norm(error)) / spread) if spread > 0 else None,
         noise_ratio=rmse / noise.sigma,
-        noise=noise,
-        where=where_it_fails(error, trajectory, noise.sigma),
+        count=len(error),
     )
