@@ -2,12 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.interpolation import Interpolation
+from elastic_tendon.measurement.noise import NoiseFloor, noise_floors
+from elastic_tendon.measurement.preparation import (
+    Preparation,
+    check_preparation,
+    preparation_json,
+)
 
 Array = NDArray[np.float64]
 
@@ -29,7 +36,9 @@ class Measurement:
         ``motor_torque`` (N·m) where measured
     load_torque : (n,) array, N·m on the joint, or None: none acts
     interpolation : of motor position and load between the samples, as in `compiled.simulate`
-    notes : what was ignored or converted on reading, one sentence each
+    notes : what was ignored, converted, split or averaged on reading, one sentence each
+    static : a static curve: the motor is held at 0 and the load passes through it slowly
+    preparation : what made these samples of the file; reading it so gives them again
     """
 
     name: str
@@ -39,6 +48,19 @@ class Measurement:
     load_torque: Array | None = None
     interpolation: Interpolation = "linear"
     notes: tuple[str, ...] = field(default=())
+    static: bool = False
+    preparation: Preparation = field(default_factory=Preparation)
+
+    @cached_property
+    def inputs(self) -> dict[str, Array]:
+        """What drives the model: motor position and, where one acts, load torque."""
+        inputs = {"motor_position": self.motor_position}
+        return inputs if self.load_torque is None else inputs | {"load_torque": self.load_torque}
+
+    @cached_property
+    def noise(self) -> Mapping[str, NoiseFloor]:
+        """Noise floor of each signal."""
+        return noise_floors(self.time, self.inputs, self.signals)
 
     def shares_samples(self, other: "Measurement") -> bool:
         """Whether the two are of one recording and overlap in time: equal at all common times."""
@@ -55,6 +77,56 @@ class Measurement:
             motor_position=self.motor_position[keep],
             signals={name: values[keep] for name, values in self.signals.items()},
             load_torque=None if self.load_torque is None else self.load_torque[keep],
+        )
+
+    def shifted(self, shifts: Mapping[str, float]) -> "Measurement":
+        """Take back by how much sensors are late.
+
+        The samples of the joint position are kept as they are, at earlier times; the others are
+        brought to these times linearly, so that what is compared keeps its noise.
+
+        Parameters
+        ----------
+        shifts : name of an input or signal -> s; what it shows at t it recorded at t + shift
+
+        Returns
+        -------
+        Measurement over the time that all signals have in common; its preparation says so
+
+        Raises
+        ------
+        MeasurementError : fewer than ten samples are left, or a signal is not there
+        """
+        held = self.inputs | dict(self.signals)
+        for name in shifts:
+            if name not in held:
+                raise MeasurementError(f"{self.name}: {name} was not measured and has no shift")
+        reference = shifts.get("joint_position", 0.0)
+        late = {name: shifts.get(name, 0.0) - reference for name in held}
+        lower = self.time[0] - min(0.0, *late.values())
+        upper = self.time[-1] - max(0.0, *late.values())
+        keep = (self.time >= lower) & (self.time <= upper)
+        if np.count_nonzero(keep) < MINIMUM_SAMPLES:
+            raise MeasurementError(
+                f"{self.name}: shifted by {max(map(abs, late.values())):g} s, signals have "
+                f"{np.count_nonzero(keep)} samples in common and need {MINIMUM_SAMPLES}"
+            )
+        at = self.time[keep]
+        moved = {
+            name: values[keep]
+            if late[name] == 0.0
+            else np.interp(at + late[name], self.time, values)
+            for name, values in held.items()
+        }
+        tree = preparation_json(self.preparation)
+        tree["time_shift"] = self.preparation.time_shift | dict(shifts)
+        return replace(
+            self,
+            time=at - reference,
+            motor_position=moved["motor_position"],
+            load_torque=moved.get("load_torque"),
+            signals={name: moved[name] for name in self.signals},
+            preparation=check_preparation(tree, self.name),
         )
 
     def window(self, start: float | None, end: float | None) -> "Measurement":
