@@ -42,6 +42,7 @@ _MAP = re.compile(
 
 # field -> what it may hold
 _WANTED = {
+    "": "a table with columns, time_shift, resample, window or runs",
     "columns": "a table such as [columns.joint_position]",
     "column": "the name of a column",
     "unit": 'a unit such as "deg"',
@@ -49,7 +50,7 @@ _WANTED = {
     "scale": "a number",
     "offset": "a number in the SI unit of the signal",
     "remove_offset": '"start" or "mean"',
-    "time_shift": 'a table of signals with a number of seconds each, or "auto",',
+    "time_shift": 'a number of seconds for each signal, or "auto",',
     "resample": "a step in s, above 0,",
     "window": "a list of two times in s such as [3.3, 15.0]",
     "runs": "a list of values of the column run such as [1, 3]",
@@ -242,12 +243,12 @@ def check_preparation(tree: object, source: str) -> Preparation:
         where = f"[{'.'.join(location[:-1])}]" if len(location) > 1 else "a preparation"
         sentence = unknown_key(path, location[-1], table.model_fields, where)
     else:
-        field = next(name for name in reversed(location) if name in _WANTED)
-        # what follows the field is the place in a list, or which of two types was tried
-        path = ".".join(location[: len(location) - location[::-1].index(field)])
-        if field == "time_shift":
-            path = ".".join(location[:2])
-        sentence = f"{path}: {found['input']!r} is found where {_WANTED[field]} is expected"
+        # what follows is the place in a list, or which of two types was tried
+        location = location[: {"columns": 3, "time_shift": 2}.get("".join(location[:1]), 1)]
+        field = next((name for name in reversed(location) if name in _WANTED), "")
+        value = list(found["input"]) if isinstance(found["input"], tuple) else found["input"]
+        sentence = f"{value!r} is found where {_WANTED[field]} is expected"
+        sentence = ": ".join([*filter(None, [".".join(location)]), sentence])
     raise MeasurementError(f"{source}: {sentence}")
 
 
