@@ -22,7 +22,7 @@ from elastic_tendon.parameters import (
     typical_value,
 )
 
-BUNDLED = ("bench_actuator", "biorob_x4_joint_3", "figure_7", "figure_8")
+BUNDLED = ("bench_actuator", "biorob_x4_joint_3", "figure_7", "figure_8", "mrd_jaw")
 ALL_EFFECTS = tuple(effect.id for effect in effects.CATALOGUE)
 EXCLUDED = ("stribeck_friction", "lugre_friction")  # by coulomb_friction
 COMPATIBLE = tuple(effect_id for effect_id in ALL_EFFECTS if effect_id not in EXCLUDED)
