@@ -1,10 +1,13 @@
 """What every format gives: groups of columns with common rows, read in chunks, unconverted."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
@@ -71,21 +74,70 @@ class Source(Protocol):
         """
 
 
-def silent(text: str, share: float) -> None:  # noqa: ARG001 - a `Report` that nobody reads
+def silent(text: str, share: float) -> None:
     """Report to nobody."""
 
 
-def damaged(path: Path, kind: str) -> MeasurementError:
-    """Say that a file begins like one of its kind and cannot be read."""
-    return MeasurementError(f"{path.name}: this {kind} is damaged or not complete; export it again")
+@contextmanager
+def refusing_damage(path: Path, kind: str) -> Iterator[None]:
+    """Say in one sentence that a file begins like one of its kind and cannot be read.
+
+    Around a library's calls only: on a damaged file libraries raise whatever they stumble over.
+    """
+    try:
+        yield
+    except MeasurementError:
+        raise
+    except Exception as error:
+        raise MeasurementError(
+            f"{path.name}: this {kind} is damaged or not complete; export it again"
+        ) from error
 
 
-def missing_library(path: Path, kind: str) -> MeasurementError:
-    """Say how to install what reads a kind of file."""
-    return MeasurementError(
-        f"{path.name}: reading {kind} needs a library that is not installed; "
-        'pip install "elastic-tendon[formats]"'
+def check_columns(path: Path, groups: Sequence[Group]) -> tuple[Group, ...]:
+    """Pass on the groups of a file that has columns to choose from, by names that tell them apart.
+
+    Raises
+    ------
+    MeasurementError : there is no column, there are too many, or two of a group share a name
+    """
+    count = sum(len(group.columns) for group in groups)
+    if not count:
+        raise MeasurementError(
+            f"{path.name}: it holds no columns of numbers; it needs one array for each signal"
+        )
+    if count > MAXIMUM_COLUMNS:
+        raise MeasurementError(too_many_columns(path, f"{count}"))
+    for group in groups:
+        name, times = Counter(group.columns).most_common(1)[0]
+        if times > 1:
+            places = [str(i + 1) for i, column in enumerate(group.columns) if column == name]
+            raise MeasurementError(
+                f"{path.name}: columns {' and '.join(places)} are both called {name}; "
+                "rename all but one"
+            )
+    return tuple(groups)
+
+
+def too_many_columns(path: Path, count: str) -> str:
+    """Sentence that refuses a file with too many columns."""
+    return (
+        f"{path.name}: it has {count} columns and may have {MAXIMUM_COLUMNS}; save time and the "
+        "signals that are needed"
     )
+
+
+def as_numbers(values: NDArray[Any]) -> NDArray[Any]:
+    """Numbers and truth values as doubles, all else as objects."""
+    return values.astype(np.float64 if values.dtype.kind in "buif" else object, copy=False)
+
+
+def row_ranges(rows: int, path: Path, report: Report) -> Iterator[slice]:
+    """Rows of one chunk after the other; reports the share of them that is read."""
+    for start in range(0, rows, CHUNK_ROWS):
+        stop = min(start + CHUNK_ROWS, rows)
+        yield slice(start, stop)
+        report(reading(path), stop / rows)
 
 
 def reading(path: Path) -> str:
