@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from elastic_tendon.identify.bins import Bin
-from elastic_tendon.identify.compare import Comparison
-from elastic_tendon.identify.missing_torque import MissingTorque, Report
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.identify.bins import Bin, bins_of, partitions
+from elastic_tendon.identify.compare import Comparison, FileComparison
+from elastic_tendon.identify.in_words import Evidence, in_words
+from elastic_tendon.identify.missing_torque import MissingTorque, Report, missing_torque
+from elastic_tendon.identify.residuals import Array, residuals_of
+from elastic_tendon.parameters import Model
 
 
 @dataclass(frozen=True)
@@ -44,4 +46,37 @@ def locate(comparison: Comparison, report: Report = lambda _text, _share: None) 
     -------
     Location
     """
-    raise NotImplementedError
+    count = len(comparison.files)
+
+    def told(text: str, share: float) -> None:
+        report(f"{file.measurement.name}: {text}", (index + share) / count)
+
+    files = []
+    for index, file in enumerate(comparison.files):
+        files.append(_locate_one(comparison.model, file, told))
+    return Location(tuple(files))
+
+
+def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocation:
+    measurement = file.measurement
+    missing, variables = missing_torque(model, file, report)
+    report("where the error lies", 0.9)
+    parts = partitions(variables, model, static=measurement.static)
+    residuals = residuals_of(file.trajectory, measurement)
+    bins = {
+        name: bins_of(
+            residual, measurement.time, parts, file.signals[name].noise, static=measurement.static
+        )
+        for name, residual in residuals.items()
+    }
+    return FileLocation(
+        bins=bins,
+        in_words={
+            name: in_words(
+                Evidence(name, residual, file.signals[name], bins[name], missing, variables, parts)
+            )
+            for name, residual in residuals.items()
+        },
+        missing_torque=missing,
+        variables=variables,
+    )
