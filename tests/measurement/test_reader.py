@@ -7,7 +7,6 @@ import pytest
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import read_measurement
-from elastic_tendon.measurement.columns import parse_map
 
 HEADER = "time_s,motor_position_rad,joint_position_rad"
 ROWS = [f"{0.01 * i:.2f},{0.1 * i:.1f},{0.2 * i:.1f}" for i in range(12)]
@@ -57,41 +56,10 @@ def test_units_by_suffix(write) -> None:
     assert run.load_torque[2] == pytest.approx(0.002)
 
 
-@pytest.mark.parametrize(
-    ("item", "factor", "offset"),
-    [
-        ("joint_position=q", 1.0, 0.0),
-        ("joint_position=q:deg", np.pi / 180, 0.0),
-        ("joint_position=q*-0.5+0.25", -0.5, 0.25),
-        ("joint_position=q:mrad*16-1e-2", 16e-3, -0.01),
-        ("load_torque=F:mN.m", 1e-3, 0.0),
-        ("motor_velocity=w:rad/s", 1.0, 0.0),
-    ],
-)
-def test_map_item(item: str, factor: float, offset: float) -> None:
-    column = parse_map(item)
-    assert column.name in {"q", "F", "w"}
-    assert column.factor == pytest.approx(factor)
-    assert column.offset == pytest.approx(offset)
-
-
 def test_map_takes_sign_scale_and_offset(write) -> None:
     lines = [HEADER.replace("joint_position_rad", "enc 2"), *ROWS]
     run = read_measurement(write(*lines), ["joint_position=enc 2*-2+1"])
     assert run.signals["joint_position"][1] == pytest.approx(1.0 - 2.0 * 0.2)
-
-
-@pytest.mark.parametrize(
-    ("item", "fragment"),
-    [
-        ("joint_position", "write it as signal=column"),
-        ("elbow=q", "there is no signal 'elbow'; choose one of time"),
-        ("joint_position=q:furlong", "'furlong' is no unit of joint_position; choose one of rad"),
-    ],
-)
-def test_bad_map_item(item: str, fragment: str) -> None:
-    with pytest.raises(MeasurementError, match=fragment):
-        parse_map(item)
 
 
 @pytest.mark.parametrize(
@@ -107,7 +75,7 @@ def test_window(write, window: str, first: float, last: float) -> None:
 
 BAD_FILES = {
     "empty": ([], "the file is empty; it needs a header"),
-    "header only": ([HEADER], "it holds no samples below the header and needs at least 10"),
+    "header only": ([HEADER], "it holds a header and no samples"),
     "too short": ([HEADER, *ROWS[:4]], "it holds 4 samples"),
     "missing column": (
         ["time_s,theta,q", *ROWS],
@@ -116,7 +84,7 @@ BAD_FILES = {
     ),
     "semicolons": (
         [line.replace(",", ";") for line in (HEADER, *ROWS)],
-        "its columns are separated by semicolons, save it with commas",
+        "separated by semicolons; save it with commas",
     ),
     "text": (
         [HEADER, *ROWS[:3], "0.03,oops,1", *ROWS[4:]],
@@ -126,10 +94,10 @@ BAD_FILES = {
     "blank line": ([HEADER, *ROWS[:3], "", *ROWS[3:]], "time_s, row 5 holds no number"),
     "infinite": ([HEADER, *ROWS[:3], "0.03,1,inf", *ROWS[4:]], "row 5 holds 'inf'"),
     "repeated time": (
-        [HEADER, *ROWS[:3], ROWS[2], *ROWS[3:]],
-        r"the time does not increase at row 5 \(0.02 s after 0.02 s\)",
+        [HEADER, *ROWS[:3], "0.02,7,7", *ROWS[3:]],
+        r"the time does not increase at row 5 \(0.02 s again, with another motor_position_rad\); drop",
     ),
-    "ragged": ([HEADER, *ROWS[:3], "1,2,3,4,5", *ROWS[4:]], r"not a table of .*line 5"),
+    "ragged": ([HEADER, *ROWS[:3], "1.5,2.5,3.5,4.5", *ROWS[4:]], "row 5"),
     "twice": (
         [f"{HEADER},joint_position_deg", *[f"{row},1" for row in ROWS]],
         "joint_position comes twice, as joint_position_rad and joint_position_deg",

@@ -1,34 +1,29 @@
 """Which column of a file is which signal, and how its unit becomes SI."""
 
+import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import pi
 
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement.formats.base import Group
+from elastic_tendon.measurement.preparation import DIMENSIONS, Preparation, SignalColumn
+from elastic_tendon.measurement.units import EXAMPLES, USUAL, parse_unit, usual_name
 
-ANGLE = {"rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0}
-TORQUE = {"Nm": 1.0, "mNm": 1e-3}
-TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
-SPEED = {"rad_per_s": 1.0, "deg_per_s": pi / 180.0, "rpm": 2.0 * pi / 60.0}
+STATIC = ("joint_deflection", "joint_torque")
+RUN = "run"
+# read by nobody: the motor position is differentiated instead
+_UNUSED = "motor_velocity"
+_MOST_NAMES = 12  # columns that a sentence names
 
-# signal -> factor to SI of every unit it may come in; the first is the contract's own
-UNITS: dict[str, dict[str, float]] = {
-    "time": TIME,
-    "motor_position": ANGLE,
-    "joint_position": ANGLE,
-    "load_torque": TORQUE,
-    "joint_torque": TORQUE,
-    "motor_torque": TORQUE,
-    "motor_velocity": SPEED,
-}
-REQUIRED = ("time", "motor_position", "joint_position")
-
-_NUMBER = r"[0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?"
-_MAP = re.compile(
-    rf"(?P<signal>\w+)=(?P<column>.+?)(?::(?P<unit>[A-Za-z_./]+))?"
-    rf"(?:\*(?P<scale>[+-]?{_NUMBER}))?(?P<offset>[+-]{_NUMBER})?"
+_NAMED = re.compile(
+    rf"(?P<measured>measured_)?(?P<signal>{'|'.join(DIMENSIONS)})"
+    r"(?:_(?P<suffix>\S+)|\s*[\[(](?P<bracket>[^\[\]()]*)[\])])?"
 )
+_BRACKET = re.compile(r".*[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
+_SUFFIX = re.compile(r".*?_(?P<unit>[A-Za-z]+(?:_per_[A-Za-z]+)?)")
+# what may be a unit in a name: "cmd_Nm" is more than one
+_UNIT_SUFFIX = re.compile(r"[A-Za-z]+(?:_per_[A-Za-z]+)?")
 
 
 @dataclass(frozen=True)
@@ -36,122 +31,323 @@ class Column:
     """A column of a file and its way to SI: ``signal = column * factor + offset``."""
 
     signal: str
+    group: str
     name: str
-    factor: float = 1.0
-    offset: float = 0.0
+    prepared: SignalColumn
+    factor: float
+
+    @property
+    def label(self) -> str:
+        """Name by which a preparation finds the column."""
+        return _label(self.group, self.name)
+
+    def note(self) -> str | None:
+        """What was done to the column, None where it is taken as it stands."""
+        done = self.prepared
+        usual = next(iter(USUAL[DIMENSIONS[self.signal]]))
+        steps = [f" in {done.unit}"] if done.unit != usual else []
+        if done.sign * done.scale != 1.0:
+            steps.append(f", times {done.sign * done.scale:g}")
+        if done.offset != 0.0:
+            steps.append(f", plus {done.offset:g}")
+        if not steps and self.name in (f"{self.signal}_{usual}", f"measured_{self.signal}_{usual}"):
+            return None
+        return f"{self.signal} was read from {self.label}{''.join(steps)}"
 
 
-def parse_map(text: str) -> Column:
-    """Read one ``--map`` item, ``signal=column[:unit][*scale][+offset]``.
+@dataclass(frozen=True)
+class Layout:
+    """What is read of a file.
 
     Parameters
     ----------
-    text : str; `scale` may be negative (a sign) or a gear ratio, `offset` is in the signal's SI
-        unit and is added last
+    signals : one column for each signal but the time
+    times : group -> its time; empty for a static curve
+    runs : groups with a column ``run``
+    notes : what is not used, and what is converted
+    """
+
+    signals: tuple[Column, ...]
+    times: Mapping[str, Column]
+    runs: frozenset[str]
+    notes: tuple[str, ...]
+
+    @property
+    def static(self) -> bool:
+        """Whether it is a static curve: deflection and torque without time."""
+        return not self.times
+
+    def of_group(self, group: str) -> tuple[Column, ...]:
+        """Signals that one group holds."""
+        return tuple(column for column in self.signals if column.group == group)
+
+
+def find_layout(
+    groups: Sequence[Group], preparation: Preparation, source: str, *, joint_required: bool = True
+) -> Layout:
+    """Decide which column of a file is which signal.
+
+    A signal that the preparation names takes its column; any other is found by its own name with
+    a unit, such as ``time_s``, ``joint_position_deg`` or ``joint_position [deg]``. A column that
+    says it is measured, such as ``measured_joint_position_rad``, comes before one that does not.
+
+    Parameters
+    ----------
+    groups : what the file holds
+    preparation : Preparation
+    source : str; name of the file for messages
+    joint_required : false where only the motor's motion and the load are wanted
 
     Returns
     -------
-    Column
+    Layout
 
     Raises
     ------
-    MeasurementError : the item is misspelt, or its signal or unit is not known
+    MeasurementError : a signal is missing or comes twice, or its unit is not known
     """
-    match = _MAP.fullmatch(text.strip())
-    if match is None:
-        raise MeasurementError(
-            f"--map {text!r}: write it as signal=column[:unit][*scale][+offset], "
-            "for example joint_position=encoder_2:deg*-1"
+    search = _Search(groups, preparation, source)
+    if search.is_static():
+        found = [search.one(signal, required=True) for signal in STATIC]
+        times = {}
+    else:
+        required = ["motor_position", *(["joint_position"] if joint_required else [])]
+        search.check_time(required)
+        found = [
+            search.one(signal, required=signal in required)
+            for signal in DIMENSIONS
+            if signal not in ("time", "joint_deflection")
+        ]
+        used = {column.group for column in found if column is not None}
+        times = {group: search.time(group) for group in sorted(used)}
+    signals = tuple(one for one in found if one is not None and one.signal != _UNUSED)
+    runs = frozenset(
+        group.name
+        for group in groups
+        if RUN in group.columns and any(one.group == group.name for one in signals)
+    )
+    notes = _notes(groups, [*times.values(), *signals], runs)
+    return Layout(signals, times, runs, notes)
+
+
+class _Search:
+    """Columns of a file by the signal that they say they are."""
+
+    def __init__(self, groups: Sequence[Group], preparation: Preparation, source: str) -> None:
+        self.groups = {group.name: group for group in groups}
+        self.preparation = preparation
+        self.source = source
+        self.named: dict[tuple[str, bool], list[tuple[str, str, str | None]]] = {}
+        for group in groups:
+            for name in group.columns:
+                if match := _NAMED.fullmatch(name.strip()):
+                    key = match["signal"], match["measured"] is not None
+                    place = (group.name, name, match["suffix"])
+                    self.named.setdefault(key, []).append(place)
+
+    def is_static(self) -> bool:
+        """Whether there are a deflection and a torque, and neither time nor motor."""
+        return all(map(self._mentioned, STATIC)) and not any(
+            map(self._mentioned, ("time", "motor_position"))
         )
-    signal, unit = match["signal"], match["unit"]
-    if signal not in UNITS:
-        raise MeasurementError(
-            f"--map {text!r}: there is no signal {signal!r}; choose one of {', '.join(UNITS)}"
+
+    def check_time(self, required: Sequence[str]) -> None:
+        """Refuse a file without time, and a static curve that has one."""
+        if not self._mentioned("time"):
+            raise self._missing("time")
+        if all(map(self._mentioned, STATIC)) and not self._mentioned("motor_position"):
+            raise MeasurementError(
+                f"{self.source}: there are a deflection and a torque beside the time, but no "
+                f"motor position; name it with --map {required[0]}=COLUMN, or, where the motor was "
+                "held, save the file without the time to have it read as a static curve"
+            )
+
+    def one(self, signal: str, *, required: bool) -> Column | None:
+        """Find the column of a signal.
+
+        Raises
+        ------
+        MeasurementError : it is required and missing, comes twice, or in no known unit
+        """
+        mapped = self.preparation.columns.get(signal)
+        if mapped is not None and mapped.column is not None:
+            found = self._mapped(signal, mapped, mapped.column)
+        elif signal == _UNUSED:
+            return None
+        else:
+            found = self._by_name(signal, self.groups)
+        if len(found) > 1:
+            names = " and ".join(column.label for column in found)
+            raise MeasurementError(
+                f"{self.source}: {signal} comes twice, as {names}; choose with "
+                f"--map {signal}=COLUMN"
+            )
+        if not found and (required or mapped is not None):
+            raise self._missing(signal)
+        return found[0] if found else None
+
+    def time(self, group: str) -> Column:
+        """Find the time of a group.
+
+        Raises
+        ------
+        MeasurementError : it is missing, comes twice, or in no known unit
+        """
+        mapped = self.preparation.columns.get("time")
+        found = []
+        if mapped is not None and mapped.column is not None:
+            # each group has a time of its own: a name holds for all of them
+            found = [
+                one for one in self._mapped("time", mapped, mapped.column) if one.group == group
+            ]
+            name = next((own for _, own in self._places(mapped.column)), "")
+            if not found and name in self.groups[group].columns:
+                found = [self._column("time", group, name, mapped)]
+        found = found or self._by_name("time", [group])
+        if len(found) == 1:
+            return found[0]
+        if not found and not group:
+            raise self._missing("time")
+        names = " and ".join(column.label for column in found)
+        fault = f"time comes twice, as {names}" if found else f"group {group} has no column time_s"
+        raise MeasurementError(f"{self.source}: {fault}; name the right one with --map time=COLUMN")
+
+    def _mentioned(self, signal: str) -> bool:
+        mapped = self.preparation.columns.get(signal)
+        named = (signal, False) in self.named or (signal, True) in self.named
+        return named or (mapped is not None and mapped.column is not None)
+
+    def _places(self, label: str) -> list[tuple[str, str]]:
+        """Group and name of the columns that a label may mean."""
+        exact = [(key, label) for key, group in self.groups.items() if label in group.columns]
+        return exact or [
+            (key, label.removeprefix(f"{key}/"))
+            for key, group in self.groups.items()
+            if label.startswith(f"{key}/") and label.removeprefix(f"{key}/") in group.columns
+        ]
+
+    def _mapped(self, signal: str, mapped: SignalColumn, label: str) -> list[Column]:
+        places = self._places(label)
+        if not places:
+            raise self._missing(signal)
+        return [self._column(signal, group, name, mapped) for group, name in places]
+
+    def _by_name(self, signal: str, groups: Iterable[str]) -> list[Column]:
+        """Columns called by the signal, those that say they are measured first."""
+        prepared = self.preparation.columns.get(signal, SignalColumn())
+        fault: MeasurementError | None = None
+        for measured in (True, False):
+            found = []
+            for group, name, suffix in self.named.get((signal, measured), ()):
+                if group not in groups or (suffix and not _is_unit(suffix)):
+                    continue  # such as joint_position_filtered: another quantity
+                try:
+                    found.append(self._column(signal, group, name, prepared))
+                except MeasurementError as error:
+                    fault = fault or error
+            if found:
+                return found
+        if fault is not None:
+            raise fault
+        return []
+
+    def _column(self, signal: str, group: str, name: str, prepared: SignalColumn) -> Column:
+        """Settle the unit: the preparation's, else the name's, else the file's.
+
+        Raises
+        ------
+        MeasurementError : name and file contradict each other, or the unit does not fit
+        """
+        own = _unit_in(name, signal)
+        declared = self.groups[group].units.get(name, "").strip()
+        label = _label(group, name)
+        unit = prepared.unit or own or declared
+        if not prepared.unit and own and declared:
+            said, written = parse_unit(declared), parse_unit(own)
+            if said is not None and said.dimension and said != written:
+                raise MeasurementError(
+                    f"{self.source}: column {label} is in {own} by its name and in {declared} by "
+                    f"the file; say which with --map {signal}={label}:{own}"
+                )
+        if not unit and prepared.column is None:
+            example = EXAMPLES[DIMENSIONS[signal]].split(" ")[-1]
+            raise MeasurementError(
+                f"{self.source}: column {label} does not say in which unit it is; say it with "
+                f"--map {signal}={label}:{example} or the like"
+            )
+        unit = usual_name(unit) if unit else next(iter(USUAL[DIMENSIONS[signal]]))
+        factor = _factor(unit, signal, label, self.source)
+        resolved = prepared.model_copy(update={"column": label, "unit": unit})
+        return Column(signal, group, name, resolved, factor * prepared.sign * prepared.scale)
+
+    def _missing(self, signal: str) -> MeasurementError:
+        mapped = self.preparation.columns.get(signal)
+        wanted = mapped.column if mapped is not None else None
+        wanted = wanted or f"{signal}_{next(iter(USUAL[DIMENSIONS[signal]]))}"
+        labels = [
+            _label(group.name, name) for group in self.groups.values() for name in group.columns
+        ]
+        lower = {label.lower(): label for label in labels}
+        near = difflib.get_close_matches(wanted.lower(), list(lower), n=1, cutoff=0.8)
+        shown = ", ".join(labels[:_MOST_NAMES]) + (", ..." if len(labels) > _MOST_NAMES else "")
+        column = lower[near[0]] if near else "COLUMN"
+        return MeasurementError(
+            f"{self.source}: there is no column {wanted} (found: {shown}); name the right one "
+            f"with --map {signal}={column}"
         )
-    factor = 1.0 if unit is None else _unit_factor(signal, unit, text)
-    return Column(
-        signal=signal,
-        name=match["column"],
-        factor=factor * float(match["scale"] or 1.0),
-        offset=float(match["offset"] or 0.0),
+
+
+def _label(group: str, name: str) -> str:
+    return f"{group}/{name}" if group else name
+
+
+def _is_unit(suffix: str) -> bool:
+    return _UNIT_SUFFIX.fullmatch(suffix) is not None and parse_unit(suffix) is not None
+
+
+def _unit_in(name: str, signal: str) -> str | None:
+    """Unit that a column's name carries.
+
+    A signal's own name may carry any unit; behind another name only the usual ones are taken for
+    units, as ``enc_deg``.
+    """
+    if match := _BRACKET.fullmatch(name):
+        return match["unit"].strip() or None
+    own = _NAMED.fullmatch(name)
+    if own is not None and own["suffix"] and _is_unit(own["suffix"]):
+        return own["suffix"]
+    match = _SUFFIX.fullmatch(name)
+    return match["unit"] if match and match["unit"] in USUAL[DIMENSIONS[signal]] else None
+
+
+def _factor(unit: str, signal: str, label: str, source: str) -> float:
+    dimension = DIMENSIONS[signal]
+    parsed = parse_unit(unit)
+    if parsed is not None and parsed.dimension == dimension:
+        return parsed.factor
+    known = "which is not known" if parsed is None else f"which is no unit of {dimension}"
+    raise MeasurementError(
+        f"{source}: column {label} is given in {unit!r}, {known}; {signal} needs a unit of "
+        f"{dimension} such as {EXAMPLES[dimension]}, say it with --map {signal}={label}:UNIT"
     )
 
 
-def _unit_factor(signal: str, unit: str, text: str) -> float:
-    plain = unit.replace("N.m", "Nm").replace("/", "_per_")
-    factors = UNITS[signal]
-    if plain not in factors:
-        raise MeasurementError(
-            f"--map {text!r}: {unit!r} is no unit of {signal}; choose one of {', '.join(factors)}"
-        )
-    return factors[plain]
-
-
-def find_columns(
-    header: Sequence[str],
-    mapped: Sequence[Column],
-    source: str,
-    required: Sequence[str] = REQUIRED,
-) -> list[Column]:
-    """Decide which column of a file is which signal.
-
-    A mapped signal takes its column; any other is found by its own name with a unit as suffix,
-    such as ``time_s`` or ``joint_position_deg``. A column that says it is measured, such as
-    ``measured_joint_position_rad``, comes before one that does not.
-
-    Parameters
-    ----------
-    header : names of the columns in the file
-    mapped : from `parse_map`
-    source : str; name of the file for messages
-    required : signals that must be there
-
-    Returns
-    -------
-    list of Column; one for each signal that the file holds
-
-    Raises
-    ------
-    MeasurementError : a required signal is missing or a signal comes twice
-    """
-    found = []
-    by_map = {column.signal: column for column in mapped}
-    if len(by_map) < len(mapped):
-        raise MeasurementError(f"{source}: --map names a signal twice; map each signal once")
-    for signal in UNITS:
-        if signal in by_map:
-            candidates = [by_map[signal]] if by_map[signal].name in header else []
-        else:
-            candidates = _named(f"measured_{signal}", signal, header) or _named(
-                signal, signal, header
-            )
-        if len(candidates) > 1:
-            names = " and ".join(column.name for column in candidates)
-            raise MeasurementError(
-                f"{source}: {signal} comes twice, as {names}; choose with --map {signal}=COLUMN"
-            )
-        if not candidates and (signal in required or signal in by_map):
-            raise _missing(signal, by_map.get(signal), header, source)
-        found += candidates
-    return found
-
-
-def _named(name: str, signal: str, header: Sequence[str]) -> list[Column]:
-    """Columns called by a name with a unit of the signal as suffix."""
-    return [
-        Column(signal, f"{name}_{unit}", factor)
-        for unit, factor in UNITS[signal].items()
-        if f"{name}_{unit}" in header
+def _notes(
+    groups: Sequence[Group], columns: Sequence[Column], runs: frozenset[str]
+) -> tuple[str, ...]:
+    used = {(column.group, column.name) for column in columns}
+    used |= {(group, RUN) for group in runs}
+    extra = [
+        _label(group.name, name)
+        for group in groups
+        for name in group.columns
+        if (group.name, name) not in used
     ]
-
-
-def _missing(
-    signal: str, mapped: Column | None, header: Sequence[str], source: str
-) -> MeasurementError:
-    wanted = f"{signal}_{next(iter(UNITS[signal]))}" if mapped is None else mapped.name
-    shown = ", ".join(header[:12]) + (", ..." if len(header) > 12 else "")
-    advice = f"name the right one with --map {signal}=COLUMN"
-    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
-        if len(header) == 1 and separator in header[0]:
-            advice = f"its columns are separated by {word}, save it with commas"
-    return MeasurementError(f"{source}: there is no column {wanted} (found: {shown}); {advice}")
+    notes = [note for column in columns if (note := column.note()) is not None]
+    if extra:
+        shown = ", ".join(extra[:_MOST_NAMES])
+        more = len(extra) - _MOST_NAMES
+        notes.append(f"not used: {shown}{f' and {more} more' if more > 0 else ''}")
+    if any(name.split("/")[-1].startswith(_UNUSED) for name in extra):
+        notes.append("motor_velocity is not used: the motor position is differentiated instead")
+    return tuple(notes)

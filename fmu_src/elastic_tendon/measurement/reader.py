@@ -1,20 +1,38 @@
-"""Read a recording from a CSV file."""
+"""Read the recordings of a file: from a name to measurements, one for each run and piece."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
-import pandas as pd
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.interpolation import Interpolation
-from elastic_tendon.measurement.columns import REQUIRED, Column, find_columns, parse_map
-from elastic_tendon.measurement.recording import MINIMUM_SAMPLES, Array, Measurement
+from elastic_tendon.measurement.columns import Column, Layout, find_layout
+from elastic_tendon.measurement.formats import Report, open_source, silent
+from elastic_tendon.measurement.preparation import (
+    Preparation,
+    SignalColumn,
+    check_preparation,
+    preparation_json,
+    read_preparations,
+)
+from elastic_tendon.measurement.recording import MINIMUM_SAMPLES, Measurement
+from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Run, read_runs
+from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
+
+# s between the samples of a static curve: the sweep is slow against every motion of a joint
+STATIC_STEP = 10.0
 
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")
-# the header is row 1 of the file as an editor shows it
-_FIRST_ROW = 2
+# s at the beginning that "start" takes for rest
+_BEGINNING = 0.1
+# steps differ by less in a recording that counts as evenly sampled
+_EVEN = 0.05
+_MOST_NAMES = 6  # measurements that a sentence names
 
 
 def read_measurement(
@@ -24,15 +42,11 @@ def read_measurement(
     interpolation: Interpolation = "linear",
     joint_required: bool = True,
 ) -> Measurement:
-    """Read one recording.
+    """Read a file that holds one recording.
 
     Parameters
     ----------
-    data : str; ``file.csv``, or ``file.csv[start:end]`` for a window in s
-    mapping : items ``signal=column[:unit][*scale][+offset]``, see `columns.parse_map`
-    interpolation : of motor position and load between the samples; "cubic" suits smooth inputs,
-        "linear" and "hold" those that step or are coarsely rounded
-    joint_required : false where only the motor's motion and the load are wanted
+    data, mapping, interpolation, joint_required : see `read_prepared`
 
     Returns
     -------
@@ -40,106 +54,380 @@ def read_measurement(
 
     Raises
     ------
+    MeasurementError : the file cannot be used, or holds several recordings
+    """
+    found = read_prepared(data, mapping, interpolation=interpolation, joint_required=joint_required)
+    if len(found) > 1:
+        names = ", ".join(one.name for one in found[:_MOST_NAMES])
+        raise MeasurementError(
+            f"{data}: it holds {len(found)} recordings ({names}"
+            f"{', ...' if len(found) > _MOST_NAMES else ''}) where one is wanted; choose one by a "
+            "window, file[start:end], or by runs in a preparation"
+        )
+    return found[0]
+
+
+def read_prepared(
+    data: str,
+    mapping: Sequence[str] = (),
+    *,
+    time_shift: Mapping[str, float | Literal["auto"]] | None = None,
+    resample: float | None = None,
+    remove_offset: Sequence[str] = (),
+    interpolation: Interpolation = "linear",
+    joint_required: bool = True,
+    report: Report = silent,
+) -> list[Measurement]:
+    """Read a file as the command line says: by options, and by what lies beside it.
+
+    Parameters
+    ----------
+    data : str; ``file.csv``, or ``file.csv[start:end]`` for a window in s
+    mapping : items ``signal=column[:unit][*scale][+offset]``, and at most one name of a
+        preparation (TOML) or comparison (JSON); without one, ``file.csv.toml`` beside the file is
+        taken where it is there
+    time_shift, resample, remove_offset : see `Preparation.merged`
+    interpolation, joint_required, report : see `read_measurements`
+
+    Returns
+    -------
+    list of Measurement, at least one
+
+    Raises
+    ------
+    MeasurementError : the file or its preparation cannot be used
+    """
+    path, window = _split_window(data)
+    written, notes = _written_preparations(path, mapping)
+    items = [item for item in mapping if not _is_file(item)]
+    prepared: list[Preparation] = []
+    for one in written:
+        # a window asked for comes before those written down
+        kept = one if window is None else one.model_copy(update={"window": None})
+        merged = kept.merged(
+            items, time_shift=time_shift, resample=resample, remove_offset=remove_offset
+        )
+        if merged not in prepared:
+            prepared.append(merged)
+    return [
+        replace(measurement, notes=(*notes, *measurement.notes))
+        for preparation in prepared
+        for measurement in read_measurements(
+            data,
+            preparation,
+            interpolation=interpolation,
+            joint_required=joint_required,
+            report=report,
+        )
+    ]
+
+
+def _is_file(item: str) -> bool:
+    return "=" not in item or Path(item).is_file()
+
+
+def _written_preparations(
+    path: Path, mapping: Sequence[str]
+) -> tuple[tuple[Preparation, ...], tuple[str, ...]]:
+    """Preparations from files, and a note where one was not asked for."""
+    files = [Path(item) for item in mapping if _is_file(item)]
+    if len(files) > 1:
+        raise MeasurementError(
+            f"--map names two preparations, {files[0]} and {files[1]}; put both in one file"
+        )
+    if files:
+        return read_preparations(files[0], path.name), ()
+    beside = path.with_name(f"{path.name}.toml")
+    if beside.is_file():
+        return read_preparations(beside, path.name), (f"read as {beside.name} beside it says",)
+    return (Preparation(),), ()
+
+
+def read_measurements(
+    data: str,
+    preparation: Preparation | None = None,
+    *,
+    interpolation: Interpolation = "linear",
+    joint_required: bool = True,
+    report: Report = silent,
+) -> list[Measurement]:
+    """Read the recordings of a file.
+
+    Parameters
+    ----------
+    data : str; ``file.csv``, or ``file.csv[start:end]`` for a window in s, which comes before
+        that of the preparation
+    preparation : Preparation; None: columns are found by their names
+    interpolation : of motor position and load between the samples; "cubic" suits smooth inputs,
+        "linear" and "hold" those that step or are coarsely rounded
+    joint_required : false where only the motor's motion and the load are wanted
+    report : is told what is being done, and the share of it that is done
+
+    Returns
+    -------
+    list of Measurement, at least one: for each run, and for each piece between gaps; SI units
+
+    Raises
+    ------
     MeasurementError : the file cannot be used; the message names column and row
     """
-    path, start, end = _split_window(data)
-    source = path.name
-    mapped = [parse_map(item) for item in mapping]
-    table = _read_table(path)
-    required = REQUIRED if joint_required else tuple(set(REQUIRED) - {"joint_position"})
-    columns = find_columns([str(name) for name in table.columns], mapped, source, required)
-    arrays = {column.signal: _numbers(table, column, source) for column in columns}
-    time = arrays.pop("time")
-    _check_time(time, source)
-    measurement = Measurement(
-        name=source,
-        time=time,
-        motor_position=arrays.pop("motor_position"),
-        load_torque=arrays.pop("load_torque", None),
-        interpolation=interpolation,
-        notes=_notes(table, columns),
-        signals={name: values for name, values in arrays.items() if name != "motor_velocity"},
-    )
-    return measurement if start is end is None else measurement.window(start, end)
+    path, window = _split_window(data)
+    preparation = preparation or Preparation()
+    if window is not None:
+        preparation = preparation.model_copy(update={"window": window})
+    source = open_source(path)
+    layout = find_layout(source.groups, preparation, source.name, joint_required=joint_required)
+    if layout.static:
+        _check_static(preparation, source.name)
+    asked = data.removeprefix(str(path)) if window is not None else ""
+    make = partial(_measurements, _Reading(source.name, asked, layout, preparation, interpolation))
+    return [one for run in read_runs(source, layout, preparation, report) for one in make(run)]
 
 
-def _split_window(data: str) -> tuple[Path, float | None, float | None]:
+def _check_static(preparation: Preparation, source: str) -> None:
+    asked = {
+        "a window": preparation.window,
+        "--resample": preparation.resample,
+        "--shift": preparation.time_shift,
+    }
+    for name, value in asked.items():
+        if value:
+            raise MeasurementError(
+                f"{source}: this is a static curve, it has no time; read it without {name}"
+            )
+
+
+def _split_window(data: str) -> tuple[Path, tuple[float, float] | None]:
     match = _WINDOW.fullmatch(data)
     if match is None or Path(data).exists():
-        return Path(data), None, None
+        return Path(data), None
     try:
-        start, end = (float(match[key]) if match[key] else None for key in ("start", "end"))
+        start = float(match["start"] or -np.inf)
+        end = float(match["end"] or np.inf)
     except ValueError:
+        start = end = np.nan
+    if not start < end:
         raise MeasurementError(
-            f"{data}: the window [{match['start']}:{match['end']}] must be two numbers in s, "
-            "such as [3.3:15], [3.3:] or [:15]"
-        ) from None
-    return Path(match["path"]), start, end
-
-
-def _read_table(path: Path) -> pd.DataFrame:
-    if not path.exists():
-        raise MeasurementError(f"{path}: there is no such file; check the name and the folder")
-    if path.is_dir():
-        raise MeasurementError(f"{path}: this is a folder; name one CSV file in it")
-    try:
-        # blank lines are kept so that row numbers are those of the file
-        table = pd.read_csv(path, skip_blank_lines=False, skipinitialspace=True, low_memory=False)
-    except pd.errors.EmptyDataError:
-        raise MeasurementError(
-            f"{path.name}: the file is empty; it needs a header and one row for each sample"
-        ) from None
-    except (pd.errors.ParserError, UnicodeDecodeError) as error:
-        reason = str(error).strip().removeprefix("Error tokenizing data. C error: ")
-        raise MeasurementError(
-            f"{path.name}: this is not a table of comma-separated values ({reason}); "
-            "give every row as many values as the header has names"
-        ) from None
-    except OSError as error:
-        raise MeasurementError(f"{path}: the file cannot be read ({error.strerror})") from None
-    filled = np.flatnonzero(table.notna().any(axis=1).to_numpy())
-    table = table.iloc[: filled[-1] + 1 if len(filled) else 0]
-    if len(table) < MINIMUM_SAMPLES:
-        raise MeasurementError(
-            f"{path.name}: it holds {len(table) or 'no'} samples below the header and needs at "
-            f"least {MINIMUM_SAMPLES}"
+            f"{data}: the window [{match['start']}:{match['end']}] must be two numbers in s, the "
+            "first below the second, such as [3.3:15], [3.3:] or [:15]"
         )
-    return table
+    return Path(match["path"]), (start, end)
 
 
-def _numbers(table: pd.DataFrame, column: Column, source: str) -> Array:
-    """Column in SI units; refuses text, gaps and infinities with their row."""
-    raw = table[column.name]
-    values = pd.to_numeric(raw, errors="coerce").to_numpy(dtype=np.float64)
-    bad = np.flatnonzero(~np.isfinite(values))
-    if len(bad):
-        row = int(bad[0])
-        cell = raw.iloc[row]
-        found = "no number" if pd.isna(cell) else repr(str(cell))
+@dataclass(frozen=True)
+class _Reading:
+    """How a file is read; `asked`: the window as the user wrote it, "" where none was."""
+
+    source: str
+    asked: str
+    layout: Layout
+    preparation: Preparation
+    interpolation: Interpolation
+
+
+def _measurements(reading: _Reading, run: Run) -> list[Measurement]:
+    """Measurements of one run: one, or several where it has gaps."""
+    name = reading.source + (f"#{run.label}" if run.label is not None else "")
+    _check_count(run, name + reading.asked, reading)
+    columns = {one.signal: _resolved(one, run.tracks[one.signal]) for one in reading.layout.signals}
+    factors = {column.signal: column.factor for column in reading.layout.signals}
+    tracks = {
+        signal: Track(track.time, track.values * factors[signal] + columns[signal].offset)
+        for signal, track in run.tracks.items()
+    }
+    notes = (*_run_notes(run, reading), *_offset_notes(reading.layout, columns))
+    if reading.layout.static:
+        return [_static_measurement(reading, run, name, tracks, columns, notes)]
+    found, left_out = [], []
+    parts = pieces(tracks, reading.preparation.resample)
+    for part, window in parts:
+        measurement = _of_piece(reading, run, name, part, window, columns)
+        if measurement is None:
+            left_out.append(part)
+        else:
+            found.append(measurement)
+    if not found:
+        raise _nothing_in_common(name, tracks)
+    notes += _gap_notes(found, left_out) if len(parts) > 1 else ()
+    return [replace(one, notes=(*one.notes, *notes)) for one in found]
+
+
+def _check_count(run: Run, name: str, reading: _Reading) -> None:
+    """Refuse a run of less than ten samples."""
+    count = min((len(track.time) for track in run.tracks.values()), default=0)
+    if len(run.tracks) == len(reading.layout.signals) and count >= MINIMUM_SAMPLES:
+        return
+    if run.cut:
         raise MeasurementError(
-            f"{source}: column {column.name}, row {row + _FIRST_ROW} holds {found}; every sample "
-            f"needs a finite number ({len(bad)} of {len(values)} rows are like this)"
+            f"{name}: the window holds {count} samples and needs {MINIMUM_SAMPLES}; the recording "
+            f"runs from {run.span[0]:.10g} s to {run.span[1]:.10g} s"
         )
-    return np.ascontiguousarray(values * column.factor + column.offset)
+    step = reading.preparation.resample
+    after = "" if step is None else f" after resampling to {step:g} s"
+    raise MeasurementError(
+        f"{name}: it holds {count or 'no'} samples{after} and needs at least {MINIMUM_SAMPLES}"
+    )
 
 
-def _check_time(time: Array, source: str) -> None:
-    steps = np.diff(time)
-    bad = np.flatnonzero(steps <= 0.0)
-    if len(bad):
-        row = int(bad[0]) + 1
+def _resolved(column: Column, track: Track) -> SignalColumn:
+    """The column with the offset that is really added."""
+    prepared = column.prepared
+    if prepared.remove_offset is None:
+        return prepared
+    values = track.values
+    if prepared.remove_offset == "start":
+        values = values[track.time <= track.time[0] + _BEGINNING]
+    removed = float(np.mean(values * column.factor))
+    return prepared.model_copy(update={"offset": prepared.offset - removed, "remove_offset": None})
+
+
+def _of_piece(
+    reading: _Reading,
+    run: Run,
+    name: str,
+    part: Tracks,
+    window: tuple[float, float] | None,
+    columns: Mapping[str, SignalColumn],
+) -> Measurement | None:
+    """Measurement of one piece, None where fewer than ten samples are in common."""
+    first, last = common_time(part)
+    if not first < last:
+        return None
+    reference = "joint_position" if "joint_position" in part else "motor_position"
+    time, values = on_one_clock(part, reference, reading.preparation.resample)
+    if len(time) < MINIMUM_SAMPLES:
+        return None
+    if len(time) > MAXIMUM_SAMPLES:
         raise MeasurementError(
-            f"{source}: the time does not increase at row {row + _FIRST_ROW} "
-            f"({time[row]:g} s after {time[row - 1]:g} s); sort the rows and drop repeated ones"
+            f"{name}: resampled to {reading.preparation.resample:g} s it has more than "
+            f"{MAXIMUM_SAMPLES} samples; choose a longer step"
         )
+    shown = f"[{time[0]:.10g}:{time[-1]:.10g}]" if run.cut or window is not None else ""
+    preparation = _resolved_preparation(reading, run, window, columns)
+    measurement = Measurement(
+        name=name + (reading.asked if window is None and reading.asked else shown),
+        time=time,
+        motor_position=values.pop("motor_position"),
+        load_torque=values.pop("load_torque", None),
+        signals=values,
+        interpolation=reading.interpolation,
+        notes=(*reading.layout.notes, *_clock_notes(part, reference, reading.preparation.resample)),
+        preparation=preparation,
+    )
+    shifts = {signal: shift for signal, shift in preparation.time_shift.items() if shift != "auto"}
+    return measurement.shifted(shifts) if shifts else measurement
 
 
-def _notes(table: pd.DataFrame, columns: Sequence[Column]) -> tuple[str, ...]:
-    used = {column.name for column in columns}
-    extra = [str(name) for name in table.columns if name not in used]
+def _static_measurement(
+    reading: _Reading,
+    run: Run,
+    name: str,
+    tracks: Tracks,
+    columns: Mapping[str, SignalColumn],
+    notes: tuple[str, ...],
+) -> Measurement:
+    """A static curve as a slow sweep of the load: in equilibrium it bears the joint torque."""
+    deflection = tracks["joint_deflection"].values
+    return Measurement(
+        name=name,
+        time=STATIC_STEP * np.arange(len(deflection), dtype=np.float64),
+        motor_position=np.zeros(len(deflection)),
+        signals={"joint_position": deflection},
+        load_torque=-tracks["joint_torque"].values,
+        interpolation=reading.interpolation,
+        notes=(*reading.layout.notes, *notes),
+        static=True,
+        preparation=_resolved_preparation(reading, run, None, columns),
+    )
+
+
+def _resolved_preparation(
+    reading: _Reading,
+    run: Run,
+    window: tuple[float, float] | None,
+    columns: Mapping[str, SignalColumn],
+) -> Preparation:
+    """What was really done, so that it can be done again."""
+    layout, given = reading.layout, reading.preparation
+    resolved = {signal: preparation_json(column) for signal, column in columns.items()}
+    tree = preparation_json(given) | {"columns": resolved}
+    if run.label is not None:
+        tree["runs"] = [run.label]
+    if not layout.static:
+        reference = columns.get("joint_position", columns["motor_position"]).column
+        group = next(one.group for one in layout.signals if one.label == reference)
+        tree["columns"]["time"] = preparation_json(layout.times[group].prepared)
+        bounds = [run.span, given.window or run.span, window or run.span]
+        lower = max(low for low, _ in bounds if np.isfinite(low))
+        upper = min(high for _, high in bounds if np.isfinite(high))
+        tree["window"] = [float(lower), float(upper)]
+    return check_preparation(tree, reading.source)
+
+
+def _nothing_in_common(name: str, tracks: Tracks) -> MeasurementError:
+    spans = ", ".join(
+        f"{signal} {track.time[0]:.10g} s to {track.time[-1]:.10g} s"
+        for signal, track in tracks.items()
+    )
+    return MeasurementError(
+        f"{name}: no stretch without gaps holds {MINIMUM_SAMPLES} samples of every signal "
+        f"({spans}); check the clocks of the groups"
+    )
+
+
+def _run_notes(run: Run, reading: _Reading) -> tuple[str, ...]:
     notes = []
-    if extra:
-        notes.append(f"not used: {', '.join(extra)}")
-    if any(column.signal == "motor_velocity" for column in columns):
-        notes.append("motor_velocity is not used: the motor position is differentiated instead")
+    if reading.layout.static:
+        notes.append(
+            "a static curve: the motor is held at 0 and the load follows the torque slowly, one "
+            f"row every {STATIC_STEP:g} s"
+        )
+    if run.repeated:
+        notes.append(f"{run.repeated} rows that repeat the row before were dropped")
+    return tuple(notes)
+
+
+def _offset_notes(layout: Layout, columns: Mapping[str, SignalColumn]) -> tuple[str, ...]:
+    return tuple(
+        f"{column.signal}: an offset of {column.prepared.offset - resolved.offset:.6g} was removed"
+        for column in layout.signals
+        if (resolved := columns[column.signal]) != column.prepared
+    )
+
+
+def _gap_notes(found: Sequence[Measurement], left_out: Sequence[Tracks]) -> tuple[str, ...]:
+    notes = [
+        f"the recording has gaps and was split into {len(found) + len(left_out)} pieces, each with "
+        "an initial state of its own"
+    ]
+    if left_out:
+        count = sum(max(len(track.time) for track in part.values()) for part in left_out)
+        notes.append(
+            f"{len(left_out)} pieces with less than {MINIMUM_SAMPLES} samples of every signal were "
+            f"left out, {count} samples"
+        )
+    return tuple(notes)
+
+
+def _clock_notes(part: Tracks, reference: str, resample: float | None) -> tuple[str, ...]:
+    """What was averaged or interpolated, and whether the samples are uneven."""
+    clock = part[reference].time
+    if resample is not None:
+        return (f"resampled to steps of {resample * 1e3:g} ms",)
+    steps = np.diff(clock)
+    usual = float(np.median(steps))
+    notes = []
+    for signal, track in part.items():
+        if track.time is not clock:
+            own = float(np.median(np.diff(track.time)))
+            verb = "averaged" if own < usual else "interpolated"
+            notes.append(
+                f"{signal}, sampled every {own * 1e3:.3g} ms, was {verb} to the samples of "
+                f"{reference}, every {usual * 1e3:.3g} ms"
+            )
+    if np.ptp(steps) > 2.0 * _EVEN * usual:
+        notes.append(
+            f"sampled unevenly, every {steps.min() * 1e3:.3g} ms to {steps.max() * 1e3:.3g} ms, "
+            "and used as it stands"
+        )
     return tuple(notes)

@@ -1,0 +1,317 @@
+"""From rows of a file to signals on clocks: runs apart, cut to the window, every row looked at.
+
+Chunks are converted and cut as they come, and averaged where the recording is resampled, so the
+memory needed is that of what is kept.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement.columns import RUN, Column, Layout
+from elastic_tendon.measurement.formats import Report, Source
+from elastic_tendon.measurement.formats.base import Chunk
+from elastic_tendon.measurement.preparation import Preparation
+from elastic_tendon.measurement.tracks import Array, Bins, Track, reduced
+
+Label = int | str | None  # of a run; None: the file has no runs
+
+# samples kept of a file: hours at 100 Hz, and a few hundred megabytes with all that is made of them
+MAXIMUM_SAMPLES = 2_000_000
+
+
+@dataclass
+class _Rows:
+    """What was read of one group in one run, so far."""
+
+    times: list[Array] = field(default_factory=list)
+    values: dict[str, list[Array]] = field(default_factory=dict)
+    bins: dict[str, list[Bins]] = field(default_factory=dict)
+    # the last row, to which the first of the next chunk is compared
+    last_time: float = -np.inf
+    last: dict[str, float] = field(default_factory=dict)
+    first_time: float = np.inf
+    cut: int = 0
+    repeated: int = 0
+
+
+@dataclass(frozen=True)
+class Run:
+    """Signals of one run, each on its clock, in the units of the file.
+
+    `span`: first and last time that the file holds; `cut`: rows outside the window;
+    `repeated`: rows that stood twice.
+    """
+
+    label: Label
+    tracks: Mapping[str, Track]
+    span: tuple[float, float]
+    cut: int
+    repeated: int
+
+
+def read_runs(
+    source: Source, layout: Layout, preparation: Preparation, report: Report
+) -> list[Run]:
+    """Read the signals of a file.
+
+    Parameters
+    ----------
+    source : an opened file
+    layout : which column is which signal
+    preparation : its window, runs and step are used
+    report : is told the share of the file that is read
+
+    Returns
+    -------
+    list of Run, in the order in which they begin
+
+    Raises
+    ------
+    MeasurementError : a row cannot be used, with its number; there are too many; a run is missing
+    """
+    groups = sorted({column.group for column in layout.signals})
+    gathered: list[dict[Label, _Rows]] = []
+    for index, group in enumerate(groups):
+
+        def part(text: str, share: float, index: int = index) -> None:
+            report(text, (index + share) / len(groups))
+
+        reader = _GroupReader(source, layout, group, preparation)
+        gathered.append(reader.read(part))
+    labels = list(dict.fromkeys(label for rows in gathered for label in rows if label is not None))
+    wanted = preparation.runs
+    for label in wanted or ():
+        if label not in labels:
+            found = f"found: {', '.join(map(str, labels))}" if labels else "no column is named run"
+            raise MeasurementError(f"{source.name}: there is no run {label!r} ({found})")
+    taken: list[Label] = [label for label in labels if wanted is None or label in wanted]
+    if not labels:
+        taken = [None]
+    return [_run(label, gathered, layout, preparation.resample) for label in taken]
+
+
+class _GroupReader:
+    """Reads one group chunk by chunk."""
+
+    def __init__(
+        self, source: Source, layout: Layout, group: str, preparation: Preparation
+    ) -> None:
+        self.source = source
+        self.group = group
+        self.columns = layout.of_group(group)
+        self.time = layout.times.get(group)
+        self.has_runs = group in layout.runs
+        self.preparation = preparation
+        self.runs: dict[Label, _Rows] = {}
+        self.kept = 0
+
+    def read(self, report: Report) -> dict[Label, _Rows]:
+        """Read all chunks.
+
+        Raises
+        ------
+        MeasurementError : see `read_runs`
+        """
+        names = [column.name for column in self.columns]
+        names += [self.time.name] if self.time is not None else []
+        names += [RUN] if self.has_runs else []
+        row = self.source.first_row
+        for chunk in self.source.read(self.group, list(dict.fromkeys(names)), report):
+            count = len(next(iter(chunk.values())))
+            for label, rows in self._parts(chunk, row, count):
+                self._take(self.runs.setdefault(label, _Rows()), label, chunk, rows, row)
+            row += count
+        return self.runs
+
+    def _parts(
+        self, chunk: Chunk, row: int, count: int
+    ) -> Iterator[tuple[Label, slice | NDArray[np.intp]]]:
+        """Rows of each run in a chunk, in their order."""
+        if not self.has_runs:
+            yield None, slice(0, count)
+            return
+        codes, found = pd.factorize(chunk[RUN])
+        if np.any(codes < 0):
+            bad = row + int(np.argmax(codes < 0))
+            raise MeasurementError(
+                f"{self.source.name}: column run, row {bad} is blank; say to which run it belongs"
+            )
+        for code, cell in enumerate(found):
+            yield _label(cell), np.flatnonzero(codes == code)
+
+    def _take(
+        self, into: _Rows, label: Label, chunk: Chunk, rows: slice | NDArray[np.intp], row: int
+    ) -> None:
+        """Add the rows of one run in a chunk to what was read."""
+        wanted = self.preparation.runs
+        if wanted is not None and label is not None and label not in wanted:
+            return
+        numbers = np.arange(row, row + len(next(iter(chunk.values()))))[rows]
+        if self.time is None:
+            keep = np.ones(len(numbers), dtype=bool)
+            time = numbers.astype(np.float64)
+        else:
+            time = self._numbers(chunk[self.time.name][rows], self.time, numbers, blanks=False)
+            time = time * self.time.factor + self.time.prepared.offset
+            keep = self._in_order(into, time, chunk, rows, numbers)
+            keep &= self._in_window(into, time)
+        resample = self.preparation.resample
+        all_kept = bool(np.all(keep))
+        time = time if all_kept else time[keep]
+        for column in self.columns:
+            raw, at = chunk[column.name][rows], numbers
+            if not all_kept:
+                raw, at = raw[keep], numbers[keep]
+            values = self._numbers(raw, column, at, blanks=resample is not None)
+            if resample is None:
+                into.values.setdefault(column.signal, []).append(values)
+            else:
+                there = np.isfinite(values)
+                bins = Bins.of(time[there], values[there], resample)
+                into.bins.setdefault(column.signal, []).append(bins)
+        into.times.append(time if resample is None else time[:0])
+        self._count(into, len(time))
+
+    def _count(self, into: _Rows, kept: int) -> None:
+        """Refuse more samples than the memory is meant for."""
+        if self.preparation.resample is not None:
+            kept = max((len(bins[-1].index) for bins in into.bins.values()), default=0)
+        self.kept += kept
+        if self.kept > MAXIMUM_SAMPLES:
+            raise MeasurementError(
+                f"{self.source.name}: it holds more than {MAXIMUM_SAMPLES} samples; read a part of "
+                f"it with {self.source.name}[start:end] in s, or average it with --resample STEP"
+            )
+
+    def _in_window(self, into: _Rows, time: Array) -> NDArray[np.bool_]:
+        if len(time):
+            into.first_time = min(into.first_time, float(time[0]))
+        window = self.preparation.window
+        if window is None:
+            return np.ones(len(time), dtype=bool)
+        keep = (time >= window[0]) & (time <= window[1])
+        into.cut += len(time) - int(np.count_nonzero(keep))
+        return keep
+
+    def _in_order(
+        self,
+        into: _Rows,
+        time: Array,
+        chunk: Chunk,
+        rows: slice | NDArray[np.intp],
+        numbers: NDArray[np.intp],
+    ) -> NDArray[np.bool_]:
+        """Which rows to keep: not those that repeat the one before; refuses any other order."""
+        steps = np.diff(time, prepend=into.last_time)
+        self._check_forward(steps, time, into.last_time, numbers)
+        keep = steps > 0.0
+        if not np.all(keep):
+            for column in self.columns:
+                values = self._numbers(chunk[column.name][rows], column, numbers, blanks=True)
+                before = np.concatenate([[into.last.get(column.signal, np.nan)], values[:-1]])
+                same = (values == before) | (np.isnan(values) & np.isnan(before))
+                bad = np.flatnonzero(~keep & ~same)
+                if len(bad):
+                    raise MeasurementError(
+                        f"{self.source.name}: the time does not increase at row "
+                        f"{numbers[bad[0]]} ({_seconds(time[bad[0]])} again, with another "
+                        f"{column.label}); drop one of the two rows, or write the time with more "
+                        "digits"
+                    )
+            into.repeated += int(np.count_nonzero(~keep))
+        if len(time):
+            into.last_time = float(time[-1])
+            for column in self.columns:
+                last = chunk[column.name][rows][-1:]
+                into.last[column.signal] = float(pd.to_numeric(last, errors="coerce")[0])
+        return keep
+
+    def _check_forward(
+        self, steps: Array, time: Array, last: float, numbers: NDArray[np.intp]
+    ) -> None:
+        bad = np.flatnonzero(steps < 0.0)
+        if not len(bad):
+            return
+        index = int(bad[0])
+        before = time[index - 1] if index else last
+        backwards = len(bad) > 1 and np.all(steps[1:] <= 0.0)
+        whole = "the time runs backwards" if backwards else "the time does not increase"
+        raise MeasurementError(
+            f"{self.source.name}: {whole} at row {numbers[index]} ({_seconds(time[index])} after "
+            f"{_seconds(before)}); sort the rows by time, or, where a new run begins there, "
+            "number the runs in a column run"
+        )
+
+    def _numbers(
+        self, raw: NDArray[Any], column: Column, numbers: NDArray[np.intp], *, blanks: bool
+    ) -> Array:
+        """Column as numbers; refuses text, infinities and, unless allowed, blanks."""
+        values: Array
+        if raw.dtype.kind in "iufb":
+            values = raw.astype(np.float64, copy=False)
+            blank = np.isnan(values)
+        else:
+            cells = pd.Series(raw)
+            values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64)
+            blank = (cells.isna() | (cells.astype(str).str.strip() == "")).to_numpy()
+        bad = ~np.isfinite(values)
+        if blanks:
+            bad &= ~blank
+        if np.any(bad):
+            index = int(np.argmax(bad))
+            raise self._bad_cell(column, int(numbers[index]), raw[index], bool(blank[index]))
+        return values
+
+    def _bad_cell(self, column: Column, row: int, cell: object, blank: bool) -> MeasurementError:
+        found = "no number" if blank else repr(str(cell))
+        bridged = column is not self.time and blank
+        cure = "; fill it, or have blanks bridged with --resample STEP" if bridged else ""
+        return MeasurementError(
+            f"{self.source.name}: column {column.label}, row {row} holds {found}; every sample "
+            f"needs a finite number{cure}"
+        )
+
+
+def _label(cell: object) -> int | str:
+    """How a preparation writes a run: whole numbers plainly, all else as text."""
+    if isinstance(cell, (int, float, np.integer, np.floating)) and float(cell).is_integer():
+        return int(cell)
+    text = str(cell).strip()
+    return int(text) if text.isdecimal() else text
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.10g} s"
+
+
+def _run(
+    label: Label, gathered: list[dict[Label, _Rows]], layout: Layout, resample: float | None
+) -> Run:
+    """Join the chunks of one run; a group without runs belongs to every run."""
+    parts = [rows.get(label, rows.get(None)) for rows in gathered]
+    found = [rows for rows in parts if rows is not None]
+    tracks: dict[str, Track] = {}
+    for rows in found:
+        if resample is not None:
+            tracks |= {signal: reduced(bins, resample) for signal, bins in rows.bins.items()}
+        elif rows.times:
+            time = np.concatenate(rows.times)
+            for signal, values in rows.values.items():
+                tracks[signal] = Track(time, np.concatenate(values))
+    order = [column.signal for column in layout.signals if column.signal in tracks]
+    return Run(
+        label,
+        {signal: tracks[signal] for signal in order},
+        (
+            min((rows.first_time for rows in found), default=np.inf),
+            max((rows.last_time for rows in found), default=-np.inf),
+        ),
+        sum(rows.cut for rows in found),
+        sum(rows.repeated for rows in found),
+    )

@@ -1,0 +1,181 @@
+"""Signals on clocks of their own: cut apart at gaps and brought to one clock.
+
+A finer signal is averaged over the steps of the clock it is brought to, a coarser one interpolated
+linearly. Both are one rule: the samples within each step give their mean time and mean value, and
+between these the signal is linear.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import ceil, floor
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Tracks = Mapping[str, "Track"]
+
+# a step so many times as long as nine in ten others is a gap
+_GAP = 10.0
+_USUAL_STEP = 0.9
+# grid points that the common time misses by rounding only
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Track:
+    """One signal: `time` (n,) s, strictly increasing, and `values` (n,) at these times."""
+
+    time: Array
+    values: Array
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Sums over the samples in each step: `index` (k,) of the step, `count` (k,), sum of the
+    `times` from the step's middle (k,), sum of the `values` (k,).
+    """
+
+    index: NDArray[np.int64]
+    count: Array
+    times: Array
+    values: Array
+
+    @classmethod
+    def of(cls, time: Array, values: Array, step: float) -> "Bins":
+        """Sums over steps whose middles are whole multiples of `step`."""
+        index = np.floor(time / step + 0.5).astype(np.int64)
+        return cls(index, np.ones(len(index)), time - index * step, values).joined()
+
+    def joined(self) -> "Bins":
+        """Entries of one step added up; `index` must not decrease."""
+        if not len(self.index):
+            return self
+        starts = np.flatnonzero(np.diff(self.index, prepend=self.index[0] - 1))
+        sums = (np.add.reduceat(one, starts) for one in (self.count, self.times, self.values))
+        return Bins(self.index[starts], *sums)
+
+
+def reduced(bins: Sequence[Bins], step: float) -> Track:
+    """Mean time and mean value of each step, over all chunks."""
+    joined = Bins(
+        np.concatenate([one.index for one in bins]),
+        np.concatenate([one.count for one in bins]),
+        np.concatenate([one.times for one in bins]),
+        np.concatenate([one.values for one in bins]),
+    ).joined()
+    time = joined.index * step + joined.times / joined.count
+    return Track(time, joined.values / joined.count)
+
+
+def between(tracks: Tracks, lower: float, upper: float) -> Tracks:
+    """Samples with ``lower <= time <= upper``; signals that share a clock go on sharing it."""
+    clocks: dict[int, tuple[slice, Array]] = {}
+    for track in tracks.values():
+        if id(track.time) not in clocks:
+            first, last = np.searchsorted(track.time, [lower, np.nextafter(upper, np.inf)])
+            clocks[id(track.time)] = slice(first, last), track.time[first:last]
+    return {
+        name: Track(clocks[id(track.time)][1], track.values[clocks[id(track.time)][0]])
+        for name, track in tracks.items()
+    }
+
+
+def common_time(tracks: Tracks) -> tuple[float, float]:
+    """First and last time at which every signal is known, s; none where the first is later."""
+    if not all(len(track.time) for track in tracks.values()):
+        return np.inf, -np.inf
+    clocks = [track.time for track in tracks.values()]
+    return max(float(clock[0]) for clock in clocks), min(float(clock[-1]) for clock in clocks)
+
+
+def pieces(tracks: Tracks, step: float | None) -> list[tuple[Tracks, tuple[float, float] | None]]:
+    """Cut signals apart where one of them has a gap.
+
+    Parameters
+    ----------
+    tracks : at least one
+    step : s, where they were averaged over steps of this length; they are cut between steps
+
+    Returns
+    -------
+    list of the signals and the window that cuts them out, None where nothing was cut; no piece
+    has a gap by its own steps, so that a piece read alone stays whole
+    """
+    bounds = _gaps(tracks)
+    if not bounds:
+        return [(tracks, None)]
+    if step is not None:
+        # the middle of a gap, moved to the border between two steps
+        bounds = [(floor(bound / step) + 0.5) * step for bound in bounds]
+    edges = [-np.inf, *bounds, np.inf]
+    found: list[tuple[Tracks, tuple[float, float] | None]] = []
+    for lower, end in pairwise(edges):
+        upper = float(np.nextafter(end, -np.inf)) if np.isfinite(end) else end
+        part = between(tracks, lower, upper)
+        if all(len(track.time) for track in part.values()):
+            for inner, window in pieces(part, step):
+                low, high = window or (-np.inf, np.inf)
+                found.append((inner, (max(lower, low), min(upper, high))))
+        else:
+            found.append((part, (lower, upper)))
+    return found
+
+
+def _gaps(tracks: Tracks) -> list[float]:
+    """Middles of the gaps within the common time, s, in order."""
+    first, last = common_time(tracks)
+    clocks = {id(track.time): track.time for track in tracks.values()}.values()
+    middles: set[float] = set()
+    for clock in clocks:
+        steps = np.diff(clock)
+        if len(steps):
+            long = np.flatnonzero(steps > _GAP * np.quantile(steps, _USUAL_STEP))
+            within = long[(clock[long + 1] > first) & (clock[long] < last)]
+            middles |= {float(0.5 * (clock[i] + clock[i + 1])) for i in within}
+    return sorted(middles)
+
+
+def on_one_clock(
+    tracks: Tracks, reference: str, step: float | None
+) -> tuple[Array, dict[str, Array]]:
+    """Bring signals to one clock over the time that they have in common.
+
+    Parameters
+    ----------
+    tracks : at least one; after `reduced` where `step` is given
+    reference : the signal whose clock counts
+    step : s; the clock is its whole multiples instead
+
+    Returns
+    -------
+    time (n,) s, and the values of each signal (n,)
+    """
+    if step is None and len({id(track.time) for track in tracks.values()}) == 1:
+        return tracks[reference].time, {name: track.values for name, track in tracks.items()}
+    first, last = common_time(tracks)
+    if step is None:
+        tracks = {**tracks, **_stepwise(tracks, tracks[reference].time)}
+        time = between({reference: tracks[reference]}, first, last)[reference].time
+    else:
+        lowest, highest = ceil(first / step - _ROUNDING), floor(last / step + _ROUNDING)
+        time = np.arange(lowest, highest + 1, dtype=np.float64) * step
+    return time, {name: np.interp(time, one.time, one.values) for name, one in tracks.items()}
+
+
+def _stepwise(tracks: Tracks, clock: Array) -> Tracks:
+    """Signals with other clocks, averaged over the steps of this one."""
+    edges = 0.5 * (clock[1:] + clock[:-1])
+    return {
+        name: _means(track, np.searchsorted(edges, track.time, side="right").astype(np.int64))
+        for name, track in tracks.items()
+        if track.time is not clock
+    }
+
+
+def _means(track: Track, index: NDArray[np.int64]) -> Track:
+    """Mean time and value of the samples with one index."""
+    start = track.time[0]
+    bins = Bins(index, np.ones(len(index)), track.time - start, track.values).joined()
+    return Track(start + bins.times / bins.count, bins.values / bins.count)

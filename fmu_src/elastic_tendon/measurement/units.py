@@ -1,0 +1,106 @@
+"""Units at the door: what a unit's text measures, and its factor to SI.
+
+The usual units are in a table; any other is asked of pint, whose registry takes half a second to
+load. pint reads torques differently (``nm`` is a nanometre, ``Nm`` the newton of a mass), so these
+are taken apart before.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+_DEGREE, _TURN = pi / 180.0, 2.0 * pi
+
+# dimension -> unit -> factor to SI; the first is the contract's own
+USUAL = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE},
+    "torque": {"Nm": 1.0, "mNm": 1e-3, "uNm": 1e-6, "kNm": 1e3, "Ncm": 1e-2, "Nmm": 1e-3},
+    "speed": {"rad_per_s": 1.0, "mrad_per_s": 1e-3, "deg_per_s": _DEGREE, "rpm": _TURN / 60.0},
+}
+EXAMPLES = {
+    "time": "s or ms",
+    "angle": "rad or deg",
+    "torque": "Nm or mNm",
+    "speed": "rad_per_s or rpm",
+}
+
+_PLAIN = str.maketrans({"°": "deg", "µ": "u", "μ": "u", "·": "*", "⋅": "*"})
+_NEWTON_METRE = re.compile(r"([mukM]?)N[.* ]?([cmk]?)m")
+# words and operators, exponents of one figure: nothing that pint could calculate with for long
+_WORD = r"[A-Za-z][A-Za-z_]*(?:\^-?\d)?"
+_EXPRESSION = re.compile(rf"{_WORD}(?:[*/. ]{_WORD}){{0,5}}")
+
+# exponents of kg, m, s and rad -> what it measures
+_DIMENSIONS: dict[tuple[float, ...], str] = {
+    (0, 0, 1, 0): "time",
+    (0, 0, 0, 1): "angle",
+    (1, 2, -2, 0): "torque",
+    (0, 0, -1, 1): "speed",
+}
+_BASES = ("kilogram", "meter", "second", "radian")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: `dimension` as in `USUAL`, or "" for any other, and `factor` to SI."""
+
+    dimension: str
+    factor: float
+
+
+def parse_unit(text: str) -> Unit | None:
+    """Read a unit.
+
+    Parameters
+    ----------
+    text : str; such as ``deg``, ``rad/s``, ``deg_per_s``, ``mN.m``, ``°``, or any that pint knows
+
+    Returns
+    -------
+    Unit, or None where it is not one
+    """
+    plain = usual_name(text)
+    for dimension, factors in USUAL.items():
+        if plain in factors:
+            return Unit(dimension, factors[plain])
+    return _ask_pint(text.strip())
+
+
+def usual_name(text: str) -> str:
+    """Name in `USUAL` of a unit that may be spelt otherwise; any other text as it is."""
+    plain = text.strip().translate(_PLAIN)
+    if match := _NEWTON_METRE.fullmatch(plain):
+        return f"{match[1]}N{match[2]}m"
+    plain = plain.replace("/", "_per_")
+    return plain.lower() if plain.lower() in ("rad", "deg", "rpm") else plain
+
+
+@lru_cache
+def _ask_pint(text: str) -> Unit | None:
+    if not _EXPRESSION.fullmatch(text.translate(_PLAIN)):
+        return None
+    from pint import PintError
+
+    expression = text.translate(_PLAIN).replace("_per_", "/").replace(".", "*").replace("^", "**")
+    expression = re.sub(r"\b([mukM]?)N([cmk]?)m\b", r"\1N*\2m", expression)
+    registry = _registry()
+    try:
+        quantity: Any = registry.Quantity(1.0, registry.parse_units(expression)).to_base_units()
+    except (PintError, ValueError, TypeError, AttributeError, SyntaxError):
+        return None
+    bases = {str(name): float(power) for name, power in quantity.unit_items()}
+    exponents = tuple(bases.pop(name, 0.0) for name in _BASES)
+    return Unit("" if bases else _DIMENSIONS.get(exponents, ""), float(quantity.magnitude))
+
+
+@lru_cache(maxsize=1)
+def _registry() -> "UnitRegistry[Any]":
+    from pint import UnitRegistry
+
+    return UnitRegistry()
