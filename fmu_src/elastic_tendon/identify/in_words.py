@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastic_tendon.identify.bins import Bin, Partition, blocks_of
+from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import SignalError
 from elastic_tendon.identify.missing_torque import MissingTorque
+from elastic_tendon.identify.partition import Partition, blocks_of
 from elastic_tendon.identify.residuals import Array, autocorrelation_time, rms
 
 # of the mean square, below which a pattern is not told

@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from elastic_tendon.identify.bins import Bin, bins_of, partitions
+from elastic_tendon.identify.bins import Bin, bins_of
 from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.in_words import Evidence, in_words
 from elastic_tendon.identify.missing_torque import MissingTorque, Report, missing_torque
+from elastic_tendon.identify.partition import partitions
 from elastic_tendon.identify.residuals import Array, residuals_of
 from elastic_tendon.parameters import Model
 
@@ -46,13 +47,12 @@ def locate(comparison: Comparison, report: Report = lambda _text, _share: None) 
     -------
     Location
     """
-    count = len(comparison.files)
+    files: list[FileLocation] = []
+    for file in comparison.files:
 
-    def told(text: str, share: float) -> None:
-        report(f"{file.measurement.name}: {text}", (index + share) / count)
+        def told(text: str, share: float, name: str = file.measurement.name) -> None:
+            report(f"{name}: {text}", (len(files) + share) / len(comparison.files))
 
-    files = []
-    for index, file in enumerate(comparison.files):
         files.append(_locate_one(comparison.model, file, told))
     return Location(tuple(files))
 
@@ -65,7 +65,9 @@ def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocat
     residuals = residuals_of(file.trajectory, measurement)
     bins = {
         name: bins_of(
-            residual, measurement.time, parts, file.signals[name].noise, static=measurement.static
+            *(residual, measurement.signals[name], measurement.time, parts),
+            measurement.noise[name],
+            static=measurement.static,
         )
         for name, residual in residuals.items()
     }

@@ -15,8 +15,9 @@ import numpy as np
 
 from elastic_tendon.compiled import Trajectory
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.identify.bins import Partition, blocks_of, noise_density, partitions
+from elastic_tendon.identify.bins import noise_density
 from elastic_tendon.identify.compare import FileComparison
+from elastic_tendon.identify.partition import Integers, Partition, blocks_of, partitions
 from elastic_tendon.identify.residuals import (
     Array,
     InitialState,
@@ -43,6 +44,7 @@ LONGEST_SEGMENT = 4096
 SEGMENTS = 4
 BAND = 2.0 ** (1 / 3)  # ratio of the edges of the bands over which a spectrum is averaged
 ORDER = 3  # of the differences that smoothing keeps small
+HEAVIEST = 1e11  # weight of the penalty; heavier ones are lost in rounding
 # share of the mean step by which an even sampling may be uneven
 JITTER = 1e-3
 CONFIDENCE = 0.95
@@ -62,7 +64,7 @@ class TorqueCurve:
     mean: Array
     low: Array
     high: Array
-    count: Array
+    count: Integers
 
 
 @dataclass(frozen=True)
@@ -198,7 +200,8 @@ def smoother_for(error: Array, noise: NoiseFloor, step: float) -> Smoother:
     if len(quiet) and quiet[0] == 0:
         last = filled[min(loudest, 1)]
     cutoff = float(edges[min(last, len(edges) - 1)])
-    return Smoother((2.0 * np.sin(np.pi * min(cutoff * step, 0.5))) ** (-2 * ORDER), step)
+    weight = (2.0 * np.sin(np.pi * min(cutoff * step, 0.5))) ** (-2 * ORDER)
+    return Smoother(min(weight, HEAVIEST), step)
 
 
 def _even(time: Array) -> Array:

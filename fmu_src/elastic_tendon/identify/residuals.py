@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from elastic_tendon import compiled
 from elastic_tendon.compiled import Trajectory
-from elastic_tendon.measurement import Measurement, noise_sigma
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
 Array = NDArray[np.float64]
@@ -172,7 +172,7 @@ def effective_sigma(residual: Array, floor: float) -> float:
 
 def noise_floors(measurement: Measurement) -> dict[str, float]:
     """One-sigma noise of every signal, in its unit."""
-    return {name: noise_sigma(values).sigma for name, values in measurement.signals.items()}
+    return {name: floor.sigma for name, floor in measurement.noise.items()}
 
 
 def stack(parts: Sequence[Mapping[str, Array]], sigmas: Sequence[Mapping[str, float]]) -> Array:

@@ -1,0 +1,168 @@
+"""Samples of a recording sorted by what the joint was doing, and by blocks of time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.parameters import Model
+from elastic_tendon.transmission import SlackState, slack_boundaries
+
+Integers = NDArray[np.int_]
+
+PARTS = 8  # of the range of a variable
+STRETCHES = 10  # of the recording
+# a bin at an end that holds less than this share of all samples joins its neighbour
+SCARCE = 0.01
+# slower than this share of the largest speed counts as rest
+REST_SHARE = 0.01
+# more blocks than these cost time and say no more
+MOST_BLOCKS = 2000
+UNITS = {
+    "deflection": "rad",
+    "joint_velocity": "rad/s",
+    "joint_acceleration": "rad/s²",
+    "motor_position": "rad",
+    "load_torque": "N·m",
+    "time": "s",
+}
+# what a slow sweep has too little of to be split by
+MOTION = ("joint_velocity", "joint_acceleration")
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Sums of a quantity over k bins and m blocks of neighbouring samples: (k, m) arrays."""
+
+    total: Array
+    count: Array
+
+    def mean_with_error(self) -> tuple[Array, Array, Array]:
+        """Mean of each bin, its standard error by the scatter of the blocks, and the degrees of
+        freedom of that; (k,) arrays.
+        """
+        weight = self.count / self.count.sum(axis=1, keepdims=True)
+        mean = self.total.sum(axis=1) / self.count.sum(axis=1)
+        block = np.divide(self.total, self.count, out=np.zeros_like(weight), where=self.count > 0)
+        freedom = 1.0 / np.sum(weight**2, axis=1) - 1.0
+        scatter = np.sum(weight**2 * (block - mean[:, None]) ** 2, axis=1)
+        correction = (freedom + 1.0) / np.maximum(freedom, 1e-9)
+        return mean, np.sqrt(scatter * correction), freedom
+
+
+@dataclass(frozen=True)
+class Partition:
+    """Samples sorted into k bins of one variable.
+
+    `member` (n,), the bin of each sample; `words` of each bin; `edges` (k + 1,) where the variable
+    is a quantity of `unit`.
+    """
+
+    by: str
+    member: Integers
+    counts: Integers
+    words: tuple[str, ...]
+    edges: Array | None = None
+    unit: str | None = None
+
+    def means(self, values: Array) -> Array:
+        """Mean of (n,) values in each bin, (k,)."""
+        return np.bincount(self.member, values, len(self.counts)) / self.counts
+
+    def by_block(self, values: Array, blocks: Integers) -> Sums:
+        """Sums of (n,) values over bins and blocks, `blocks` (n,) from `blocks_of`."""
+        shape = (len(self.counts), int(blocks[-1]) + 1)
+        cell = self.member * shape[1] + blocks
+        size = shape[0] * shape[1]
+        total = np.bincount(cell, values, size).reshape(shape)
+        count = np.bincount(cell, minlength=size).reshape(shape)
+        return Sums(np.asarray(total, dtype=np.float64), count.astype(np.float64))
+
+
+def blocks_of(correlation_time: float, n: int) -> Integers:
+    """Number of the block of each of n samples; blocks are twice as long as the samples' memory.
+
+    Parameters
+    ----------
+    correlation_time : float, samples, see `residuals.autocorrelation_time`
+    n : int
+    """
+    length = int(np.ceil(max(2.0 * correlation_time, n / MOST_BLOCKS)))
+    return np.arange(n) // length
+
+
+def partitions(
+    variables: Mapping[str, Array], model: Model, *, static: bool
+) -> dict[str, Partition]:
+    """Sort the samples of a recording by each of its variables.
+
+    Parameters
+    ----------
+    variables : as in `locate.FileLocation`
+    model : Model; its slack boundaries are edges of the bins of the deflection
+    static : whether the recording is a slow sweep, whose speed means nothing
+
+    Returns
+    -------
+    dict, name of a variable -> Partition; a variable that does not change is left out
+    """
+    found = [_slack_states(variables["slack_state"])]
+    boundaries = slack_boundaries(model.transmission)
+    for by in UNITS:
+        if static and by in MOTION:
+            continue
+        values = variables[by]
+        if np.ptp(values) > 1e-9 * np.max(np.abs(values)):
+            inner = boundaries if by == "deflection" else ()
+            found.append(_parts(by, values, STRETCHES if by == "time" else PARTS, inner))
+    found.append(_directions(variables["joint_velocity"]))
+    return {one.by: one for one in found if len(one.counts)}
+
+
+def _slack_states(states: Array) -> Partition:
+    present, member, counts = np.unique(states.astype(int), return_inverse=True, return_counts=True)
+    words = tuple(SlackState(number).label for number in present)
+    return Partition("slack_state", member, counts, words)
+
+
+def _directions(velocity: Array) -> Partition:
+    rest = REST_SHARE * float(np.max(np.abs(velocity)))
+    sign = np.where(np.abs(velocity) <= rest, 0, np.sign(velocity)).astype(int)
+    present, member, counts = np.unique(sign, return_inverse=True, return_counts=True)
+    names = {-1: "negative", 0: "at rest", 1: "positive"}
+    return Partition("velocity_sign", member, counts, tuple(names[one] for one in present))
+
+
+def _parts(by: str, values: Array, parts: int, inner: tuple[float, ...]) -> Partition:
+    """Equal parts of the range; edges next to `inner` move there, scarce ends join neighbours."""
+    lowest, highest = float(np.min(values)), float(np.max(values))
+    edges = np.linspace(lowest, highest, parts + 1)
+    for boundary in inner:
+        if lowest < boundary < highest:
+            edges[1 + int(np.argmin(np.abs(edges[1:-1] - boundary)))] = boundary
+    member = np.searchsorted(edges[1:-1], values, side="right")
+    counts = np.bincount(member, minlength=parts)
+    kept = _joined(counts, max(SCARCE * len(values), 2.0))
+    edges = edges[np.append(kept, parts)]
+    edges[0] = lowest
+    sizes = np.add.reduceat(counts, kept)
+    number = np.searchsorted(kept, np.arange(parts), side="right") - 1
+    member = np.maximum(number, 0)[member]
+    unit = UNITS[by]
+    words = tuple(f"{a:.3g} to {b:.3g} {unit}" for a, b in pairwise(edges))
+    return Partition(by, member, sizes, words, edges, unit)
+
+
+def _joined(counts: Integers, least: float) -> Integers:
+    """First of the neighbouring parts of each bin, so that every bin holds at least `least`."""
+    first, held, starts = 0, 0, []
+    for index, count in enumerate(counts):
+        held += int(count)
+        if held >= least:
+            starts.append(first)
+            first, held = index + 1, 0
+    # what is left over at the upper end belongs to the last bin
+    return np.array(starts or [0])
