@@ -71,9 +71,11 @@ def _folders(
 def _logged(signals: Any) -> dict[str, Any]:
     """Values of Simulink's logged signals, by label, else by number."""
     several = [signals] if isinstance(signals, Mapping) else list(signals)
+    labels = [signal.get("label") for signal in several]
     return {
-        str(signal.get("label") or f"signals[{i}]"): signal.get("values")
-        for i, signal in enumerate(several)
+        # an empty label is read as an empty array
+        label if isinstance(label, str) and label else f"signals[{i}]": signal.get("values")
+        for i, (label, signal) in enumerate(zip(labels, several, strict=True))
     }
 
 

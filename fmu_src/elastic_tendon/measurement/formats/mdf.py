@@ -1,0 +1,152 @@
+"""MDF, the format of measurement and calibration tools, version 3 and 4."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from asammdf import MDF
+from asammdf.blocks.mdf_v3 import MDF3
+from asammdf.blocks.mdf_v4 import MDF4
+from numpy.typing import NDArray
+
+from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement.formats.base import (
+    Chunk,
+    Group,
+    Report,
+    as_numbers,
+    check_columns,
+    refusing_damage,
+    row_ranges,
+)
+
+_KIND = "MDF file"
+_TIME = "time_s"
+# data types that are neither numbers nor text, by the version's first digit
+_LEFT_OUT = {"3": range(8, 9), "4": range(10, 17)}
+
+
+def _close_half_made(file: Any) -> None:
+    with suppress(AttributeError):
+        file.close()
+
+
+# what could not be opened for damage, asammdf closes by attributes that it never had; Python shows
+# that as a traceback, whenever the object goes
+MDF3.__del__ = MDF4.__del__ = _close_half_made  # type: ignore[method-assign]
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a group lies: its number, and those of its channels; None is the time."""
+
+    group: int
+    channels: Mapping[str, int | None]
+
+
+def open_file(path: Path) -> "MdfSource":
+    """Open an MDF file.
+
+    Each channel group is a `Group`, called by its acquisition's name or ``group 0`` and so on;
+    its master channel is the column ``time_s``. Arrays and structures are left out.
+
+    Raises
+    ------
+    MeasurementError : the file is damaged or holds no usable channel
+    """
+    groups: list[Group] = []
+    places: dict[str, _Place] = {}
+    with refusing_damage(path, _KIND), _opened(path) as file:
+        for number, data in enumerate(file.groups):
+            name = _group_name(data, number, places)
+            channels = _channels(file, number)
+            units = {
+                column: "s" if index is None else unit
+                for column, index in channels.items()
+                if index is None or (unit := _unit(data.channels[index]))
+            }
+            rows = int(data.channel_group.cycles_nr)
+            groups.append(Group(name, tuple(channels), units, rows))
+            places[name] = _Place(number, channels)
+    return MdfSource(path, check_columns(path, groups), places)
+
+
+def _opened(path: Path) -> AbstractContextManager[Any]:
+    opened: AbstractContextManager[Any] = MDF(path)
+    return opened
+
+
+def _group_name(data: Any, number: int, taken: Mapping[str, object]) -> str:
+    name = str(getattr(data.channel_group, "acq_name", "") or "").strip()
+    return name if name and name not in taken else f"group {number}"
+
+
+def _channels(file: Any, group: int) -> dict[str, int | None]:
+    """Columns of a group and their channels; a name that comes again has its channel's number."""
+    data = file.groups[group]
+    left_out = _LEFT_OUT[file.version[0]]
+    master = file.masters_db.get(group)
+    found: dict[str, int | None] = {} if master is None else {_TIME: None}
+    for index, channel in enumerate(data.channels):
+        whole = data.channel_dependencies[index] is None
+        if index != master and whole and channel.data_type not in left_out:
+            name = str(channel.name)
+            found[name if name not in found else f"{name} ({index})"] = index
+    return found
+
+
+def _unit(channel: Any) -> str:
+    conversion = getattr(channel, "conversion", None)
+    return str(channel.unit or getattr(conversion, "unit", "") or "").strip()
+
+
+@dataclass(frozen=True)
+class MdfSource:
+    """A `Source` with a group for each channel group."""
+
+    path: Path
+    groups: tuple[Group, ...]
+    places: Mapping[str, _Place]
+    first_row: int = 1
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
+        """Read some columns in chunks, see `base.Source`."""
+        rows = next(each.rows for each in self.groups if each.name == group) or 0
+        place = self.places[group]
+        with refusing_damage(self.path, _KIND), _opened(self.path) as file:
+            for some in row_ranges(rows, self.path, report):
+                chunk = {
+                    name: _values(file, place.group, place.channels[name], some) for name in columns
+                }
+                if any(len(values) != some.stop - some.start for values in chunk.values()):
+                    raise MeasurementError(
+                        f"{self.name}: {group} holds fewer than its {rows} samples; this "
+                        f"{_KIND} is damaged or not complete; export it again"
+                    )
+                yield chunk
+
+
+def _values(file: Any, group: int, channel: int | None, rows: slice) -> NDArray[Any]:
+    where = {"record_offset": rows.start, "record_count": rows.stop - rows.start}
+    if channel is None:
+        return as_numbers(file.get_master(group, **where))
+    samples, invalid = file.get(
+        group=group, index=channel, samples_only=True, ignore_invalidation_bits=True, **where
+    )
+    values = as_numbers(np.asarray(samples))
+    if values.dtype == object:
+        return np.array([_text(value) for value in values], dtype=object)
+    if invalid is not None and np.any(invalid):
+        values = np.where(invalid, np.nan, values)
+    return values
+
+
+def _text(value: Any) -> str:
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
