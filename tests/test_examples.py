@@ -20,7 +20,22 @@ def _check_system_simulation(printed):
     assert all(one < 1e-12 for one in apart)
 
 
-CHECKS = {"system_simulation": _check_system_simulation}
+def _check_paper_figures(printed):
+    """The paper's numbers, and the corners of Fig. 10 found where the protection engages."""
+    assert "(36), rad: 0.1151" in printed
+    assert "(37), rad: 0.3849" in printed
+    assert "(38), N·m/rad: 41.69" in printed
+    assert "(39), N·m/rad: 20.84" in printed
+    corners = re.search(
+        r"static_curve.csv: .*?(0\.\d+) rad.* in both directions.* stiffer", printed
+    )
+    assert 0.25 < float(corners[1]) < 0.32
+
+
+CHECKS = {
+    "paper_figures": _check_paper_figures,
+    "system_simulation": _check_system_simulation,
+}
 
 
 @pytest.mark.parametrize("script", EXAMPLES, ids=lambda script: script.parent.name)

@@ -1,0 +1,52 @@
+"""The measurements of examples/paper_figures are what their script makes, and fit for it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+EXAMPLE = ROOT / "examples" / "paper_figures"
+LARGEST_ROWS = 3000
+# another processor rounds a position elsewhere; where that crosses an encoder count it shows
+ONE_COUNT = 3.9e-4  # rad
+SHARE_OF_MOVED_COUNTS = 5e-4
+SLACK, ENGAGED = 80.0 / 23160.0 / 0.03, (0.012 - 80.0 / 23160.0) / 0.03  # rad of deflection
+STIFFNESS = 0.03**2 * 23160.0  # N·m/rad, of one side
+
+
+@pytest.fixture(scope="module")
+def regenerated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("paper")
+    script = ROOT / "build_scripts" / "make_paper_data.py"
+    command = [sys.executable, "-W", "error", str(script), "--output", str(folder)]
+    subprocess.run(command, check=True, capture_output=True)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["static_curve.csv", "excitation.csv"])
+def test_regenerated_measurements_are_those_of_the_example(regenerated: Path, name: str) -> None:
+    kept, fresh = pd.read_csv(EXAMPLE / name), pd.read_csv(regenerated / name)
+    assert list(fresh.columns) == list(kept.columns)
+    assert len(fresh) == len(kept) < LARGEST_ROWS
+    difference = (fresh - kept).abs().to_numpy()
+    assert np.max(difference) < 1.1 * ONE_COUNT
+    assert np.mean(difference > 1e-6) < SHARE_OF_MOVED_COUNTS
+
+
+def test_measured_corners_deviate_as_in_the_paper() -> None:
+    """One slope between the slack boundaries, half of it beyond, and a steeper one at the ends."""
+    table = pd.read_csv(EXAMPLE / "static_curve.csv")
+    deflection, torque = table["joint_deflection_rad"], table["joint_torque_Nm"]
+
+    def slope(inside: pd.Series) -> float:
+        return -float(np.polyfit(deflection[inside], torque[inside], 1)[0])
+
+    assert slope(deflection.abs() < SLACK) == pytest.approx(2.0 * STIFFNESS, rel=0.02)
+    for side in (-1.0, 1.0):
+        beyond = side * deflection
+        assert slope((beyond > SLACK) & (beyond < ENGAGED)) == pytest.approx(STIFFNESS, rel=0.03)
+        assert slope(beyond > ENGAGED) == pytest.approx(2.5 * STIFFNESS, rel=0.03)
