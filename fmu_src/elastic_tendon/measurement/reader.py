@@ -30,8 +30,8 @@ STATIC_STEP = 10.0
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")
 # s at the beginning that "start" takes for rest
 _BEGINNING = 0.1
-# steps differ by less in a recording that counts as evenly sampled
-_EVEN = 0.05
+# an evenly sampled recording has steps that differ by less than this share
+_EVEN = 0.1
 _MOST_NAMES = 6  # measurements that a sentence names
 
 
@@ -230,10 +230,9 @@ def _measurements(reading: _Reading, run: Run) -> list[Measurement]:
     name = reading.source + (f"#{run.label}" if run.label is not None else "")
     _check_count(run, name + reading.asked, reading)
     columns = {one.signal: _resolved(one, run.tracks[one.signal]) for one in reading.layout.signals}
-    factors = {column.signal: column.factor for column in reading.layout.signals}
     tracks = {
-        signal: Track(track.time, track.values * factors[signal] + columns[signal].offset)
-        for signal, track in run.tracks.items()
+        one.signal: run.tracks[one.signal].converted(one.factor, columns[one.signal].offset)
+        for one in reading.layout.signals
     }
     notes = (*_run_notes(run, reading), *_offset_notes(reading.layout, columns))
     if reading.layout.static:
@@ -415,7 +414,9 @@ def _clock_notes(part: Tracks, reference: str, resample: float | None) -> tuple[
     if resample is not None:
         return (f"resampled to steps of {resample * 1e3:g} ms",)
     steps = np.diff(clock)
-    usual = float(np.median(steps))
+    uneven = bool(np.ptp(steps) > _EVEN * steps.min())
+    # a median costs as much as reading the clock
+    usual = float(np.median(steps) if uneven else steps.min())
     notes = []
     for signal, track in part.items():
         if track.time is not clock:
@@ -425,7 +426,7 @@ def _clock_notes(part: Tracks, reference: str, resample: float | None) -> tuple[
                 f"{signal}, sampled every {own * 1e3:.3g} ms, was {verb} to the samples of "
                 f"{reference}, every {usual * 1e3:.3g} ms"
             )
-    if np.ptp(steps) > 2.0 * _EVEN * usual:
+    if uneven:
         notes.append(
             f"sampled unevenly, every {steps.min() * 1e3:.3g} ms to {steps.max() * 1e3:.3g} ms, "
             "and used as it stands"

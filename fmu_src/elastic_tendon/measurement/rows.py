@@ -19,10 +19,22 @@ from elastic_tendon.measurement.formats.base import Chunk
 from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.measurement.tracks import Array, Bins, Track, reduced
 
+Numbers = NDArray[np.intp]
 Label = int | str | None  # of a run; None: the file has no runs
 
 # samples kept of a file: hours at 100 Hz, and a few hundred megabytes with all that is made of them
 MAXIMUM_SAMPLES = 2_000_000
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some rows: the cells of each column, and the rows' numbers in messages."""
+
+    cells: Chunk
+    numbers: Numbers
+
+    def rows(self, keep: NDArray[np.bool_]) -> "_Part":
+        return _Part({name: raw[keep] for name, raw in self.cells.items()}, self.numbers[keep])
 
 
 @dataclass
@@ -124,51 +136,43 @@ class _GroupReader:
         row = self.source.first_row
         for chunk in self.source.read(self.group, list(dict.fromkeys(names)), report):
             count = len(next(iter(chunk.values())))
-            for label, rows in self._parts(chunk, row, count):
-                self._take(self.runs.setdefault(label, _Rows()), label, chunk, rows, row)
+            numbers = np.arange(row, row + count)
+            for label, part in self._parts(chunk, numbers):
+                self._take(self.runs.setdefault(label, _Rows()), label, part)
             row += count
         return self.runs
 
-    def _parts(
-        self, chunk: Chunk, row: int, count: int
-    ) -> Iterator[tuple[Label, slice | NDArray[np.intp]]]:
+    def _parts(self, chunk: Chunk, numbers: Numbers) -> Iterator[tuple[Label, _Part]]:
         """Rows of each run in a chunk, in their order."""
         if not self.has_runs:
-            yield None, slice(0, count)
+            yield None, _Part(chunk, numbers)
             return
         codes, found = pd.factorize(chunk[RUN])
         if np.any(codes < 0):
-            bad = row + int(np.argmax(codes < 0))
+            bad = int(numbers[np.argmax(codes < 0)])
             raise MeasurementError(
                 f"{self.source.name}: column run, row {bad} is blank; say to which run it belongs"
             )
         for code, cell in enumerate(found):
-            yield _label(cell), np.flatnonzero(codes == code)
+            yield _label(cell), _Part(chunk, numbers).rows(codes == code)
 
-    def _take(
-        self, into: _Rows, label: Label, chunk: Chunk, rows: slice | NDArray[np.intp], row: int
-    ) -> None:
+    def _take(self, into: _Rows, label: Label, part: _Part) -> None:
         """Add the rows of one run in a chunk to what was read."""
         wanted = self.preparation.runs
         if wanted is not None and label is not None and label not in wanted:
             return
-        numbers = np.arange(row, row + len(next(iter(chunk.values()))))[rows]
         if self.time is None:
-            keep = np.ones(len(numbers), dtype=bool)
-            time = numbers.astype(np.float64)
+            time = part.numbers.astype(np.float64)
         else:
-            time = self._numbers(chunk[self.time.name][rows], self.time, numbers, blanks=False)
-            time = time * self.time.factor + self.time.prepared.offset
-            keep = self._in_order(into, time, chunk, rows, numbers)
-            keep &= self._in_window(into, time)
+            time = self._numbers(part, self.time, blanks=False)
+            if (self.time.factor, self.time.prepared.offset) != (1.0, 0.0):
+                time = time * self.time.factor + self.time.prepared.offset
+            keep = self._in_order(into, time, part) & self._in_window(into, time)
+            if not np.all(keep):
+                time, part = time[keep], part.rows(keep)
         resample = self.preparation.resample
-        all_kept = bool(np.all(keep))
-        time = time if all_kept else time[keep]
         for column in self.columns:
-            raw, at = chunk[column.name][rows], numbers
-            if not all_kept:
-                raw, at = raw[keep], numbers[keep]
-            values = self._numbers(raw, column, at, blanks=resample is not None)
+            values = self._numbers(part, column, blanks=resample is not None)
             if resample is None:
                 into.values.setdefault(column.signal, []).append(values)
             else:
@@ -199,42 +203,39 @@ class _GroupReader:
         into.cut += len(time) - int(np.count_nonzero(keep))
         return keep
 
-    def _in_order(
-        self,
-        into: _Rows,
-        time: Array,
-        chunk: Chunk,
-        rows: slice | NDArray[np.intp],
-        numbers: NDArray[np.intp],
-    ) -> NDArray[np.bool_]:
+    def _in_order(self, into: _Rows, time: Array, part: _Part) -> NDArray[np.bool_]:
         """Which rows to keep: not those that repeat the one before; refuses any other order."""
-        steps = np.diff(time, prepend=into.last_time)
-        self._check_forward(steps, time, into.last_time, numbers)
-        keep = steps > 0.0
-        if not np.all(keep):
-            for column in self.columns:
-                values = self._numbers(chunk[column.name][rows], column, numbers, blanks=True)
-                before = np.concatenate([[into.last.get(column.signal, np.nan)], values[:-1]])
-                same = (values == before) | (np.isnan(values) & np.isnan(before))
-                bad = np.flatnonzero(~keep & ~same)
-                if len(bad):
-                    raise MeasurementError(
-                        f"{self.source.name}: the time does not increase at row "
-                        f"{numbers[bad[0]]} ({_seconds(time[bad[0]])} again, with another "
-                        f"{column.label}); drop one of the two rows, or write the time with more "
-                        "digits"
-                    )
+        keep = np.ones(len(time), dtype=bool)
+        if len(time) and not (time[0] > into.last_time and np.all(time[1:] > time[:-1])):
+            steps = np.diff(time, prepend=into.last_time)
+            self._check_forward(steps, time, into.last_time, part.numbers)
+            keep = steps > 0.0
+            self._check_repeated(~keep, into, time, part)
             into.repeated += int(np.count_nonzero(~keep))
         if len(time):
             into.last_time = float(time[-1])
             for column in self.columns:
-                last = chunk[column.name][rows][-1:]
+                last = part.cells[column.name][-1:]
                 into.last[column.signal] = float(pd.to_numeric(last, errors="coerce")[0])
         return keep
 
-    def _check_forward(
-        self, steps: Array, time: Array, last: float, numbers: NDArray[np.intp]
+    def _check_repeated(
+        self, again: NDArray[np.bool_], into: _Rows, time: Array, part: _Part
     ) -> None:
+        """Refuse a row with the time of the one before and other values."""
+        for column in self.columns:
+            values = self._numbers(part, column, blanks=True)
+            before = np.concatenate([[into.last.get(column.signal, np.nan)], values[:-1]])
+            same = (values == before) | (np.isnan(values) & np.isnan(before))
+            bad = np.flatnonzero(again & ~same)
+            if len(bad):
+                raise MeasurementError(
+                    f"{self.source.name}: the time does not increase at row {part.numbers[bad[0]]} "
+                    f"({_seconds(time[bad[0]])} again, with another {column.label}); drop one of "
+                    "the two rows, or write the time with more digits"
+                )
+
+    def _check_forward(self, steps: Array, time: Array, last: float, numbers: Numbers) -> None:
         bad = np.flatnonzero(steps < 0.0)
         if not len(bad):
             return
@@ -248,10 +249,9 @@ class _GroupReader:
             "number the runs in a column run"
         )
 
-    def _numbers(
-        self, raw: NDArray[Any], column: Column, numbers: NDArray[np.intp], *, blanks: bool
-    ) -> Array:
+    def _numbers(self, part: _Part, column: Column, *, blanks: bool) -> Array:
         """Column as numbers; refuses text, infinities and, unless allowed, blanks."""
+        raw = part.cells[column.name]
         values: Array
         if raw.dtype.kind in "iufb":
             values = raw.astype(np.float64, copy=False)
@@ -265,7 +265,7 @@ class _GroupReader:
             bad &= ~blank
         if np.any(bad):
             index = int(np.argmax(bad))
-            raise self._bad_cell(column, int(numbers[index]), raw[index], bool(blank[index]))
+            raise self._bad_cell(column, int(part.numbers[index]), raw[index], bool(blank[index]))
         return values
 
     def _bad_cell(self, column: Column, row: int, cell: object, blank: bool) -> MeasurementError:
@@ -290,6 +290,10 @@ def _seconds(value: float) -> str:
     return f"{value:.10g} s"
 
 
+def _joined(parts: list[Array]) -> Array:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
 def _run(
     label: Label, gathered: list[dict[Label, _Rows]], layout: Layout, resample: float | None
 ) -> Run:
@@ -301,9 +305,9 @@ def _run(
         if resample is not None:
             tracks |= {signal: reduced(bins, resample) for signal, bins in rows.bins.items()}
         elif rows.times:
-            time = np.concatenate(rows.times)
+            time = _joined(rows.times)
             for signal, values in rows.values.items():
-                tracks[signal] = Track(time, np.concatenate(values))
+                tracks[signal] = Track(time, _joined(values))
     order = [column.signal for column in layout.signals if column.signal in tracks]
     return Run(
         label,

@@ -30,6 +30,12 @@ class Track:
     time: Array
     values: Array
 
+    def converted(self, factor: float, offset: float) -> "Track":
+        """The same signal in another unit."""
+        if (factor, offset) == (1.0, 0.0):
+            return self
+        return Track(self.time, self.values * factor + offset)
+
 
 @dataclass(frozen=True)
 class Bins:
@@ -130,7 +136,8 @@ def _gaps(tracks: Tracks) -> list[float]:
     middles: set[float] = set()
     for clock in clocks:
         steps = np.diff(clock)
-        if len(steps):
+        # no gap without a step so many times the shortest, which is found faster than a quantile
+        if len(steps) and steps.max() > _GAP * steps.min():
             long = np.flatnonzero(steps > _GAP * np.quantile(steps, _USUAL_STEP))
             within = long[(clock[long + 1] > first) & (clock[long] < last)]
             middles |= {float(0.5 * (clock[i] + clock[i + 1])) for i in within}
