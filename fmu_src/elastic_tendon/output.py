@@ -58,3 +58,48 @@ def write_file(path: Path, write: Callable[[Path], object], *, force: bool) -> N
 def write_text(path: Path, text: str, *, force: bool) -> None:
     """`write_file` for text, in UTF-8."""
     write_file(path, lambda target: target.write_text(text, encoding="utf-8"), force=force)
+
+
+def check_folder(path: Path, *, force: bool) -> None:
+    """Refuse, before any work is done, a folder that could not be filled after it.
+
+    Parameters
+    ----------
+    path : folder to be filled; it is made where it is absent
+    force : whether files in it may be replaced
+
+    Raises
+    ------
+    OutputError : a file has this name, the folder holds something and `force` is not given, or
+        the folder around it does not exist
+    """
+    if path.exists() and not path.is_dir():
+        raise OutputError(f"{path}: this is a file; name a folder")
+    if not path.parent.is_dir():
+        raise OutputError(f"{path}: there is no folder {path.parent}; create it first")
+    if path.is_dir() and any(path.iterdir()) and not force:
+        raise OutputError(f"{path}: the folder is not empty; name a new one or give --force")
+
+
+def write_folder(path: Path, write: Callable[[Path], object], *, force: bool) -> None:
+    """Let `write` fill a folder beside `path`, then put its files in place.
+
+    Parameters
+    ----------
+    path : folder; made where it is absent
+    write : called with the path of a temporary folder
+    force : whether files in the folder may be replaced
+
+    Raises
+    ------
+    OutputError : see `check_folder`, or the folder cannot be written
+    """
+    check_folder(path, force=force)
+    try:
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".elastic-tendon-") as folder:
+            write(Path(folder))
+            path.mkdir(exist_ok=True)
+            for file in Path(folder).iterdir():
+                os.replace(file, path / file.name)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written ({error.strerror})") from error

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,8 +11,11 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.ladder import Rung, Step
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.output import OutputError
-from elastic_tendon.report.units import shown
+from elastic_tendon.report.thinning import envelope, stride
+from elastic_tendon.report.units import shown, times_noise
 
 # Okabe and Ito: told apart with every kind of colour vision
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -20,11 +24,14 @@ BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 VISIBLE = 0.02  # share of an axis below which a band needs no legend
 SOFTWARE = "elastic-tendon"  # in the metadata of a PNG
 PICTURES = (".png", ".svg", ".pdf")
+NAME = 44  # letters of a recording's name in a title
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
 
 
 def overlay(comparison: Comparison) -> Figure:
     """Measured and simulated signals over time, the residual below each.
+
+    A static curve is drawn as torque over deflection.
 
     Parameters
     ----------
@@ -45,32 +52,68 @@ def overlay(comparison: Comparison) -> Figure:
 
 
 def _overlay_one(part: SubFigure, file: FileComparison, name: str) -> None:
-    quantity = shown(name)
-    error = file.signals[name]
-    time = file.measurement.time
-    measured = file.measurement.signals[name]
-    simulated = file.trajectory[name]
     upper, lower = part.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
-    upper.plot(time, measured, color=BLACK, linewidth=1.6, label="measured")
-    upper.plot(time, simulated, color=VERMILLION, linewidth=1.1, label="simulated")
-    upper.set_ylabel(f"{quantity.words} ({quantity.unit})")
+    if file.measurement.static:
+        _draw_curves(upper, lower, file)
+    else:
+        _draw_series(upper, lower, file, name)
+    error = file.signals[name]
+    quantity = shown(name, static=file.measurement.static)
     fit = "" if error.fit_percent is None else f", fit {error.fit_percent:.1f} %"
     upper.set_title(
-        f"{file.measurement.name}: RMSE {error.rmse * quantity.small:.3g} {quantity.small_unit}"
-        f" = {error.noise_ratio:.3g} × noise{fit}",
+        f"{shortened(file.measurement.name)}: RMSE {quantity.error(error.rmse)}"
+        f", {times_noise(error.noise_ratio)}{fit}",
         fontsize="medium",
     )
-    upper.legend(loc="best", frameon=False)
-    lower.plot(time, quantity.small * (simulated - measured), color=BLUE, linewidth=0.9)
     band = 2.0 * quantity.small * error.noise.sigma
-    lower.axhspan(-band, band, color="0.8", label="± 2 × noise")
+    lower.axhspan(-band, band, color="0.8", label="± 2σ of the noise")
     lower.axhline(0.0, color="0.5", linewidth=0.8)
     lower.set_ylabel(f"error ({quantity.small_unit})")
-    lower.set_xlabel("time (s)")
+    upper.legend(loc="best", frameon=False)
     if band > VISIBLE * quantity.small * error.max_abs:
         lower.legend(loc="best", frameon=False)
     tidy(upper)
     tidy(lower)
+
+
+def _draw_series(upper: Axes, lower: Axes, file: FileComparison, name: str) -> None:
+    quantity = shown(name)
+    time = file.measurement.time
+    measured = file.measurement.signals[name]
+    simulated = file.trajectory[file.trajectory.measured(name)]
+    upper.plot(*envelope(time, measured), color=BLACK, linewidth=1.6, label="measured")
+    upper.plot(*envelope(time, simulated), color=VERMILLION, linewidth=1.1, label="simulated")
+    upper.set_ylabel(f"{quantity.words} ({quantity.unit})")
+    error = quantity.small * (simulated - measured)
+    lower.plot(*envelope(time, error), color=BLUE, linewidth=0.9)
+    lower.set_xlabel("time (s)")
+
+
+def _draw_curves(upper: Axes, lower: Axes, file: FileComparison) -> None:
+    """A static curve: torque over deflection, and by how much the model's deflection is off."""
+    quantity = shown("joint_position", static=True)
+    torque = static_torque(file.measurement)
+    measured = file.measurement.signals["joint_position"]
+    simulated = file.trajectory[file.trajectory.measured("joint_position")]
+    some = stride(len(torque))
+    dots: dict[str, Any] = {"linestyle": "none", "marker": "."}
+    upper.plot(measured[some], torque[some], color=BLACK, label="measured", **dots)
+    upper.plot(simulated[some], torque[some], color=VERMILLION, lw=1.1, label="simulated")
+    upper.set_ylabel("joint torque (N·m)")
+    error = quantity.small * (simulated - measured)
+    lower.plot(measured[some], error[some], color=BLUE, markersize=4, **dots)
+    lower.set_xlabel("deflection (rad)")
+
+
+def static_torque(measurement: Measurement) -> Array:
+    """Torque of the tendons in a static curve, (n,) N·m: in equilibrium with the load."""
+    load = measurement.load_torque
+    return np.zeros(len(measurement.time)) if load is None else -load
+
+
+def shortened(name: str) -> str:
+    """The name of a recording, its middle left out where it would not fit into a title."""
+    return name if len(name) <= NAME else f"{name[: NAME // 2]}…{name[-NAME // 2 + 1 :]}"
 
 
 def ladder(rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
@@ -165,18 +208,21 @@ def story(steps: Sequence[Step], rungs: Sequence[Rung], signal: str = "joint_pos
     kind = "held-out" if steps[-1].heldout else "fitted"
     first = (steps[0].heldout or steps[0].comparison).files[0]
     time = final.measurement.time
-    middle.plot(time, final.measurement.signals[signal], color=BLACK, lw=2.4, label="measured")
+    measured = final.measurement.signals[signal]
+    middle.plot(*envelope(time, measured), color=BLACK, lw=2.4, label="measured")
     colours = STEP_COLOURS[: len(steps)]
-    middle.plot(time, first.trajectory[signal], color=colours[0], lw=1.0, label=steps[0].title)
-    middle.plot(time, final.trajectory[signal], color=colours[-1], lw=1.0, label=steps[-1].title)
+    for file, step, colour in ((first, steps[0], colours[0]), (final, steps[-1], colours[-1])):
+        simulated = file.trajectory[file.trajectory.measured(signal)]
+        middle.plot(*envelope(time, simulated), color=colour, lw=1.0, label=step.title)
     middle.set_ylabel(f"{quantity.words} ({quantity.unit})")
     middle.set_title(
         f"{final.measurement.name} ({kind} data)", loc="left", pad=24.0, fontsize="medium"
     )
     for step, colour in zip(steps, colours, strict=True):
         file = (step.heldout or step.comparison).files[0]
-        error = quantity.small * (file.trajectory[signal] - file.measurement.signals[signal])
-        bottom.plot(time, error, color=colour, linewidth=1.0, label=step.title)
+        simulated = file.trajectory[file.trajectory.measured(signal)]
+        error = quantity.small * (simulated - measured)
+        bottom.plot(*envelope(time, error), color=colour, linewidth=1.0, label=step.title)
     bottom.axhline(0.0, color="0.5", linewidth=0.8)
     bottom.set_ylabel(f"error ({quantity.small_unit})")
     bottom.set_xlabel("time (s)")

@@ -1,6 +1,6 @@
 """Tables and sentences for the terminal; numbers come ready from `design` and `identify`."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import floor, log10, nan
 
 from rich.box import SIMPLE_HEAD
@@ -10,13 +10,9 @@ from elastic_tendon import effects
 from elastic_tendon.design import DesignTable
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.identify.add import Addition
-from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.determinability import Findings
 from elastic_tendon.identify.ladder import Rung
-from elastic_tendon.report.units import shown
-
-# bins are told to stand out only where they are this many standard errors above the noise
-STANDING_OUT = 3.0
+from elastic_tendon.report.units import number, shown, times_noise
 
 # relative change of a held-out error that is worth a word
 NOTICEABLE = 1e-3
@@ -40,59 +36,6 @@ def design_table(name: str, table: DesignTable) -> Table:
     return shown_table
 
 
-def comparison_table(comparison: Comparison) -> Table:
-    """Error of each recording and signal."""
-    table = Table(
-        title=f"{comparison.model.name} beside the measurements",
-        caption="error = simulated − measured; fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %",
-    )
-    table.add_column("measurement", overflow="fold")
-    table.add_column("signal")
-    for heading in ("RMS\nerror", "largest", "bias", "fit %", "RMS /\nnoise"):
-        table.add_column(heading, justify="right")
-    for file in comparison.files:
-        for name, error in file.signals.items():
-            quantity = shown(name)
-            fit = "-" if error.fit_percent is None else f"{error.fit_percent:.1f}"
-            table.add_row(
-                file.measurement.name,
-                quantity.words,
-                *(
-                    f"{value * quantity.small:.3g} {quantity.small_unit}"
-                    for value in (error.rmse, error.max_abs, error.bias)
-                ),
-                fit,
-                f"{error.noise_ratio:.3g}",
-            )
-    return table
-
-
-def where_tables(comparison: Comparison) -> Iterator[Table]:
-    """Error by slack state, direction and deflection, one table for each recording and signal."""
-    for file in comparison.files:
-        for name, error in file.signals.items():
-            quantity = shown(name)
-            table = Table(
-                title=f"{file.measurement.name}: where the {quantity.words} error lies",
-                caption=f"* above the noise by more than {STANDING_OUT:g} standard errors",
-            )
-            table.add_column("by")
-            table.add_column("where")
-            table.add_column("RMS error", justify="right")
-            table.add_column("share", justify="right")
-            table.add_column("")
-            for one in error.where:
-                sure = one.significance is not None and one.significance > STANDING_OUT
-                table.add_row(
-                    one.by.replace("_", " "),
-                    one.bin,
-                    f"{one.rmse * quantity.small:.3g} {quantity.small_unit}",
-                    f"{100.0 * one.share:.0f} %",
-                    "*" if sure else "",
-                )
-            yield table
-
-
 def ladder_table(rungs: Sequence[Rung]) -> Table:
     """RMS error after each step, in words; one section for each signal."""
     heldout = any(rung.heldout_rmse for rung in rungs)
@@ -112,8 +55,8 @@ def ladder_table(rungs: Sequence[Rung]) -> Table:
             table.add_row(
                 "" if index else quantity.words,
                 rung.title,
-                *(f"{quantity.small * error:.3g} {quantity.small_unit}" for error in errors),
-                f"{rung.noise_ratio[name]:.3g}",
+                *(quantity.error(error) for error in errors),
+                number(rung.noise_ratio[name]),
             )
         table.add_section()
     return table
@@ -174,16 +117,15 @@ def addition_sentences(addition: Addition) -> list[str]:
     for name, rmse in last.rmse.items():
         quantity = shown(name)
         text = (
-            f"The {quantity.words} error fell from {first.rmse[name] * quantity.small:.3g} to "
-            f"{rmse * quantity.small:.3g} {quantity.small_unit}"
+            f"The {quantity.words} error fell from {number(first.rmse[name] * quantity.small)} to "
+            f"{quantity.error(rmse)}"
         )
         if name in last.heldout_rmse:
             text += (
-                f", and from {first.heldout_rmse[name] * quantity.small:.3g} to "
-                f"{last.heldout_rmse[name] * quantity.small:.3g} {quantity.small_unit} on data "
-                "that no fit has seen"
+                f", and from {number(first.heldout_rmse[name] * quantity.small)} to "
+                f"{quantity.error(last.heldout_rmse[name])} on data that no fit has seen"
             )
-        sentences.append(text + f"; {last.noise_ratio[name]:.1f} times the noise is left.")
+        sentences.append(text + f"; {times_noise(last.noise_ratio[name])} is left.")
     if last.added is not None:
         sentences += _verdict(addition.ladder[-2], last)
         sentences += alias_sentences(effects.BY_ID[last.added])

@@ -1,0 +1,22 @@
+"""The command line: it parses, calls and shows; physics and statistics live elsewhere.
+
+Exit status: 0 done, 1 the data or the model says no (one line on stderr), 2 wrong usage,
+130 stopped by the user. Heavy modules are imported inside the commands so that help comes at once.
+"""
+
+import os
+
+from elastic_tendon.cli import measurements, models
+from elastic_tendon.cli.shared import INTERRUPTED, app
+
+__all__ = ["INTERRUPTED", "app", "main", "measurements", "models"]
+
+# before numpy is imported: a fit's matrices are tall and narrow, and threads that wait for one
+# another make their decomposition fifty times slower on a busy machine
+for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+
+def main() -> None:
+    """Entry point of the command ``elastic-tendon``."""
+    app()

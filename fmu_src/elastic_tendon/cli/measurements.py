@@ -1,0 +1,280 @@
+"""Commands that hold recordings against a model: simulate, compare, add; and the demo."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastic_tendon.cli.reading import (
+    AsDeclaredOption,
+    DataArgument,
+    InterpolationOption,
+    MapOption,
+    Reading,
+    RemoveOffsetOption,
+    ResampleOption,
+    ShiftOption,
+)
+from elastic_tendon.cli.shared import (
+    INTERRUPTED,
+    EffectOption,
+    ForceOption,
+    JsonOption,
+    ModelArgument,
+    PlotOption,
+    app,
+    check_outputs,
+    load,
+    notice,
+    output,
+    progress,
+    reporting,
+    save_json,
+    save_picture,
+)
+from elastic_tendon.output import check_folder, check_writable, write_file, write_folder, write_text
+
+if TYPE_CHECKING:
+    from elastic_tendon.identify.add import Addition, Report
+    from elastic_tendon.identify.compare import Comparison
+    from elastic_tendon.identify.locate import Location
+    from elastic_tendon.parameters import Model
+
+
+@app.command()
+@reporting
+def demo() -> None:
+    """The whole loop on bundled data, in a minute.
+
+    Writes elastic_tendon_demo.png in the current folder, replacing one of an earlier demo.
+    """
+    from elastic_tendon import demo as bundled
+    from elastic_tendon.report import tables
+    from elastic_tendon.report.comparison_figures import is_ours
+
+    picture = Path(bundled.PICTURE)
+    force = is_ours(picture)
+    check_writable(picture, force=force)
+    notice.print(
+        "A machine was measured twice, and its model does not agree. The model is compared with "
+        "the first recording and refitted to it; then Coulomb friction is added. The second "
+        "recording is kept apart and only judges.\n"
+    )
+    with progress() as report:
+        addition = bundled.run(report)
+    write_file(picture, lambda path: bundled.draw(addition, path), force=force)
+    _show_addition(addition)
+    output.print(f"\nThe picture of this is {picture}.", highlight=False)
+    output.print(tables.NEXT_AFTER_DEMO, highlight=False, markup=False)
+    _stop_if(addition.interrupted)
+
+
+@app.command()
+@reporting
+def simulate(
+    model: ModelArgument,
+    out: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.csv", help="Table to write.")],
+    data: Annotated[
+        str | None,
+        typer.Argument(metavar="[DATA]", help="Motor position and load; without: a smooth motion."),
+    ] = None,
+    mapping: MapOption = None,
+    resample: ResampleOption = None,
+    shift: ShiftOption = None,
+    remove_offset: RemoveOffsetOption = None,
+    as_declared: AsDeclaredOption = False,
+    interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Simulate a model and write a table.
+
+    With DATA, the motor moves as measured, and the joint starts in the state estimated on the
+    first 0.1 s (at rest in equilibrium where its position was not measured). Without DATA, ten
+    seconds of a smooth multisine with a slow load that slackens the tendons.
+    """
+    from elastic_tendon import compiled, simulated
+
+    check_writable(out, force=force)
+    reading = Reading.from_options(
+        mapping, resample, shift, remove_offset, as_declared, interpolation
+    )
+    loaded = load(model, own_effects)
+    with progress() as report:
+        compiled.library_path(loaded.effect_ids, report)
+        if data is None:
+            table = simulated.default_table(loaded)
+        else:
+            measurement = reading.one(loaded, data, report)
+            table = simulated.measured_table(loaded, measurement)
+    write_text(out, table.to_csv(index=False), force=force)
+    output.print(f"{len(table)} samples in {out}", highlight=False)
+
+
+@app.command()
+@reporting
+def compare(
+    model: ModelArgument,
+    data: DataArgument,
+    mapping: MapOption = None,
+    resample: ResampleOption = None,
+    shift: ShiftOption = None,
+    remove_offset: RemoveOffsetOption = None,
+    as_declared: AsDeclaredOption = False,
+    interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
+    all_bins: Annotated[
+        bool, typer.Option("--all-bins", help="Show the error in all bins, not the worst only.")
+    ] = False,
+    json_file: JsonOption = None,
+    plot: PlotOption = None,
+    figures: Annotated[
+        Path | None,
+        typer.Option("--figures", metavar="FOLDER", help="Draw all figures into a new folder."),
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Compare a model with measurements: how large the error is, and where it lies.
+
+    The JSON holds how each file was read: give it to --map, and the same is done again.
+    """
+    from elastic_tendon.identify.compare import compare as compare_with
+    from elastic_tendon.identify.comparison_json import comparison_json
+    from elastic_tendon.identify.locate import locate
+
+    check_outputs(json_file, picture=plot, force=force)
+    if figures is not None:
+        check_folder(figures, force=force)
+    reading = Reading.from_options(
+        mapping, resample, shift, remove_offset, as_declared, interpolation
+    )
+    loaded = load(model, own_effects)
+    with progress() as report:
+        comparison = compare_with(loaded, reading.all(loaded, data, report))
+        location = locate(comparison, report)
+        # files first: a reader that closes the pipe must not cost the user a result
+        if figures is not None:
+            _save_figures(comparison, location, figures, force, report)
+    save_json(comparison_json(comparison, location), json_file, force)
+    if plot is not None:
+        from elastic_tendon.report.comparison_figures import overlay
+
+        save_picture(overlay(comparison), plot, force)
+    _show_comparison(comparison, location, all_bins)
+    if figures is not None:
+        output.print(f"The figures are in {figures}.", highlight=False)
+
+
+@app.command()
+@reporting
+def add(
+    model: ModelArgument,
+    effect: Annotated[str, typer.Argument(metavar="EFFECT", help="Id, see: effects.")],
+    out: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.toml", help="New model.")],
+    data: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[DATA...]", help="Fitted; file.csv or file.csv\\[start:end] in s."),
+    ] = None,
+    validate: Annotated[
+        list[str] | None,
+        typer.Option("--validate", metavar="DATA", help="Never fitted, only judges; repeatable."),
+    ] = None,
+    mapping: MapOption = None,
+    resample: ResampleOption = None,
+    shift: ShiftOption = None,
+    remove_offset: RemoveOffsetOption = None,
+    as_declared: AsDeclaredOption = False,
+    interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
+    json_file: JsonOption = None,
+    plot: PlotOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Add an effect to a model, refit it to DATA, and show how the error falls.
+
+    Without DATA the effect comes in at its typical values. Ctrl-C stops the fit and keeps the
+    best so far.
+    """
+    check_outputs(out, json_file, picture=plot, force=force)
+    reading = Reading.from_options(
+        mapping, resample, shift, remove_offset, as_declared, interpolation
+    )
+    loaded = load(model, own_effects)
+    if not data:
+        _add_typical(loaded, effect, out, bool(validate or json_file or plot), force)
+        return
+    from elastic_tendon.identify.add import add as add_to
+
+    with progress() as report:
+        measurements = reading.all(loaded, data, report)
+        heldout = reading.all(loaded, validate or [], report)
+        addition = add_to(loaded, effect, measurements, heldout, report)
+    write_text(out, addition.model.to_toml(), force=force)
+    save_json(addition.to_json(), json_file, force)
+    if plot is not None:
+        from elastic_tendon.report.comparison_figures import story
+
+        save_picture(story(addition.steps, addition.ladder), plot, force)
+    _show_addition(addition)
+    output.print(f"The new model is {out}.", highlight=False)
+    _stop_if(addition.interrupted)
+
+
+def _add_typical(model: "Model", effect: str, out: Path, more: bool, force: bool) -> None:
+    from elastic_tendon.identify.add import add_typical
+
+    if more:
+        raise typer.BadParameter("--validate, --json and --plot need DATA to fit")
+    write_text(out, add_typical(model, effect).to_toml(), force=force)
+    output.print(
+        f"{effect} is in {out} at typical values for such an actuator; nothing was fitted. "
+        "Give DATA to fit it.",
+        highlight=False,
+    )
+
+
+def _save_figures(
+    comparison: "Comparison", location: "Location", folder: Path, force: bool, report: "Report"
+) -> None:
+    from elastic_tendon.report.comparison_figures import save
+    from elastic_tendon.report.location_figures import all_figures
+
+    def write(target: Path) -> None:
+        drawings = list(all_figures(comparison, location))
+        for index, (name, draw) in enumerate(drawings):
+            report(f"drawing {name}", index / len(drawings))
+            save(draw(), target / f"{name}.png")
+
+    write_folder(folder, write, force=force)
+
+
+def _show_comparison(comparison: "Comparison", location: "Location", all_bins: bool) -> None:
+    from elastic_tendon.report import comparison_tables as tables
+
+    for file, found in zip(comparison.files, location.files, strict=True):
+        output.print(tables.error_table(comparison, file))
+        for sentence in tables.sentences(file, found):
+            output.print(sentence, highlight=False, markup=False)
+        output.print()
+        for table in tables.bin_tables(file, found, all_bins=all_bins):
+            output.print(table)
+
+
+def _show_addition(addition: "Addition") -> None:
+    from elastic_tendon.report import tables
+
+    output.print(tables.ladder_table(addition.ladder))
+    output.print(tables.estimates_table(addition.findings))
+    if addition.findings.ratios:
+        output.print(tables.ratios_table(addition.findings))
+    for sentence in (*tables.addition_sentences(addition), *addition.findings.sentences):
+        output.print(sentence, highlight=False, markup=False)
+
+
+def _stop_if(interrupted: bool) -> None:
+    if interrupted:
+        notice.print(
+            "elastic-tendon: stopped before the fit had converged; these numbers and intervals "
+            "are only the best so far"
+        )
+        raise typer.Exit(INTERRUPTED)

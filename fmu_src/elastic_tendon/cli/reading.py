@@ -1,0 +1,162 @@
+"""How commands read recordings: the options, and what is asked before data is believed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from elastic_tendon.cli.shared import notice
+from elastic_tendon.errors import MeasurementError
+from elastic_tendon.interpolation import Interpolation
+
+if TYPE_CHECKING:
+    from elastic_tendon.identify.add import Report
+    from elastic_tendon.measurement import Measurement
+    from elastic_tendon.parameters import Model
+
+DataArgument = Annotated[
+    list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")
+]
+MapOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--map",
+        metavar="SIGNAL=COLUMN",
+        help="signal=column[:unit][*scale][+offset], e.g. joint_position=enc2:deg*-1; or a TOML "
+        "file that says how to read, or the JSON of an earlier comparison; repeatable.",
+    ),
+]
+ResampleOption = Annotated[
+    float | None,
+    typer.Option("--resample", metavar="S", help="Bring the samples to steps of so many s."),
+]
+ShiftOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--shift",
+        metavar="SIGNAL=S",
+        help="By how many s a sensor is late, or auto to estimate it; repeatable.",
+    ),
+]
+RemoveOffsetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--remove-offset",
+        metavar="SIGNAL",
+        help="Make the mean of its first 0.1 s zero; repeatable.",
+    ),
+]
+AsDeclaredOption = Annotated[
+    bool,
+    typer.Option("--as-declared", help="Take data as they are, even if they look read wrongly."),
+]
+InterpolationOption = Annotated[
+    Interpolation, typer.Option(help="Of motor position and load between the samples.")
+]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The options of a command about reading."""
+
+    mapping: tuple[str, ...]
+    resample: float | None
+    time_shift: dict[str, float | Literal["auto"]]
+    remove_offset: tuple[str, ...]
+    as_declared: bool
+    interpolation: Interpolation
+
+    @classmethod
+    def from_options(
+        cls,
+        mapping: Sequence[str] | None,
+        resample: float | None,
+        shift: Sequence[str] | None,
+        remove_offset: Sequence[str] | None,
+        as_declared: bool,
+        interpolation: Interpolation,
+    ) -> "Reading":
+        """The options as they are given; a shift that is none is refused as wrong usage."""
+        return cls(
+            mapping=tuple(mapping or ()),
+            resample=resample,
+            time_shift=dict(_shift(one) for one in shift or ()),
+            remove_offset=tuple(remove_offset or ()),
+            as_declared=as_declared,
+            interpolation=interpolation,
+        )
+
+    def all(
+        self, model: "Model", data: Sequence[str], report: "Report", *, joint_required: bool = True
+    ) -> list["Measurement"]:
+        """Read every file; look whether it was read rightly; say what was done to it.
+
+        Raises
+        ------
+        MeasurementError : a file cannot be used, or looks as if it was read wrongly
+        """
+        from elastic_tendon.measurement.reader import read_prepared
+
+        read = [
+            measurement
+            for one in data
+            for measurement in read_prepared(
+                *(one, self.mapping),
+                time_shift=self.time_shift,
+                resample=self.resample,
+                remove_offset=self.remove_offset,
+                interpolation=self.interpolation,
+                joint_required=joint_required,
+                report=report,
+            )
+        ]
+        believed = self._believed(model, read)
+        for measurement in believed:
+            for note in measurement.notes:
+                notice.print(f"note: {measurement.name}: {note}", markup=False, soft_wrap=True)
+        return believed
+
+    def one(self, model: "Model", data: str, report: "Report") -> "Measurement":
+        """Read a file that holds one recording, which need not hold the joint's position.
+
+        Raises
+        ------
+        MeasurementError : see `all`, or the file holds several recordings
+        """
+        found = self.all(model, [data], report, joint_required=False)
+        if len(found) > 1:
+            names = ", ".join(one.name for one in found)
+            raise MeasurementError(
+                f"{data}: it holds {len(found)} recordings ({names}); cut one out with a window "
+                "file.csv[start:end], or with runs in a file for --map"
+            )
+        return found[0]
+
+    def _believed(self, model: "Model", found: list["Measurement"]) -> list["Measurement"]:
+        """Refuse what looks misread, or note it; then estimate the time shifts asked for."""
+        from elastic_tendon.identify.suspicion import refuse_suspicious, suspicions
+        from elastic_tendon.identify.time_shift import with_time_shifts_resolved
+
+        if not all("joint_position" in one.signals for one in found):
+            return found  # nothing to compare: what drives the model is taken as it is
+        if self.as_declared:
+            found = [replace(one, notes=(*one.notes, *suspicions(model, one))) for one in found]
+        else:
+            refuse_suspicious(model, found)
+        return with_time_shifts_resolved(model, found)
+
+
+def _shift(text: str) -> tuple[str, float | Literal["auto"]]:
+    signal, _, value = text.partition("=")
+    if value == "auto":
+        return signal, "auto"
+    try:
+        seconds = float(value)
+    except ValueError:
+        seconds = float("nan")
+    if not isfinite(seconds):
+        advice = f"{text!r}: write it as signal=seconds or signal=auto, as joint_position=0.003"
+        raise typer.BadParameter(advice, param_hint="--shift")
+    return signal, seconds

@@ -1,0 +1,125 @@
+"""What the commands share: options, messages, progress, and files that are written whole."""
+
+import functools
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
+
+import typer
+from rich.console import Console
+
+from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.output import check_writable, write_file, write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from elastic_tendon.identify.add import Report
+    from elastic_tendon.parameters import Model
+
+INTERRUPTED = 130
+
+app = typer.Typer(
+    name="elastic-tendon",
+    help="The elastic tendon actuator: simulate it, export it as an FMU, compare it with "
+    "measurements and find what is missing.",
+    no_args_is_help=True,
+    add_completion=False,
+)
+output = Console()
+notice = Console(stderr=True, highlight=False)
+
+Parameters = ParamSpec("Parameters")
+ModelArgument = Annotated[
+    str, typer.Argument(metavar="MODEL", help="A model.toml, or the name of a bundled model.")
+]
+EffectOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--effect",
+        metavar="FILE.py",
+        help="Run this Python file, for an effect of your own; repeatable.",
+    ),
+]
+ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
+JsonOption = Annotated[
+    Path | None, typer.Option("--json", metavar="F", help="Write the result as JSON.")
+]
+PlotOption = Annotated[
+    Path | None, typer.Option("--plot", metavar="F", help="Write a picture (.png, .svg, .pdf).")
+]
+
+
+def reporting(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
+    """Turn the errors that users can meet into one line and an exit status."""
+
+    @functools.wraps(function)
+    def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+        try:
+            function(*args, **kwargs)
+        except ElasticTendonError as error:
+            notice.print(f"elastic-tendon: {error}", markup=False, soft_wrap=True)
+            raise typer.Exit(1) from None
+        except KeyboardInterrupt:
+            notice.print("elastic-tendon: stopped, nothing was written")
+            raise typer.Exit(INTERRUPTED) from None
+
+    return run
+
+
+def load_effects(files: list[Path] | None) -> None:
+    if files:
+        from elastic_tendon.effects import load_effect
+
+        for file in files:
+            load_effect(file)
+
+
+def load(source: str, own_effects: list[Path] | None) -> "Model":
+    from elastic_tendon.parameters import load_model
+
+    load_effects(own_effects)
+    model = load_model(source)
+    for warning in model.warnings():
+        notice.print(f"note: {warning}", markup=False, soft_wrap=True)
+    return model
+
+
+@contextmanager
+def progress() -> Iterator["Report"]:
+    """A bar on stderr where that is a terminal; yields the function that moves it."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    quiet = not notice.is_terminal
+    with Progress(*columns, console=notice, transient=True, disable=quiet) as bar:
+        task = bar.add_task("", total=1.0)
+
+        def report(text: str, share: float) -> None:
+            bar.update(task, description=text, completed=share)
+
+        yield report
+
+
+def check_outputs(*paths: Path | None, picture: Path | None, force: bool) -> None:
+    if picture is not None:
+        from elastic_tendon.report.comparison_figures import check_picture
+
+        check_picture(picture)
+    for path in (*paths, picture):
+        if path is not None:
+            check_writable(path, force=force)
+
+
+def save_picture(figure: "Figure", path: Path, force: bool) -> None:
+    from elastic_tendon.report.comparison_figures import save
+
+    write_file(path, lambda target: save(figure, target), force=force)
+    output.print(f"The picture is {path}.", highlight=False)
+
+
+def save_json(content: dict[str, Any], path: Path | None, force: bool) -> None:
+    if path is not None:
+        write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n", force=force)

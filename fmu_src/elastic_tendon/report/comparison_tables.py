@@ -1,0 +1,139 @@
+"""A comparison for the terminal: how large the error is, and where it lies; 80 columns suffice."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from elastic_tendon.identify.bins import Bin
+from elastic_tendon.identify.compare import Comparison, ErrorFigures, FileComparison
+from elastic_tendon.identify.locate import FileLocation
+from elastic_tendon.report.units import Shown, noise_in_words, number, shown
+
+STATES = {"I": "I, lower slack", "II": "II, upper slack", "III": "III, both taut"}
+# more rows are a wall that nobody reads; the option --all-bins shows them
+ROWS = 10
+
+FIGURES = (
+    "error = simulated − measured; fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %; times noise = RMS / floor"
+)
+
+
+def error_table(comparison: Comparison, file: FileComparison) -> Table:
+    """Error of each signal of one recording, whole and by slack state."""
+    table = _table(f"{file.measurement.name} beside {comparison.model.name}", FIGURES)
+    table.add_column("error of", overflow="fold", min_width=14)
+    for heading in ("samples", "RMS", "largest", "bias", "fit %", "times\nnoise"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, error in file.signals.items():
+        quantity = shown(name, static=file.measurement.static)
+        count = len(file.measurement.time)
+        words = f"{quantity.words}, {quantity.small_unit}"
+        table.add_row(f"[bold]{words}[/bold]", str(count), *_figures(error, quantity))
+        for state, part in error.slack_states.items():
+            label = f"  {STATES.get(state, state)}"
+            table.add_row(label, str(part.count), *_figures(part, quantity))
+    return table
+
+
+def _figures(error: ErrorFigures, quantity: Shown) -> tuple[str, ...]:
+    sizes = (quantity.small * value for value in (error.rmse, error.max_abs, error.bias))
+    fit = "-" if error.fit_percent is None else f"{error.fit_percent:.1f}"
+    return (*(number(size) for size in sizes), fit, number(error.noise_ratio))
+
+
+def noise_sentence(file: FileComparison) -> str:
+    """Noise floors of the signals of one recording."""
+    floors = []
+    for name, error in file.signals.items():
+        quantity = shown(name, static=file.measurement.static)
+        floors.append(f"{quantity.words} {noise_in_words(error.noise, quantity)}")
+    return f"Noise: {'; '.join(floors)}."
+
+
+def sentences(file: FileComparison, location: FileLocation) -> list[str]:
+    """How large the noise is, how each signal fails, and what was hard to find out."""
+    failing = []
+    for name, sentence in location.in_words.items():
+        words = shown(name, static=file.measurement.static).words
+        failing.append(f"{words[0].upper()}{words[1:]}: {sentence}.")
+    return [noise_sentence(file), *failing, *location.missing_torque.notes]
+
+
+def bin_tables(
+    file: FileComparison, location: FileLocation, *, all_bins: bool = False
+) -> Iterator[Table]:
+    """Where the error of each signal lies: the bins that stand out, or all.
+
+    Parameters
+    ----------
+    file : FileComparison
+    location : FileLocation of the same recording
+    all_bins : also those that do not stand out
+
+    Returns
+    -------
+    iterator of Table; signals of which no bin stands out have none
+    """
+    for name, bins in location.bins.items():
+        quantity = shown(name, static=file.measurement.static)
+        outstanding = [one for one in bins if one.stands_out]
+        chosen = list(bins) if all_bins else strongest(outstanding, sample_shares(bins))
+        if not chosen:
+            continue
+        left = len(outstanding) - len(chosen)
+        caption = "* stands out: more error than noise, sure for all bins together"
+        if left > 0:
+            caption = f"{left} more stand out, see --all-bins"
+        title = f"{file.measurement.name}: where the {quantity.words} is off"
+        table = _table(title, caption if all_bins or left > 0 else None)
+        _fill(table, chosen, sample_shares(bins), quantity)
+        yield table
+
+
+def _fill(
+    table: Table, bins: Sequence[Bin], sample_share: Mapping[Bin, float], quantity: Shown
+) -> None:
+    table.add_column("by", no_wrap=True)
+    table.add_column("where", overflow="fold")
+    for heading in (f"RMS,\n{quantity.small_unit}", f"bias,\n{quantity.small_unit}"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("share of\nerror", justify="right", no_wrap=True)
+    table.add_column("share of\nsamples", justify="right", no_wrap=True)
+    table.add_column("")
+    for one in bins:
+        table.add_row(
+            one.by.replace("_", " "),
+            one.bin,
+            number(quantity.small * one.rmse),
+            number(quantity.small * one.bias),
+            f"{100.0 * one.share:.0f} %",
+            f"{100.0 * sample_share[one]:.0f} %",
+            "*" if one.stands_out else " ",
+        )
+
+
+def sample_shares(bins: Sequence[Bin]) -> dict[Bin, float]:
+    """Share of each bin in the samples of its split."""
+    totals: dict[str, int] = {}
+    for one in bins:
+        totals[one.by] = totals.get(one.by, 0) + one.count
+    return {one: one.count / totals[one.by] for one in bins}
+
+
+def strongest(bins: Sequence[Bin], sample_share: Mapping[Bin, float]) -> list[Bin]:
+    """The `ROWS` bins with the most error for their share of the samples, in the order given."""
+    chosen = sorted(bins, key=lambda one: sample_share[one] - one.share)[:ROWS]
+    return [one for one in bins if one in chosen]
+
+
+def _table(title: str, caption: str | None) -> Table:
+    return Table(
+        title=escape(title),
+        caption=caption,
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        title_justify="left",
+        caption_justify="left",
+    )
