@@ -1,46 +1,62 @@
-"""Noise floor of a measured signal, from its highest frequencies.
+"""Noise floor of a measured signal: how large the noise is, and of what kind.
 
-Differences of order m wipe out everything smooth and multiply the variance of white noise by
-binomial(2 m, m), so the RMS of the m-th difference, divided by the root of that number, is the
-noise. What is left of the motion makes a low order too large; the estimate falls with the order
-until only noise is left, so the first order that the next one does not lower is taken. Impacts
-and stops are sharp at any order but rare: the mean square is taken block by block, and its median
-over the blocks counts. (The median of the differences themselves would not do: those of a
-quantised signal have few values.)
+Where the inputs repeat, from what the signal does differently in the next period (`repetition`).
+Else from its high frequencies (`noise_spectrum`), and where samples are too few or too uneven for
+a spectrum, from differences: those of order m wipe out everything smooth and multiply the variance
+of white noise by binomial(2 m, m). What is left of the motion makes a low order too large; the
+estimate falls with the order until only noise is left, so the first order that the next one does
+not lower is taken.
+
+Whatever the estimate, a sensor that shows steps has at least the noise of rounding to them.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import comb, sqrt
+from math import sqrt
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from elastic_tendon.measurement.noise_spectrum import MINIMUM_SAMPLES, spectral_noise
+from elastic_tendon.measurement.repetition import period_of, repeated_noise
 
 Array = NDArray[np.float64]
 
 _ORDERS = (2, 3, 4, 5, 6, 7, 8)
 # an order that lowers the estimate by less than this has no motion left to remove
 _SETTLED = 0.98
-# long enough for the median of a block's mean square to be its mean within a percent
-_BLOCK = 128
+# samples over which differences are averaged, and the most such blocks of a recording
+_BLOCK, _MOST_BLOCKS = 400, 40
 # steps of a quantised signal agree with whole counts up to the rounding of the file
 _COUNT_TOLERANCE = 0.05
-# finest relative spacing that a sensor can show; below it levels differ by rounding only
+# finest spacing that a sensor can show, relative to its range: below it levels differ by rounding
 _ROUNDING = 1e-9
+# what is left of a number after a few operations, relative to it
+_PRECISION = 1e-15
+# share of the moves that go back on the one before, above which a signal chatters
+_CHATTER = 0.02
+# steps of time that differ by more than this share are uneven
+_JITTER = 0.01
+# steps of time that are mostly within these shares of their median leave room for a spline
+_SPLINE_STEPS = (0.4, 2.5)
+# of the sampling rate: above, a spline through uneven samples shows less than their noise
+_SPLINE_TOP = 0.25
+
+Method = Literal["repeated periods", "high frequencies"]
 
 
 @dataclass(frozen=True)
 class NoiseFloor:
     """Noise of one signal: what kind it is, how large, and how it was found.
 
-    `sigma` is the total standard deviation in the signal's unit, never zero; `correlation` is the
-    autocorrelation from one sample to the next, 0 for white noise.
+    `sigma` is the total standard deviation in the signal's unit, never zero. `correlation` is the
+    autocorrelation of coloured noise from one sample to the next, 0 for the other kinds.
     """
 
     sigma: float
     kind: Literal["white", "coloured", "quantised"]
-    method: Literal["repeated periods", "high frequencies"] = "high frequencies"
+    method: Method = "high frequencies"
     correlation: float = 0.0
 
 
@@ -52,54 +68,117 @@ def noise_floors(
     Parameters
     ----------
     time : (n,) array, s, strictly increasing; n >= 10
-    inputs : name -> (n,) array, any unit; motor position and load: where they repeat, so must
-        the signals, up to their noise
+    inputs : name -> (n,) array, any unit; motor position and load: where they repeat, so do the
+        signals, up to their noise
     signals : name -> (n,) array, any unit
 
     Returns
     -------
     dict, name of a signal -> NoiseFloor
     """
-    del time, inputs
-    return {name: noise_sigma(values) for name, values in signals.items()}
+    period = None
+    if _is_even(time):
+        sigmas = {name: _from_high_frequencies(time, values)[0] for name, values in inputs.items()}
+        period = period_of(inputs, sigmas)
+    return {name: _noise_floor(time, values, period) for name, values in signals.items()}
 
 
-def noise_sigma(signal: Array) -> NoiseFloor:
-    """Estimate the noise floor of a signal.
+def _is_even(time: Array) -> bool:
+    steps = np.diff(time)
+    return bool(np.ptp(steps) <= _JITTER * np.median(steps))
 
-    Parameters
-    ----------
-    signal : (n,) array, any unit, evenly or nearly evenly sampled; n >= 10
 
-    Returns
-    -------
-    NoiseFloor; `sigma` is never zero. ``quantised`` where the steps of the sensor, step/sqrt(12),
-    make up most of the noise; else ``white``
-    """
-    white = _white_sigma(signal)
+def _is_near_even(time: Array) -> bool:
+    steps = np.diff(time)
+    low, high = np.quantile(steps, [0.05, 0.95]) / np.median(steps)
+    return bool(low >= _SPLINE_STEPS[0] and high <= _SPLINE_STEPS[1])
+
+
+def _noise_floor(time: Array, signal: Array, period: int | None) -> NoiseFloor:
     rounding = quantisation_step(signal) / sqrt(12.0)
-    smallest = _ROUNDING * max(float(np.max(np.abs(signal))), 1.0)
-    # a dithered sensor shows its steps in the differences as well, hence the larger, not the sum
-    sigma = max(white, rounding, smallest)
-    return NoiseFloor(sigma, "quantised" if rounding > sigma / sqrt(2.0) else "white")
+    repeated = None if period is None else repeated_noise(signal, period)
+    method: Method = "high frequencies" if repeated is None else "repeated periods"
+    noise, correlation = repeated or _from_high_frequencies(time, signal)
+    # a dithered sensor shows its steps in the estimate as well, hence the larger, not the sum
+    sigma = max(noise, rounding, _smallest(signal))
+    if rounding > sigma / sqrt(2.0):
+        return NoiseFloor(sigma, "quantised", method)
+    return NoiseFloor(sigma, "coloured" if correlation > 0.0 else "white", method, correlation)
 
 
-def _white_sigma(signal: Array) -> float:
-    sigma = _difference_sigma(signal, _ORDERS[0])
-    for order in _ORDERS[1:]:
+def _smallest(signal: Array) -> float:
+    """Noise that every signal has, for its numbers are rounded."""
+    return max(
+        _ROUNDING * max(float(np.ptp(signal)), 1.0), _PRECISION * float(np.max(np.abs(signal)))
+    )
+
+
+def _from_high_frequencies(time: Array, signal: Array) -> tuple[float, float]:
+    """Noise, in the unit of the signal, and its correlation from sample to sample."""
+    centred = np.asarray(signal - np.mean(signal), dtype=np.float64)
+    if len(centred) < MINIMUM_SAMPLES or not _is_near_even(time):
+        return _difference_sigma(time, centred), 0.0
+    step = quantisation_step(centred)
+    if _is_only_rounded(centred, step):
+        return step / sqrt(12.0), 0.0
+    even = _is_even(time)
+    return spectral_noise(
+        centred if even else _at_even_times(time, centred),
+        smallest=_smallest(signal),
+        rounding=step / sqrt(12.0),
+        top=0.5 if even else _SPLINE_TOP,
+    )
+
+
+def _is_only_rounded(signal: Array, step: float) -> bool:
+    """Whether a slow signal goes from step to step without the chatter of any other noise.
+
+    The error of rounding is then no noise at all but a sawtooth, which a spectrum would misread.
+    """
+    moves = np.diff(signal)
+    if step == 0.0 or np.median(np.abs(moves)) > step:
+        return False
+    signs = np.sign(moves[moves != 0.0])
+    return len(signs) < 2 or bool(np.mean(signs[1:] != signs[:-1]) < _CHATTER)
+
+
+def _at_even_times(time: Array, signal: Array) -> Array:
+    """The signal between uneven samples, at the median step of the same time."""
+    from scipy.interpolate import CubicSpline
+
+    step = float(np.median(np.diff(time)))
+    count = min(int((time[-1] - time[0]) / step) + 1, 2 * len(time))
+    even = np.linspace(time[0], time[-1], count)
+    return np.asarray(CubicSpline(time, signal)(even))
+
+
+def _difference_sigma(time: Array, signal: Array) -> float:
+    """White noise from divided differences, which uneven samples do not harm."""
+    count = min(max(len(signal) // _BLOCK, 1), _MOST_BLOCKS)
+    starts = np.linspace(0, max(len(signal) - _BLOCK, 0), count).astype(int)
+    blocks = [(time[start:][:_BLOCK], signal[start:][:_BLOCK]) for start in starts]
+    sigma = np.inf
+    for order in _ORDERS:
         # ten samples are the least there are, so every order leaves some differences
-        following = _difference_sigma(signal, order)
+        squares = [_noise_of_order(*block, order) ** 2 for block in blocks]
+        # impacts are in few of the blocks
+        following = sqrt(float(np.median(squares)))
         if following > _SETTLED * sigma:
             break
         sigma = following
-    return sigma
+    return float(sigma)
 
 
-def _difference_sigma(signal: Array, order: int) -> float:
-    squares = np.diff(signal, order) ** 2
-    blocks = np.array_split(squares, max(1, len(squares) // _BLOCK))
-    variance = float(np.median([np.mean(block) for block in blocks]))
-    return sqrt(variance / comb(2 * order, order))
+def _noise_of_order(time: Array, signal: Array, order: int) -> float:
+    """Root mean square of the differences, scaled such that white noise keeps its size."""
+    count = len(signal) - order
+    times = np.stack([time[shift : shift + count] for shift in range(order + 1)])
+    values = np.stack([signal[shift : shift + count] for shift in range(order + 1)])
+    apart = (times[:, None] - times[None, :]) / np.median(np.diff(time))
+    apart[np.arange(order + 1), np.arange(order + 1)] = 1.0
+    weights = 1.0 / np.prod(apart, axis=1)
+    weights /= np.linalg.norm(weights, axis=0)
+    return float(np.sqrt(np.mean(np.sum(weights * values, axis=0) ** 2)))
 
 
 def quantisation_step(signal: Array) -> float:
@@ -114,10 +193,24 @@ def quantisation_step(signal: Array) -> float:
     float, the unit of the signal
     """
     gaps = np.diff(np.unique(signal))
-    gaps = gaps[gaps > _ROUNDING * max(float(np.max(np.abs(signal))), 1.0)]
+    gaps = gaps[gaps > _smallest(signal)]
     if len(gaps) < 2:
         return float(gaps[0]) if len(gaps) else 0.0
     step = float(np.median(gaps[gaps < 1.5 * gaps.min()]))
     counts = gaps / step
     whole = np.abs(counts - np.round(counts)) < _COUNT_TOLERANCE
     return step if np.mean(whole) > 0.95 else 0.0
+
+
+def noise_sigma(signal: Array) -> NoiseFloor:
+    """Noise floor of a signal that was sampled evenly, from its high frequencies.
+
+    Parameters
+    ----------
+    signal : (n,) array, any unit; n >= 10
+
+    Returns
+    -------
+    NoiseFloor
+    """
+    return _noise_floor(np.arange(float(len(signal))), signal, None)
