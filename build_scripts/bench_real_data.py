@@ -1,9 +1,10 @@
-"""Print the ladder of errors on a real machine's recordings.
+"""Compare models with recordings of real machines: where they fail, and what a fit makes of it.
 
-    python build_scripts/bench_real_data.py [--data FOLDER]
+    python build_scripts/bench_real_data.py [--data FOLDER] [--figures FOLDER]
 
-The bench actuator is fitted to muir_position_loop_tracking.csv, as given, refitted, and with
-Coulomb friction; muir_position_loop_disturbed_by_hand.csv after 3.3 s is held out. It is what
+Reads muir_*.csv (a bench actuator) and mrd_run_*.csv (the jaw of a surgical tool), compares each
+with its bundled model, says in words where the model fails, and draws it with --figures. Then it
+prints how the error falls when Coulomb friction is added, on fitted and on held-out data, as
 
     elastic-tendon add bench_actuator coulomb_friction TRACKING --validate DISTURBED[3.3:15] -o NEW
 
@@ -12,38 +13,128 @@ does, beside the figures of an earlier trial.
 
 import argparse
 import sys
+import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
+import pandas as pd
+
 from elastic_tendon.identify.add import add
-from elastic_tendon.measurement import read_measurement
+from elastic_tendon.identify.compare import Comparison, compare
+from elastic_tendon.identify.locate import Location, locate
+from elastic_tendon.measurement import Measurement, read_measurement
 from elastic_tendon.parameters import load_model
+from elastic_tendon.report.comparison_figures import save
+from elastic_tendon.report.location_figures import all_figures
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
-TRIAL = ("28 / 25", "23 / 23", "13-14 / 7-9")  # mrad RMS, fitted / held out
+TRACKING = "muir_position_loop_tracking.csv"
+DISTURBED = "muir_position_loop_disturbed_by_hand.csv"
+HELD = "muir_torque_loop_output_held.csv"
+SLOW, FAST = "mrd_run_04.csv", "mrd_run_44.csv"
+MODELS = {
+    TRACKING: "bench_actuator",
+    DISTURBED: "bench_actuator",
+    HELD: "bench_actuator",
+    SLOW: "mrd_jaw",
+    FAST: "mrd_jaw",
+}
+ROWS_BETWEEN = 4  # of the held output's 200 Hz; it turns slowly
 
 
-def main() -> int:
-    """Print the table; exit status 1 where the recordings are not at hand."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--data", type=Path, default=DATA, help="folder of the muir_*.csv files")
-    folder: Path = parser.parse_args().data
-    if not folder.is_dir():
-        print(f"{folder}: there is no such folder; name it with --data", file=sys.stderr)
-        return 1
-    tracking = read_measurement(str(folder / "muir_position_loop_tracking.csv"))
-    disturbed = read_measurement(
-        str(folder / "muir_position_loop_disturbed_by_hand.csv") + "[3.3:15]"
+@dataclass(frozen=True)
+class Climb:
+    """Friction added to a model: what is fitted, what is held out, figures of an earlier trial."""
+
+    model: str
+    fitted: str
+    heldout: str
+    trial: tuple[str, str, str]  # mrad RMS, fitted / held out
+
+
+CLIMBS = (
+    Climb(
+        "bench_actuator", TRACKING, f"{DISTURBED}[3.3:15]", ("28 / 25", "23 / 23", "13-14 / 7-9")
+    ),
+    Climb("mrd_jaw", SLOW, FAST, ("", "", "")),
+)
+
+
+def read(folder: Path, name: str) -> Measurement:
+    """One of the recordings.
+
+    The clamp's torque on the held output is not known, so of this one the static curve is taken:
+    the commanded motor torque, which the springs carry, over the deflection between the encoders.
+    """
+    if name != HELD:
+        return read_measurement(str(folder / name))
+    table = pd.read_csv(folder / name)[::ROWS_BETWEEN]
+    deflection = table["joint_position_rad"] - table["motor_position_rad"]
+    torque = table["motor_torque_cmd_Nm"]
+    with tempfile.TemporaryDirectory() as work:
+        path = Path(work) / name
+        curve = pd.DataFrame({"joint_deflection_rad": deflection, "joint_torque_Nm": torque})
+        curve.to_csv(path, index=False)
+        return read_measurement(str(path))
+
+
+def located(folder: Path, name: str) -> tuple[Comparison, Location]:
+    """One recording compared with the model of its machine, and where the model fails."""
+    comparison = compare(load_model(MODELS[name]), [read(folder, name)])
+    return comparison, locate(comparison)
+
+
+def print_findings(comparison: Comparison, location: Location) -> None:
+    """Figures and words for each signal of each recording."""
+    for file, place in zip(comparison.files, location.files, strict=True):
+        print(f"\n{file.measurement.name}, model {comparison.model.name}")
+        for note in (*file.measurement.notes, *place.missing_torque.notes):
+            print(f"  note: {note}")
+        for signal, error in file.signals.items():
+            fit = "" if error.fit_percent is None else f", fit {error.fit_percent:.1f} %"
+            print(
+                f"  {signal}: RMSE {error.rmse:.3g}, largest {error.max_abs:.3g}, bias "
+                f"{error.bias:.2g}{fit}, {error.noise_ratio:.3g} times the noise"
+            )
+            print(f"    {place.in_words[signal]}")
+
+
+def print_climb(folder: Path, climb: Climb) -> None:
+    """The ladder of errors, and what the fit found."""
+    heldout = read_measurement(str(folder / climb.heldout))
+    result = add(
+        load_model(climb.model), "coulomb_friction", [read(folder, climb.fitted)], [heldout]
     )
-    result = add(load_model("bench_actuator"), "coulomb_friction", [tracking], [disturbed])
-    print(f"{'mrad RMS':22}{'fitted':>8}{'held out':>10}    trial")
-    for rung, trial in zip(result.ladder, TRIAL, strict=True):
-        fitted, heldout = (1e3 * one["joint_position"] for one in (rung.rmse, rung.heldout_rmse))
-        print(f"{rung.title:22}{fitted:8.1f}{heldout:10.1f}    {trial}")
+    print(f"\n{climb.model + ', mrad RMS':22}{'fitted':>8}{'held out':>10}    trial")
+    for rung, trial in zip(result.ladder, climb.trial, strict=True):
+        fitted, judged = (1e3 * one["joint_position"] for one in (rung.rmse, rung.heldout_rmse))
+        print(f"{rung.title:22}{fitted:8.1f}{judged:10.1f}    {trial}".rstrip())
     for ratio in result.findings.ratios:
         low, high = ratio.interval
         print(f"{ratio.name} = {ratio.value:.3g} ({low:.3g} to {high:.3g}) {ratio.unit}")
     for sentence in result.findings.sentences:
         print(sentence)
+
+
+def main() -> int:
+    """Print it all; exit status 1 where the recordings are not at hand."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--data", type=Path, default=DATA, help="folder of the recordings")
+    parser.add_argument("--figures", type=Path, help="folder to draw the figures into")
+    arguments = parser.parse_args()
+    folder: Path = arguments.data
+    if missing := [name for name in MODELS if not (folder / name).is_file()]:
+        print(f"{folder}: it has no {missing[0]}; name the folder with --data", file=sys.stderr)
+        return 1
+    for name in MODELS:
+        comparison, location = located(folder, name)
+        print_findings(comparison, location)
+        if arguments.figures is not None:
+            arguments.figures.mkdir(parents=True, exist_ok=True)
+            for title, draw in all_figures(comparison, location):
+                save(draw(), arguments.figures / f"{Path(name).stem}_{title}.png")
+    for climb in CLIMBS:
+        print_climb(folder, climb)
     return 0
 
 

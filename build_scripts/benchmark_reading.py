@@ -1,0 +1,121 @@
+"""How long reading and comparing a large recording takes, and how much memory.
+
+    python build_scripts/benchmark_reading.py [--rows N]
+
+Writes a recording of N rows (10⁶ unless said otherwise) into a temporary folder and measures, in a
+process each: pandas reading the file, the product reading it, and reading and comparing it with
+BioRob-X4 joint 3. The target: no longer than three times pandas plus the simulation itself. Then
+it reads a window of a recording of ten times as many rows, for the memory that this takes.
+"""
+
+import argparse
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from benchmarking import Row, at_most, print_table
+
+MODEL = "biorob_x4_joint_3"
+STEP = 1e-3  # s
+CHUNK = 100_000  # rows written at once
+MEBIBYTE = 2**20
+REPETITIONS = 3  # the shortest counts
+
+Result = TypeVar("Result")
+
+
+def write_recording(path: Path, rows: int) -> None:
+    """A motion with noise, in chunks: time, motor and joint position."""
+    rng = np.random.default_rng(7)
+    with path.open("w", encoding="utf-8") as file:
+        file.write("time_s,motor_position_rad,joint_position_rad\n")
+        for first in range(0, rows, CHUNK):
+            t = STEP * np.arange(first, min(first + CHUNK, rows))
+            motor = 0.3 * np.sin(2.0 * np.pi * 0.5 * t)
+            joint = motor + 1e-3 * rng.standard_normal(t.size)
+            np.savetxt(file, np.column_stack([t, motor, joint]), fmt="%.6f", delimiter=",")
+
+
+def by_pandas(path: str) -> float:
+    """Seconds in which pandas reads the file."""
+    import pandas as pd
+
+    begin = time.perf_counter()
+    pd.read_csv(path)
+    return time.perf_counter() - begin
+
+
+def by_product(path: str) -> tuple[float, float, float]:
+    """Seconds for reading, for comparing, and for the simulation that comparing has to do."""
+    from elastic_tendon.identify.compare import compare
+    from elastic_tendon.identify.residuals import simulate_measurement
+    from elastic_tendon.measurement import read_measurement
+    from elastic_tendon.parameters import load_model
+
+    model = load_model(MODEL)
+    warm = read_measurement(f"{path}[0:1]")  # compiles and imports what the first use needs
+    compare(model, [warm])
+    begin = time.perf_counter()
+    measurement = read_measurement(path)
+    middle = time.perf_counter()
+    comparison = compare(model, [measurement])
+    end = time.perf_counter()
+    simulate_measurement(model, measurement, comparison.files[0].initial_state)
+    return middle - begin, end - middle, time.perf_counter() - end
+
+
+def window_memory(path: str) -> float:
+    """MiB by which reading a window of a large file raises the peak memory."""
+    import pandas  # noqa: F401 - not part of what reading takes
+
+    from elastic_tendon.measurement import read_measurement
+
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    read_measurement(f"{path}[100:200]")
+    # kilobytes on Linux
+    return (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / MEBIBYTE
+
+
+def alone(function: Callable[[str], Result], path: Path) -> Result:
+    """What the function says in a process of its own, so that no measurement helps another."""
+    with get_context("spawn").Pool(1) as pool:
+        return pool.apply(function, (str(path),))
+
+
+def rows_of(path: Path, large: Path) -> list[Row]:
+    """The table of times and of memory."""
+    pandas = min(alone(by_pandas, path) for _ in range(REPETITIONS))
+    runs = [alone(by_product, path) for _ in range(REPETITIONS)]
+    reading, comparing, simulating = min(runs, key=lambda run: run[0] + run[1])
+    return [
+        Row("pandas reads", f"{pandas:.3g} s"),
+        Row("the product reads", f"{reading:.3g} s"),
+        Row("compares", f"{comparing:.3g} s"),
+        Row("of which the simulation", f"{simulating:.3g} s"),
+        at_most("reads and compares", reading + comparing, 3.0 * pandas + simulating, "s"),
+        at_most("memory for 100 s of ten times the rows", alone(window_memory, large), 200, "MiB"),
+    ]
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--rows", type=int, default=1_000_000, help="of the recording (10⁶)")
+    rows: int = parser.parse_args().rows
+    with tempfile.TemporaryDirectory() as work:
+        path, large = (Path(work) / f"{name}.csv" for name in ("recording", "large"))
+        write_recording(path, rows)
+        write_recording(large, 10 * rows)
+        print_table(f"Reading and comparing {rows} rows", rows_of(path, large))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
