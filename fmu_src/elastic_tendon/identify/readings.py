@@ -1,0 +1,228 @@
+"""The ways in which recordings are usually misread, and what would put each of them right."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import copysign, isclose, pi
+
+import numpy as np
+
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.preparation import Preparation, SignalColumn
+from elastic_tendon.measurement.units import parse_unit
+from elastic_tendon.parameters import Model
+
+# by how much less a reading must leave unexplained than what is declared
+GAIN = 3.0
+# share of the joint's spread that a reading may leave unexplained; a gear's ratio is fitted, and
+# whatever moves with the motor a little would be called a gear
+WELL, WELL_WITH_GEAR = 0.5, 0.2
+# a recording that is taken for a thousand times too slow has the joint at rest on the motor, and
+# where the load is small that explains it rather well; so less is asked, but only of steps that
+# no sampling in ms would have as seconds
+TIME_GAIN, LONG_STEP = 1.5, 0.1  # 1, s
+
+# what a column may be in, as people write it, and that in SI
+ANGLES = {"deg": pi / 180.0, "mrad": 1e-3, "rad": 1.0}
+TORQUES = {"mNm": 1e-3, "Nm": 1.0}
+TIMES = {"ms": 1e-3, "s": 1.0}
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "motor_position": ANGLES,
+    "joint_position": ANGLES,
+    "joint_deflection": ANGLES,
+    "load_torque": TORQUES,
+    "joint_torque": TORQUES,
+    "motor_torque": TORQUES,
+    "time": TIMES,
+}
+WORDS = {
+    "deg": "degrees",
+    "mrad": "mrad",
+    "rad": "radians",
+    "mNm": "mN·m",
+    "Nm": "N·m",
+    "ms": "milliseconds",
+    "s": "seconds",
+}
+POSITIONS = ("joint_position", "motor_position")
+WHOLE = 0.03  # a ratio this close to a whole number is taken for it
+LEAST_GEAR = 1.5  # pulleys that differ less from the model's are no gear
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Another way to read a recording.
+
+    `what` says in a clause what looks wrong; `factors` (signal -> factor) and `swapped` (motor
+    and joint position) make the recording that it would be; `unit` is what the columns are in
+    then, None: as declared. It is suspected where it leaves `gain` times less unexplained, and no
+    more than `well` of the joint's spread.
+    """
+
+    what: str
+    factors: Mapping[str, float]
+    unit: str | None = None
+    swapped: bool = False
+    gain: float = GAIN
+    well: float = WELL
+
+    def apply(self, measurement: Measurement) -> Measurement:
+        """The recording, read like this."""
+        load, signals = measurement.load_torque, dict(measurement.signals)
+        motor, joint = measurement.motor_position, signals["joint_position"]
+        if self.swapped:
+            motor, joint = joint, motor
+        signals |= {name: self.factors.get(name, 1.0) * values for name, values in signals.items()}
+        signals["joint_position"] = self.factors.get("joint_position", 1.0) * joint
+        return replace(
+            measurement,
+            time=self.factors.get("time", 1.0) * measurement.time,
+            motor_position=self.factors.get("motor_position", 1.0) * motor,
+            load_torque=None if load is None else self.factors.get("load_torque", 1.0) * load,
+            signals=signals,
+        )
+
+    def cure(self, preparation: Preparation) -> str:
+        """Options of the command line that read it so, given how it was read."""
+        if self.swapped:
+            first, second = (preparation.columns.get(one, SignalColumn()) for one in POSITIONS)
+            columns = dict(zip(POSITIONS, (second, first), strict=True))
+            items = [_item(signal, column, 1.0, None) for signal, column in columns.items()]
+        else:
+            items = [
+                _item(signal, preparation.columns.get(signal, SignalColumn()), factor, self.unit)
+                for signal, factor in self.factors.items()
+            ]
+        return " ".join(f"--map {item}" for item in items)
+
+
+def _item(signal: str, column: SignalColumn, factor: float, unit: str | None) -> str:
+    """``signal=column[:unit][*scale][+offset]`` by which what was read is read times a factor."""
+    scale = column.sign * column.scale * (factor if unit is None else copysign(1.0, factor))
+    unit = column.unit if unit is None else unit
+    offset = factor * column.offset
+    return (
+        f"{signal}={column.column or 'COLUMN'}"
+        + (f":{unit}" if unit else "")
+        + (f"*{scale:g}" if scale != 1.0 else "")
+        + (f"{offset:+g}" if offset else "")
+    )
+
+
+def readings_of(measurement: Measurement) -> tuple[Reading, ...]:
+    """Readings of positions, load and time to try, the plainest first."""
+    loads = () if measurement.load_torque is None else ("load_torque",)
+    signs = [
+        Reading(f"the {name(one)} looks as if it had the opposite sign", {one: -1.0})
+        for one in (*POSITIONS, *loads)
+    ]
+    return (
+        Reading("motor and joint position look as if they were swapped", {}, swapped=True),
+        *signs,
+        *unit_readings(measurement, ("joint_position",)),
+        *unit_readings(measurement, ("motor_position",)),
+        *unit_readings(measurement, POSITIONS),
+        *(one for load in loads for one in unit_readings(measurement, (load,))),
+        *_time_readings(measurement),
+    )
+
+
+def torque_readings(measurement: Measurement, signal: str) -> tuple[Reading, ...]:
+    """Readings to try of a torque that was measured beside the joint position."""
+    units = unit_readings(measurement, (signal,))
+    opposite = f"the {name(signal)} looks as if it had the opposite sign"
+    return (
+        Reading(opposite, {signal: -1.0}),
+        *units,
+        *(
+            replace(
+                one,
+                what=f"{one.what} and had the opposite sign",
+                factors={signal: -one.factors[signal]},
+            )
+            for one in units
+        ),
+    )
+
+
+def name(signal: str) -> str:
+    """A signal in words."""
+    return signal.replace("_", " ")
+
+
+def unit_readings(measurement: Measurement, signals: Sequence[str]) -> list[Reading]:
+    """Readings in which some columns of one dimension are in another unit than declared.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    signals : names of signals that are in that unit together
+
+    Returns
+    -------
+    list of Reading; empty where the declared units differ or are none of `UNITS`
+    """
+    declared = {one: declared_factor(measurement.preparation, one) for one in signals}
+    factors = {one: factor for one, factor in declared.items() if factor is not None}
+    if len(set(factors.values())) != 1 or len(factors) < len(signals):
+        return []
+    (factor,) = set(factors.values())
+    units = UNITS[signals[0]]
+    subject = " and ".join(name(one) for one in signals)
+    verb = "looks as if it were" if len(signals) == 1 else "look as if they were"
+    now = next(WORDS[unit] for unit, value in units.items() if value == factor)
+    return [
+        Reading(
+            f"the {subject} {verb} in {WORDS[unit]}, not in {now} as declared",
+            dict.fromkeys(signals, value / factor),
+            unit,
+        )
+        for unit, value in units.items()
+        if value != factor
+    ]
+
+
+def _time_readings(measurement: Measurement) -> list[Reading]:
+    step = float(np.median(np.diff(measurement.time)))
+    return [
+        replace(one, gain=TIME_GAIN)
+        for one in unit_readings(measurement, ("time",))
+        if one.unit != "ms" or step >= LONG_STEP
+    ]
+
+
+def declared_factor(preparation: Preparation, signal: str) -> float | None:
+    """What a signal's unit is in SI, as it was read: 1 where nothing is said; None: unusual."""
+    unit = preparation.columns.get(signal, SignalColumn()).unit
+    parsed = None if unit is None else parse_unit(unit)
+    factor = 1.0 if parsed is None else parsed.factor
+    return next((one for one in UNITS[signal].values() if isclose(one, factor)), None)
+
+
+def gear_reading(model: Model, measurement: Measurement) -> Reading | None:
+    """The reading in which a gear between motor and joint was not taken into account.
+
+    The larger of the two is taken for the one that counts before the gear.
+    """
+    radii = model.transmission
+    reflected = measurement.motor_position * radii.motor_pulley_radius / radii.joint_pulley_radius
+    variance = float(np.var(reflected))
+    if variance == 0.0:
+        return None
+    joint = measurement.signals["joint_position"]
+    slope = float(np.mean((joint - np.mean(joint)) * (reflected - np.mean(reflected)))) / variance
+    if slope == 0.0 or max(abs(slope), 1.0 / abs(slope)) < LEAST_GEAR:
+        return None
+    signal = "joint_position" if abs(slope) > 1.0 else "motor_position"
+    ratio = max(abs(slope), 1.0 / abs(slope))
+    nearest = round(ratio)
+    ratio = float(nearest) if abs(ratio / nearest - 1.0) < WHOLE else float(f"{ratio:.3g}")
+    sign = 1.0 if slope > 0.0 else -1.0
+    ratio_of_pulleys = radii.motor_pulley_radius / radii.joint_pulley_radius
+    return Reading(
+        f"the {name(signal)} looks as if a gear ratio of {ratio:g} was not taken into account"
+        + (" and its sign were opposite" if sign < 0.0 else "")
+        + f" (the joint moves {slope * ratio_of_pulleys:.3g} rad for each rad of the motor, the "
+        f"pulleys give {ratio_of_pulleys:.3g})",
+        {signal: sign / ratio},
+        well=WELL_WITH_GEAR,
+    )
