@@ -175,7 +175,7 @@ class _Search:
         elif signal == _UNUSED:
             return None
         else:
-            found = self._by_name(signal, self.groups)
+            found = self._by_name(signal, self.groups, mapped or SignalColumn())
         if len(found) > 1:
             names = " and ".join(column.label for column in found)
             raise MeasurementError(
@@ -196,14 +196,10 @@ class _Search:
         mapped = self.preparation.columns.get("time")
         found = []
         if mapped is not None and mapped.column is not None:
-            # each group has a time of its own: a name holds for all of them
-            found = [
-                one for one in self._mapped("time", mapped, mapped.column) if one.group == group
-            ]
-            name = next((own for _, own in self._places(mapped.column)), "")
-            if not found and name in self.groups[group].columns:
-                found = [self._column("time", group, name, mapped)]
-        found = found or self._by_name("time", [group])
+            everywhere = self._mapped("time", mapped, mapped.column)
+            found = [column for column in everywhere if column.group == group]
+            mapped = None  # what holds for that column need not hold for one of another name
+        found = found or self._by_name("time", [group], mapped or SignalColumn())
         if len(found) == 1:
             return found[0]
         if not found and not group:
@@ -232,9 +228,8 @@ class _Search:
             raise self._missing(signal)
         return [self._column(signal, group, name, mapped) for group, name in places]
 
-    def _by_name(self, signal: str, groups: Iterable[str]) -> list[Column]:
+    def _by_name(self, signal: str, groups: Iterable[str], prepared: SignalColumn) -> list[Column]:
         """Columns called by the signal, those that say they are measured first."""
-        prepared = self.preparation.columns.get(signal, SignalColumn())
         fault: MeasurementError | None = None
         for measured in (True, False):
             found = []

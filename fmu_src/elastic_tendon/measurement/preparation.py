@@ -306,7 +306,7 @@ def _of_comparison(tree: object, source: str, data_name: str) -> tuple[Preparati
     ]
     if not own:
         raise MeasurementError(
-            f"{source}: there is nothing about {data_name} (found: {', '.join(names)}); "
+            f"{source}: there is nothing about {data_name} (found: {', '.join(names) or 'none'}); "
             "name one of these files, or compare it without this preparation"
         )
     return tuple(own)

@@ -353,9 +353,12 @@ def _resolved_preparation(
     if run.label is not None:
         tree["runs"] = [run.label]
     if not layout.static:
-        reference = columns.get("joint_position", columns["motor_position"]).column
-        group = next(one.group for one in layout.signals if one.label == reference)
-        tree["columns"]["time"] = preparation_json(layout.times[group].prepared)
+        if len(layout.times) == 1:
+            # the times of several groups are found again as they were found
+            (time,) = layout.times.values()
+            tree["columns"]["time"] = preparation_json(time.prepared)
+        elif "time" in given.columns:
+            tree["columns"]["time"] = preparation_json(given.columns["time"])
         bounds = [run.span, given.window or run.span, window or run.span]
         lower = max(low for low, _ in bounds if np.isfinite(low))
         upper = min(high for _, high in bounds if np.isfinite(high))

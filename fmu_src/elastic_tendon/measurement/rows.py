@@ -6,7 +6,6 @@ memory needed is that of what is kept.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pandas as pd
