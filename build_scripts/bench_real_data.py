@@ -130,9 +130,10 @@ def main() -> int:
         comparison, location = located(folder, name)
         print_findings(comparison, location)
         if arguments.figures is not None:
-            arguments.figures.mkdir(parents=True, exist_ok=True)
+            drawn = arguments.figures / Path(name).stem
+            drawn.mkdir(parents=True, exist_ok=True)
             for title, draw in all_figures(comparison, location):
-                save(draw(), arguments.figures / f"{Path(name).stem}_{title}.png")
+                save(draw(), drawn / f"{title}.png")
     for climb in CLIMBS:
         print_climb(folder, climb)
     return 0
