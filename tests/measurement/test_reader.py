@@ -1,12 +1,29 @@
 """Recordings are read as they stand in the file; bad ones are refused in one sentence."""
 
+import json
+import re
+import tomllib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
+import pandas as pd
 import pytest
+import tomli_w
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.measurement import read_measurement
+from elastic_tendon.measurement import (
+    Measurement,
+    Preparation,
+    read_measurement,
+    read_measurements,
+    read_prepared,
+    rows,
+)
+from elastic_tendon.measurement.preparation import check_preparation, preparation_json
+from elastic_tendon.measurement.recording import Array
 
 HEADER = "time_s,motor_position_rad,joint_position_rad"
 ROWS = [f"{0.01 * i:.2f},{0.1 * i:.1f},{0.2 * i:.1f}" for i in range(12)]
@@ -95,7 +112,7 @@ BAD_FILES = {
     "infinite": ([HEADER, *ROWS[:3], "0.03,1,inf", *ROWS[4:]], "row 5 holds 'inf'"),
     "repeated time": (
         [HEADER, *ROWS[:3], "0.02,7,7", *ROWS[3:]],
-        r"the time does not increase at row 5 \(0.02 s again, with another motor_position_rad\); drop",
+        r"the time does not increase at row 5 \(0.02 s again, with another motor_position_rad\)",
     ),
     "ragged": ([HEADER, *ROWS[:3], "1.5,2.5,3.5,4.5", *ROWS[4:]], "row 5"),
     "twice": (
@@ -148,3 +165,398 @@ def test_mapped_column_must_exist(write) -> None:
 
 def test_trailing_blank_lines_are_no_samples(write) -> None:
     assert len(read_measurement(write(HEADER, *ROWS, "", "")).time) == len(ROWS)
+
+
+def signal(time: Array) -> tuple[Array, Array]:
+    """Motor and joint position, rad, that differ at all times."""
+    return np.sin(3.0 * time), np.sin(3.0 * time + 0.1) + 0.01 * np.sin(71.0 * time)
+
+
+def table(time: Array, **columns: Array) -> pd.DataFrame:
+    """Contract's table over some times."""
+    motor, joint = signal(time)
+    data = {"time_s": time, "motor_position_rad": motor, "joint_position_rad": joint}
+    return pd.DataFrame(data | columns)
+
+
+def saved(folder: Path, frame: pd.DataFrame, name: str = "run.csv") -> str:
+    """Path of the table as CSV."""
+    path = folder / name
+    frame.to_csv(path, index=False)
+    return str(path)
+
+
+def assert_same_samples(one: Measurement, other: Measurement) -> None:
+    """Bit for bit, in every array."""
+    assert np.array_equal(one.time, other.time)
+    assert np.array_equal(one.motor_position, other.motor_position)
+    assert one.signals.keys() == other.signals.keys()
+    assert all(np.array_equal(one.signals[name], other.signals[name]) for name in one.signals)
+    assert (one.load_torque is None) == (other.load_torque is None)
+    if one.load_torque is not None and other.load_torque is not None:
+        assert np.array_equal(one.load_torque, other.load_torque)
+    assert one.static == other.static
+    assert one.preparation == other.preparation
+
+
+def runs_with_gaps(step: float = 0.01) -> pd.DataFrame:
+    """Two runs whose time begins anew, the second with a gap of half a second."""
+    time = step * np.arange(200) + 0.003
+    late = np.where(np.arange(200) < 80, time, time + 0.5)
+    frame = pd.concat([table(time, run=1 + 0 * time), table(late, run=2 + 0 * time)])
+    frame["load_torque_mNm"] = np.linspace(0.0, 70.0, len(frame))
+    return frame
+
+
+PREPARATIONS: dict[str, dict[str, Any]] = {
+    "nothing": {},
+    "units and scale": {
+        "columns": {
+            "joint_position": {
+                "column": "joint_position_rad",
+                "unit": "deg",
+                "sign": -1,
+                "scale": 1.7,
+                "offset": 0.1,
+            }
+        }
+    },
+    "window": {"window": [0.2, 1.5]},
+    "one run": {"runs": [2]},
+    "offset at the start": {"columns": {"joint_position": {"remove_offset": "start"}}},
+    "mean offset": {"columns": {"motor_position": {"remove_offset": "mean", "offset": 0.3}}},
+    "shift": {"time_shift": {"joint_position": 0.0123, "load_torque": -0.004}},
+    "resampled, coarser": {"resample": 0.037},
+    "resampled, finer": {"resample": 0.0033},
+    "all at once": {
+        "columns": {
+            "joint_position": {"remove_offset": "start", "scale": 0.3},
+            "motor_position": {"remove_offset": "mean"},
+        },
+        "time_shift": {"joint_position": -0.0123},
+        "resample": 0.023,
+        "window": [0.11, 1.9],
+        "runs": [2, 1],
+    },
+}
+
+
+@pytest.mark.parametrize("case", PREPARATIONS)
+def test_replay_gives_the_same_samples(tmp_path: Path, case: str) -> None:
+    data = saved(tmp_path, runs_with_gaps())
+    preparation = check_preparation(PREPARATIONS[case], case)
+    for measurement in read_measurements(data, preparation):
+        tree = json.loads(json.dumps(preparation_json(measurement.preparation)))
+        (again,) = read_measurements(data, check_preparation(tree, "again"))
+        assert_same_samples(again, measurement)
+        tree = tomllib.loads(tomli_w.dumps(preparation_json(measurement.preparation)))
+        (again,) = read_measurements(data, check_preparation(tree, "again"))
+        assert_same_samples(again, measurement)
+
+
+def test_comparison_of_an_earlier_run_replays_every_piece(tmp_path: Path) -> None:
+    data = saved(tmp_path, runs_with_gaps())
+    found = read_measurements(data)
+    assert [one.name for one in found] == [
+        "run.csv#1",
+        "run.csv#2[0.003:0.793]",
+        "run.csv#2[1.303:2.493]",
+    ]
+    earlier = tmp_path / "earlier.json"
+    files = [{"name": one.name, "preparation": preparation_json(one.preparation)} for one in found]
+    earlier.write_text(json.dumps({"files": files}))
+    again = read_prepared(data, [str(earlier)])
+    assert len(again) == len(found)
+    for one, other in zip(again, found, strict=True):
+        assert_same_samples(one, other)
+
+
+def test_preparation_beside_the_file_is_used_with_a_note(tmp_path: Path) -> None:
+    data = saved(tmp_path, table(0.01 * np.arange(50)))
+    (tmp_path / "run.csv.toml").write_text("[columns.joint_position]\nscale = 2.0\n")
+    (found,) = read_prepared(data)
+    assert found.signals["joint_position"] == pytest.approx(2.0 * signal(found.time)[1])
+    assert "read as run.csv.toml beside it says" in found.notes
+    (plain,) = read_measurements(data)
+    assert plain.signals["joint_position"] == pytest.approx(signal(plain.time)[1])
+
+
+def test_window_asked_for_comes_before_the_one_written_down(tmp_path: Path) -> None:
+    data = saved(tmp_path, table(0.01 * np.arange(100)))
+    (tmp_path / "run.csv.toml").write_text("window = [0.0, 0.2]\n")
+    (found,) = read_prepared(data + "[0.5:0.8]")
+    assert found.time[[0, -1]] == pytest.approx([0.5, 0.8])
+    assert found.name == "run.csv[0.5:0.8]"
+
+
+def test_two_preparations_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(MeasurementError, match="names two preparations"):
+        read_prepared(str(tmp_path / "run.csv"), ["a.toml", "b.toml"])
+
+
+def test_one_recording_is_wanted_where_there_are_several(tmp_path: Path) -> None:
+    data = saved(tmp_path, runs_with_gaps())
+    with pytest.raises(MeasurementError, match=r"holds 3 recordings \(run.csv#1, run.csv#2"):
+        read_measurement(data)
+
+
+def test_runs_are_told_apart_by_number_or_text(tmp_path: Path) -> None:
+    time = 0.01 * np.arange(30)
+    frame = pd.concat([table(time), table(time)])
+    frame["run"] = ["slow"] * 30 + ["fast"] * 30
+    data = saved(tmp_path, frame)
+    assert [one.name for one in read_measurements(data)] == ["run.csv#slow", "run.csv#fast"]
+    (fast,) = read_measurements(data, Preparation(runs=("fast",)))
+    assert fast.preparation.runs == ("fast",)
+    with pytest.raises(MeasurementError, match=r"no run 'idle' \(found: slow, fast\)"):
+        read_measurements(data, Preparation(runs=("idle",)))
+
+
+def test_run_asked_for_where_there_are_none(tmp_path: Path) -> None:
+    data = saved(tmp_path, table(0.01 * np.arange(30)))
+    with pytest.raises(MeasurementError, match=r"no run 3 \(no column is named run"):
+        read_measurements(data, Preparation(runs=(3,)))
+
+
+def test_row_without_run_is_refused(tmp_path: Path) -> None:
+    frame = runs_with_gaps()
+    frame.iloc[7, frame.columns.get_loc("run")] = np.nan
+    with pytest.raises(MeasurementError, match="column run, row 9 is blank"):
+        read_measurements(saved(tmp_path, frame))
+
+
+def test_gap_splits_and_short_pieces_are_left_out(tmp_path: Path) -> None:
+    time = 0.01 * np.arange(100)
+    time[40:] += 1.0
+    time[45:] += 1.0
+    found = read_measurements(saved(tmp_path, table(time)))
+    assert [len(one.time) for one in found] == [40, 55]
+    assert any("was split into 3 pieces" in note for note in found[0].notes)
+    assert any("1 pieces with less than 10 samples" in note for note in found[0].notes)
+
+
+def test_jitter_is_used_as_it_stands(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    time = 0.01 * np.arange(300) + rng.uniform(-0.004, 0.004, 300)
+    (found,) = read_measurements(saved(tmp_path, table(time)))
+    assert np.array_equal(found.time, time)
+    assert any(note.startswith("sampled unevenly, every ") for note in found.notes)
+
+
+def test_repeated_rows_are_dropped_with_a_note(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(50))
+    doubled = pd.concat([frame.iloc[:20], frame.iloc[19:30], frame.iloc[29:]])
+    (found,) = read_measurements(saved(tmp_path, doubled))
+    assert np.array_equal(found.time, frame["time_s"])
+    assert "2 rows that repeat the row before were dropped" in found.notes
+
+
+def test_times_since_1970_keep_their_precision(tmp_path: Path) -> None:
+    time = 1.7e9 + 0.001 * np.arange(100)
+    (found,) = read_measurements(saved(tmp_path, table(time)))
+    assert np.array_equal(found.time, time)
+    assert found.notes == ()
+
+
+def test_resampling_averages_what_is_finer(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    time = 0.001 * np.arange(20_000)
+    frame = table(time)
+    noise = 1e-2 * rng.standard_normal(len(time))
+    frame["joint_position_rad"] += noise
+    (found,) = read_measurements(saved(tmp_path, frame), Preparation(resample=0.01))
+    assert np.diff(found.time) == pytest.approx(0.01)
+    error = found.signals["joint_position"] - signal(found.time)[1]
+    # ten samples in each mean, and a little curvature within it
+    assert np.std(error) == pytest.approx(1e-2 / np.sqrt(10.0), rel=0.15)
+    assert "resampled to steps of 10 ms" in found.notes
+
+
+def test_resampling_bridges_blanks_which_else_are_refused(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(200))
+    frame.loc[[50, 51, 120], "joint_position_rad"] = np.nan
+    data = saved(tmp_path, frame)
+    with pytest.raises(MeasurementError, match=r"rad, row 52 holds no number; .*--resample STEP"):
+        read_measurements(data)
+    (found,) = read_measurements(data, Preparation(resample=0.01))
+    assert len(found.time) == 200
+    assert found.signals["joint_position"] == pytest.approx(signal(found.time)[1], abs=3e-2)
+    assert found.motor_position == pytest.approx(signal(found.time)[0], abs=1e-9)
+
+
+def test_resampling_does_not_bridge_a_gap(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(200))
+    frame.loc[50:100, "joint_position_rad"] = np.nan
+    found = read_measurements(saved(tmp_path, frame), Preparation(resample=0.01))
+    assert [one.time[-1] for one in found] == pytest.approx([0.49, 1.99])
+
+
+@pytest.fixture
+def two_rates(tmp_path: Path) -> str:
+    """Motor at 1 kHz, joint at 100 Hz, load at 20 Hz, each in a group of its own."""
+    fast, middle, slow = 0.001 * np.arange(3000), 0.0005 + 0.01 * np.arange(290), np.arange(61) / 20
+    path = tmp_path / "rates.h5"
+    with h5py.File(path, "w") as file:
+        for group, time, name, values in (
+            ("motor", fast, "motor_position_rad", signal(fast)[0]),
+            ("joint", middle, "joint_position_rad", signal(middle)[1]),
+            ("load", slow, "load_torque_Nm", 0.2 * slow),
+        ):
+            file[f"{group}/time_s"] = time
+            file[f"{group}/{name}"] = values
+    return str(path)
+
+
+def test_rates_are_brought_to_the_clock_of_the_joint(two_rates: str) -> None:
+    (found,) = read_measurements(two_rates)
+    assert found.time == pytest.approx(0.0005 + 0.01 * np.arange(290))
+    assert np.array_equal(found.signals["joint_position"], signal(found.time)[1])
+    assert found.motor_position == pytest.approx(signal(found.time)[0], abs=1e-3)
+    assert found.load_torque == pytest.approx(0.2 * found.time, abs=1e-12)
+    assert any(
+        note.startswith("motor_position, sampled every 1 ms, was av") for note in found.notes
+    )
+    assert any(note.startswith("load_torque, sampled every 50 ms, was int") for note in found.notes)
+
+
+@pytest.mark.parametrize("resample", [None, 0.004])
+@pytest.mark.parametrize("window", [None, (0.5, 2.2)])
+def test_rates_replay(
+    two_rates: str, resample: float | None, window: tuple[float, float] | None
+) -> None:
+    (found,) = read_measurements(two_rates, Preparation(resample=resample, window=window))
+    (again,) = read_measurements(two_rates, found.preparation)
+    assert_same_samples(again, found)
+
+
+def test_groups_without_common_time_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "apart.h5"
+    with h5py.File(path, "w") as file:
+        for group, name, start in (("a", "motor_position_rad", 0), ("b", "joint_position_rad", 50)):
+            file[f"{group}/time_s"] = start + 0.01 * np.arange(100)
+            file[f"{group}/{name}"] = np.arange(100.0)
+    with pytest.raises(MeasurementError, match="no stretch without gaps holds 10 samples of every"):
+        read_measurements(str(path))
+
+
+def test_static_curve_is_a_slow_sweep_of_the_load(tmp_path: Path) -> None:
+    deflection = np.concatenate([np.linspace(-0.3, 0.3, 20), np.linspace(0.3, -0.3, 20)])
+    frame = pd.DataFrame(
+        {"joint_deflection_deg": np.degrees(deflection), "joint_torque_Nm": -16.0 * deflection}
+    )
+    data = saved(tmp_path, frame, "curve.csv")
+    (found,) = read_measurements(data)
+    assert found.static
+    assert found.signals["joint_position"] == pytest.approx(deflection)
+    assert found.load_torque == pytest.approx(16.0 * deflection)
+    assert not np.any(found.motor_position)
+    assert np.array_equal(found.time, 10.0 * np.arange(40))
+    (again,) = read_measurements(data, found.preparation)
+    assert_same_samples(again, found)
+
+
+@pytest.mark.parametrize(
+    ("window", "preparation", "fragment"),
+    [
+        ("[0:1]", Preparation(), "read it without a window"),
+        ("", Preparation(resample=0.1), "read it without --resample"),
+        ("", Preparation(time_shift={"joint_position": 0.1}), "read it without --shift"),
+    ],
+)
+def test_static_curve_has_no_time(
+    tmp_path: Path, window: str, preparation: Preparation, fragment: str
+) -> None:
+    values = np.arange(20.0)
+    frame = pd.DataFrame({"joint_deflection_rad": values, "joint_torque_Nm": values})
+    with pytest.raises(MeasurementError, match=f"a static curve, it has no time; {fragment}"):
+        read_measurements(saved(tmp_path, frame) + window, preparation)
+
+
+def test_shift_takes_back_what_a_sensor_is_late(tmp_path: Path) -> None:
+    time = 0.001 * np.arange(3000)
+    frame = table(time)
+    frame["joint_position_rad"] = signal(time - 0.02)[1]
+    data = saved(tmp_path, frame)
+    (found,) = read_measurements(data, Preparation(time_shift={"joint_position": 0.02}))
+    assert found.signals["joint_position"] == pytest.approx(signal(found.time)[1], abs=1e-9)
+    assert found.motor_position == pytest.approx(signal(found.time)[0], abs=1e-5)
+
+
+def test_shift_to_be_estimated_is_kept_for_the_comparison(tmp_path: Path) -> None:
+    data = saved(tmp_path, table(0.01 * np.arange(50)))
+    (found,) = read_measurements(data, Preparation(time_shift={"joint_position": "auto"}))
+    assert found.preparation.time_shift == {"joint_position": "auto"}
+    assert len(found.time) == 50
+
+
+def test_what_was_done_is_noted(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": "enc2"})
+    (found,) = read_prepared(
+        saved(tmp_path, frame), ["joint_position=enc2:deg*-1"], remove_offset=["joint_position"]
+    )
+    assert found.notes[0] == "joint_position was read from enc2 in deg, times -1"
+    assert re.fullmatch(r"joint_position: an offset of -?[0-9.e-]+ was removed", found.notes[1])
+    assert found.signals["joint_position"][:11].mean() == pytest.approx(0.0, abs=1e-15)
+
+
+def test_more_samples_than_the_memory_is_meant_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rows, "MAXIMUM_SAMPLES", 1000)
+    data = saved(tmp_path, table(0.001 * np.arange(5000)))
+    with pytest.raises(
+        MeasurementError,
+        match=r"more than 1000 samples; read a part of it with run.csv\[start:end\] in s, or aver",
+    ):
+        read_measurements(data)
+    assert len(read_measurements(data + "[0:0.5]")[0].time) == 501
+    assert len(read_measurements(data, Preparation(resample=0.01))[0].time) == 499
+
+
+def test_progress_is_told(tmp_path: Path) -> None:
+    shares: list[float] = []
+    data = saved(tmp_path, table(0.001 * np.arange(5000)))
+    read_measurements(data, report=lambda _, share: shares.append(share))
+    assert shares[-1] == pytest.approx(1.0)
+    assert shares == sorted(shares)
+
+
+BAD_TABLES: dict[str, tuple[Callable[[pd.DataFrame], pd.DataFrame], str]] = {
+    "reversed time": (
+        lambda frame: frame[::-1],
+        "the time runs backwards at row 3 .0.48 s after 0.49 s.; sort the rows by time",
+    ),
+    "time jumps back": (
+        lambda frame: pd.concat([frame.iloc[20:], frame.iloc[:20]]),
+        r"the time does not increase at row 32 \(0 s after 0.49 s\); sort the rows",
+    ),
+    "only one signal": (
+        lambda frame: frame.drop(columns="joint_position_rad"),
+        "there is no column joint_position_rad",
+    ),
+    "nine samples": (lambda frame: frame[:9], "it holds 9 samples and needs at least 10"),
+    "minus infinity": (
+        lambda frame: frame.replace({"joint_position_rad": {frame.iloc[4, 2]: -np.inf}}),
+        "joint_position_rad, row 6 holds '-inf'",
+    ),
+    "rows of nothing": (
+        lambda frame: pd.concat([frame.iloc[:30], 0.0 * frame.iloc[:1] / 0.0, frame.iloc[30:]]),
+        "column time_s, row 32 holds no number; every sample needs a finite number$",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD_TABLES)
+def test_bad_table_is_refused_in_one_sentence(tmp_path: Path, case: str) -> None:
+    spoil, fragment = BAD_TABLES[case]
+    data = saved(tmp_path, spoil(table(0.01 * np.arange(50))))
+    with pytest.raises(MeasurementError, match=fragment) as refused:
+        read_measurements(data)
+    assert str(refused.value).startswith("run.csv: ")
+    assert "\n" not in str(refused.value)
+
+
+def test_bad_row_outside_the_window_does_not_matter(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(100))
+    frame.loc[80, "joint_position_rad"] = np.nan
+    assert len(read_measurements(saved(tmp_path, frame) + "[0:0.5]")[0].time) == 51

@@ -290,9 +290,9 @@ def _of_piece(
 ) -> Measurement | None:
     """Measurement of one piece, None where fewer than ten samples are in common."""
     first, last = common_time(part)
-    if not first < last:
-        return None
     reference = "joint_position" if "joint_position" in part else "motor_position"
+    if not first < last or len(part[reference].time) < MINIMUM_SAMPLES:
+        return None
     time, values = on_one_clock(part, reference, reading.preparation.resample)
     if len(time) < MINIMUM_SAMPLES:
         return None

@@ -163,7 +163,7 @@ def on_one_clock(
         return tracks[reference].time, {name: track.values for name, track in tracks.items()}
     first, last = common_time(tracks)
     if step is None:
-        tracks = {**tracks, **_stepwise(tracks, tracks[reference].time)}
+        tracks = _stepwise(tracks, tracks[reference].time)
         time = between({reference: tracks[reference]}, first, last)[reference].time
     else:
         lowest, highest = ceil(first / step - _ROUNDING), floor(last / step + _ROUNDING)
@@ -173,16 +173,31 @@ def on_one_clock(
 
 def _stepwise(tracks: Tracks, clock: Array) -> Tracks:
     """Signals with other clocks, averaged over the steps of this one."""
-    edges = 0.5 * (clock[1:] + clock[:-1])
+    middles = 0.5 * (clock[1:] + clock[:-1])
+    # the first and the last step reach as far to the other side
+    edges = np.concatenate(
+        [[2.0 * clock[0] - middles[0]], middles, [2.0 * clock[-1] - middles[-1]]]
+    )
     return {
-        name: _means(track, np.searchsorted(edges, track.time, side="right").astype(np.int64))
+        name: track if track.time is clock else _averaged(track, edges)
         for name, track in tracks.items()
-        if track.time is not clock
     }
 
 
-def _means(track: Track, index: NDArray[np.int64]) -> Track:
-    """Mean time and value of the samples with one index."""
+def _averaged(track: Track, edges: Array) -> Track:
+    """Mean time and value between each two edges; samples beyond the edges stay as they are."""
+    index = np.searchsorted(edges, track.time, side="right").astype(np.int64)
+    before, after = np.count_nonzero(index == 0), np.count_nonzero(index == len(edges))
+    index[:before] = np.arange(-before, 0)
+    index[len(index) - after :] += np.arange(after)
     start = track.time[0]
     bins = Bins(index, np.ones(len(index)), track.time - start, track.values).joined()
-    return Track(start + bins.times / bins.count, bins.values / bins.count)
+    time, values = start + bins.times / bins.count, bins.values / bins.count
+    # half a step at an end has its mean within, so its outermost sample says how it begins
+    ends = [(0, time[0] > track.time[0]), (len(time), time[-1] < track.time[-1])]
+    for place, short in reversed(ends):
+        if short:
+            outermost = 0 if place == 0 else -1
+            time = np.insert(time, place, track.time[outermost])
+            values = np.insert(values, place, track.values[outermost])
+    return Track(time, values)

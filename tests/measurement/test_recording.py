@@ -1,0 +1,75 @@
+"""A measurement shifted in time keeps the noise of what is compared, and says what was done."""
+
+import numpy as np
+import pytest
+
+from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement import Measurement, Preparation
+
+
+@pytest.fixture
+def recording() -> Measurement:
+    time = 0.01 * np.arange(200)
+    rng = np.random.default_rng(3)
+    return Measurement(
+        "made",
+        time,
+        np.sin(time),
+        {
+            "joint_position": np.sin(time) + 0.1 * rng.standard_normal(200),
+            "joint_torque": np.cos(time),
+        },
+        time**2,
+    )
+
+
+def test_late_joint_keeps_its_samples(recording: Measurement) -> None:
+    shifted = recording.shifted({"joint_position": 0.034})
+    kept = recording.signals["joint_position"][4:]
+    assert np.array_equal(shifted.signals["joint_position"], kept)
+    assert shifted.time == pytest.approx(recording.time[4:] - 0.034)
+    assert shifted.motor_position == pytest.approx(np.sin(shifted.time), abs=2e-5)
+    assert shifted.signals["joint_torque"] == pytest.approx(np.cos(shifted.time), abs=2e-5)
+    assert shifted.load_torque == pytest.approx(shifted.time**2, abs=3e-5)
+    assert shifted.preparation.time_shift == {"joint_position": 0.034}
+
+
+def test_late_load_is_brought_to_the_other_samples(recording: Measurement) -> None:
+    shifted = recording.shifted({"load_torque": -0.02})
+    assert np.array_equal(shifted.time, recording.time[2:])
+    assert np.array_equal(
+        shifted.signals["joint_position"], recording.signals["joint_position"][2:]
+    )
+    assert shifted.load_torque == pytest.approx((shifted.time - 0.02) ** 2, abs=1e-12)
+
+
+def test_shift_by_nothing_changes_nothing_but_is_recorded(recording: Measurement) -> None:
+    shifted = recording.shifted({"joint_position": 0.0})
+    assert np.array_equal(shifted.time, recording.time)
+    assert shifted.preparation.time_shift == {"joint_position": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("shifts", "fragment"),
+    [
+        ({"joint_position": 1.95}, "shifted by 1.95 s, signals have 5 samples in common"),
+        ({"joint_position": -5.0}, "have 0 samples in common and need 10"),
+        ({"motor_torque": 0.1}, "motor_torque was not measured"),
+    ],
+)
+def test_impossible_shift_is_refused(
+    recording: Measurement, shifts: dict[str, float], fragment: str
+) -> None:
+    with pytest.raises(MeasurementError, match=fragment):
+        recording.shifted(shifts)
+
+
+def test_noise_is_that_of_each_signal(recording: Measurement) -> None:
+    assert recording.noise.keys() == recording.signals.keys()
+    assert recording.noise["joint_position"].sigma == pytest.approx(0.1, rel=0.3)
+    assert recording.noise is recording.noise  # found once
+
+
+def test_recording_made_by_hand_was_not_prepared(recording: Measurement) -> None:
+    assert recording.preparation == Preparation()
+    assert not recording.static
