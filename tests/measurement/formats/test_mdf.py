@@ -7,7 +7,7 @@ import pytest
 from asammdf import MDF, Signal
 from whole import assert_refused, group_named, truncated, whole
 
-from elastic_tendon.measurement.formats import base, open_source
+from elastic_tendon.measurement.formats import mdf, open_source, silent
 
 FAST, SLOW = np.arange(2000) * 0.001, np.arange(300) * 0.01
 
@@ -26,13 +26,14 @@ def path(request, tmp_path: Path) -> Path:
 
 
 def test_groups_rates_units_and_conversions(path: Path, monkeypatch) -> None:
-    monkeypatch.setattr(base, "CHUNK_ROWS", 700)
+    monkeypatch.setattr(mdf, "_FRAGMENT", 4000)
     source = open_source(path)
     fast, slow = source.groups
     assert (fast.rows, slow.rows) == (2000, 300)
     assert fast.columns == ("time_s", "motor", "count")
     assert fast.units == {"time_s": "s", "motor": "deg"}
     assert slow.units == {"time_s": "s", "tau": "Nm"}
+    assert len(list(source.read(fast.name, ["count"], silent))) > 3
     table = whole(source, fast.name)
     assert np.allclose(table["time_s"], FAST, atol=1e-12)
     assert np.array_equal(table["motor"], np.sin(FAST))

@@ -1,7 +1,8 @@
 """MDF, the format of measurement and calibration tools, version 3 and 4."""
 
+import logging
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,12 +20,14 @@ from elastic_tendon.measurement.formats.base import (
     Report,
     as_numbers,
     check_columns,
+    reading,
     refusing_damage,
-    row_ranges,
 )
 
 _KIND = "MDF file"
 _TIME = "time_s"
+# bytes of a group read at a time
+_FRAGMENT = 1 << 22
 # data types that are neither numbers nor text, by the version's first digit
 _LEFT_OUT = {"3": range(8, 9), "4": range(10, 17)}
 
@@ -41,10 +44,10 @@ MDF3.__del__ = MDF4.__del__ = _close_half_made  # type: ignore[method-assign]
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a group lies: its number, and those of its channels; None is the time."""
+    """Where a group lies: its number, and those of its channels."""
 
     group: int
-    channels: Mapping[str, int | None]
+    channels: Mapping[str, int]
 
 
 def open_file(path: Path) -> "MdfSource":
@@ -64,9 +67,9 @@ def open_file(path: Path) -> "MdfSource":
             name = _group_name(data, number, places)
             channels = _channels(file, number)
             units = {
-                column: "s" if index is None else unit
+                column: unit
                 for column, index in channels.items()
-                if index is None or (unit := _unit(data.channels[index]))
+                if (unit := "s" if column == _TIME else _unit(data.channels[index]))
             }
             rows = int(data.channel_group.cycles_nr)
             groups.append(Group(name, tuple(channels), units, rows))
@@ -74,9 +77,17 @@ def open_file(path: Path) -> "MdfSource":
     return MdfSource(path, check_columns(path, groups), places)
 
 
-def _opened(path: Path) -> AbstractContextManager[Any]:
-    opened: AbstractContextManager[Any] = MDF(path)
-    return opened
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a file without the logger, which would tell of damage beside our own sentence."""
+    log = logging.getLogger("asammdf")
+    was_disabled, log.disabled = log.disabled, True
+    try:
+        with MDF(path) as file:
+            file.configure(read_fragment_size=_FRAGMENT)
+            yield file
+    finally:
+        log.disabled = was_disabled
 
 
 def _group_name(data: Any, number: int, taken: Mapping[str, object]) -> str:
@@ -84,12 +95,12 @@ def _group_name(data: Any, number: int, taken: Mapping[str, object]) -> str:
     return name if name and name not in taken else f"group {number}"
 
 
-def _channels(file: Any, group: int) -> dict[str, int | None]:
+def _channels(file: Any, group: int) -> dict[str, int]:
     """Columns of a group and their channels; a name that comes again has its channel's number."""
     data = file.groups[group]
     left_out = _LEFT_OUT[file.version[0]]
     master = file.masters_db.get(group)
-    found: dict[str, int | None] = {} if master is None else {_TIME: None}
+    found: dict[str, int] = {} if master is None else {_TIME: master}
     for index, channel in enumerate(data.channels):
         whole = data.channel_dependencies[index] is None
         if index != master and whole and channel.data_type not in left_out:
@@ -120,26 +131,29 @@ class MdfSource:
         """Read some columns in chunks, see `base.Source`."""
         rows = next(each.rows for each in self.groups if each.name == group) or 0
         place = self.places[group]
+        done = 0
         with refusing_damage(self.path, _KIND), _opened(self.path) as file:
-            for some in row_ranges(rows, self.path, report):
+            parts = [
+                file.iter_get(group=place.group, index=place.channels[name], samples_only=True)
+                for name in columns
+            ]
+            for part in zip(*parts, strict=True):
                 chunk = {
-                    name: _values(file, place.group, place.channels[name], some) for name in columns
+                    name: _values(samples, invalid)
+                    for name, (samples, invalid) in zip(columns, part, strict=True)
                 }
-                if any(len(values) != some.stop - some.start for values in chunk.values()):
-                    raise MeasurementError(
-                        f"{self.name}: {group} holds fewer than its {rows} samples; this "
-                        f"{_KIND} is damaged or not complete; export it again"
-                    )
-                yield chunk
+                if size := len(chunk[columns[0]]):
+                    yield chunk
+                done += size
+                report(reading(self.path), min(done / max(rows, 1), 1.0))
+        if done < rows:
+            raise MeasurementError(
+                f"{self.name}: {group} holds {done} of its {rows} samples; this {_KIND} is "
+                "damaged or not complete; export it again"
+            )
 
 
-def _values(file: Any, group: int, channel: int | None, rows: slice) -> NDArray[Any]:
-    where = {"record_offset": rows.start, "record_count": rows.stop - rows.start}
-    if channel is None:
-        return as_numbers(file.get_master(group, **where))
-    samples, invalid = file.get(
-        group=group, index=channel, samples_only=True, ignore_invalidation_bits=True, **where
-    )
+def _values(samples: Any, invalid: NDArray[np.bool_] | None) -> NDArray[Any]:
     values = as_numbers(np.asarray(samples))
     if values.dtype == object:
         return np.array([_text(value) for value in values], dtype=object)

@@ -22,6 +22,8 @@ from elastic_tendon.measurement.formats.base import (
 )
 
 _KIND = "Parquet file"
+# bytes of a column read at a time; without it a whole row group is
+_BUFFER = 1 << 20
 _UNIT_KEYS = (b"unit", b"units")
 
 
@@ -61,10 +63,13 @@ class ParquetSource:
     def name(self) -> str:
         return self.path.name
 
+    def _opened(self) -> pq.ParquetFile:
+        return pq.ParquetFile(self.path, buffer_size=_BUFFER, pre_buffer=False)
+
     def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:  # noqa: ARG002
         """Read some columns in chunks, see `base.Source`."""
         done, rows = 0, self.groups[0].rows
-        with refusing_damage(self.path, _KIND), pq.ParquetFile(self.path) as file:
+        with refusing_damage(self.path, _KIND), self._opened() as file:
             for batch in file.iter_batches(CHUNK_ROWS, columns=list(columns)):
                 yield {name: _values(batch.column(name)) for name in columns}
                 done += batch.num_rows

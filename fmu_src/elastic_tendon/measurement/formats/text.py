@@ -99,8 +99,7 @@ class TextSource:
         with self.path.open("rb") as file:
             file.seek(self.layout.start)
             while block := _next_block(file, self.path, row):
-                if chunk := self._parse(block, row, columns):
-                    yield chunk
+                yield self._parse(block, row, columns)
                 row += _count(block, b"\n")
                 report(reading(self.path), file.tell() / size)
 
@@ -135,17 +134,23 @@ class TextSource:
         )
         return table
 
-    def _parse(self, block: bytes, row: int, columns: Sequence[str]) -> Chunk | None:
+    def _parse(self, block: bytes, row: int, columns: Sequence[str]) -> Chunk:
         if b"\0" in block:
             bad = row + block.count(b"\n", 0, block.index(b"\0"))
             raise MeasurementError(
                 f"{self.name}: row {bad} holds a NUL byte, which no text has; export it again"
             )
-        separators = _count(block, b"\n") * (len(self.layout.names) - 1)
+        lines = _count(block, b"\n")
+        separators = lines * (len(self.layout.names) - 1)
         if _count(block, self.layout.separator.encode()) != separators:
             self._check_rows(block, row)
-        table = self._table(io.BytesIO(block), usecols=list(columns), low_memory=False)
-        return {name: self._values(table[name], row) for name in columns} if len(table) else None
+        try:
+            table = self._table(io.BytesIO(block), usecols=list(columns), low_memory=False)
+        except pd.errors.ParserError as error:
+            raise _broken_line(self.name, block, row) from error
+        if len(table) != lines:
+            raise _broken_line(self.name, block, row)
+        return {name: self._values(table[name], row) for name in columns}
 
     def _values(self, column: "pd.Series[Any]", row: int) -> NDArray[Any]:
         values = as_numbers(column.to_numpy())
@@ -297,6 +302,16 @@ def _decimal_commas(source: str, row: int, cell: str) -> MeasurementError:
     return MeasurementError(
         f"{source}: row {row} seems to have decimal commas ({cell.strip()}); save it with decimal "
         "points"
+    )
+
+
+def _broken_line(source: str, block: bytes, row: int) -> MeasurementError:
+    """Say where lines and rows part: a quotation mark joins lines, a carriage return parts one."""
+    lines = enumerate(block.split(b"\n"), row)
+    bad = next((i for i, line in lines if line.count(b'"') % 2 or b"\r" in line[:-1]), row)
+    return MeasurementError(
+        f"{source}: row {bad} holds a quotation mark without a partner, or a carriage return; give "
+        "every sample one line of its own"
     )
 
 
