@@ -354,10 +354,10 @@ def test_export_tells_what_it_knows(run, option, value, known) -> None:
 
 @pytest.fixture(scope="module")
 def table() -> pd.DataFrame:
-    """Ten seconds in which motor and load move the joint through all slack states."""
+    """Ten seconds in which mostly the motor moves the joint, and a small load."""
     model = load_model(MODEL)
     excitation = default_excitation(model)
-    inputs = (excitation.motor_position, excitation.load_torque)
+    inputs = (excitation.motor_position, 0.2 * excitation.load_torque)
     trajectory = simulate(model, excitation.time, *inputs)
     return pd.DataFrame(
         {
@@ -443,7 +443,7 @@ BAD_FILES = {
     "gear ratio": (
         "run.csv",
         csv(put("motor_position_rad", lambda table: 16.0 * table["motor_position_rad"])),
-        ("run.csv", "16", "--as-declared"),
+        ("run.csv", "gear ratio of 1", "--as-declared"),
     ),
     "degrees as radians": (
         "run.csv",
@@ -539,6 +539,16 @@ def test_simulate_reads_as_compare_does(run, table) -> None:
     out = pd.read_csv("out.csv")
     assert np.diff(out["time_s"]) == pytest.approx(0.05)
     assert out["joint_position_rad"].std() > 0.1
+
+
+def test_an_estimated_shift_is_told_and_kept(run, table) -> None:
+    late = np.interp(table["time_s"] - 0.008, table["time_s"], table["joint_position_rad"])
+    table.assign(joint_position_rad=late).to_csv("run.csv", index=False)
+    result = run("compare", MODEL, "run.csv", "--shift", "joint_position=auto", "--json", "c.json")
+    assert result.exit_code == 0
+    (file,) = json.loads(Path("c.json").read_text())["files"]
+    assert file["preparation"]["time_shift"]["joint_position"] == pytest.approx(0.008, abs=5e-4)
+    assert any("joint_position" in note for note in file["notes"])
 
 
 def test_a_shift_that_is_none_is_wrong_usage(run, table) -> None:

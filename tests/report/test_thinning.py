@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from elastic_tendon.report.thinning import BUCKETS, POINTS, envelope, stride
+from elastic_tendon.report.thinning import BUCKETS, POINTS, envelope, some, stride
 
 
 def test_short_curves_stay_as_they_are() -> None:
@@ -27,3 +27,10 @@ def test_long_curves_keep_ends_peaks_and_order() -> None:
 def test_clouds_keep_at_most_so_many_points() -> None:
     for n in (1, POINTS, POINTS + 1, 10**6):
         assert 0 < len(range(n)[stride(n)]) <= POINTS
+        assert len(set(some(n).tolist())) == min(n, POINTS)
+
+
+def test_a_cloud_does_not_fall_in_step_with_a_motion() -> None:
+    n = 50 * POINTS
+    phases = some(n) % 50
+    assert np.bincount(phases, minlength=50).min() > 0.5 * POINTS / 50

@@ -25,6 +25,7 @@ VISIBLE = 0.02  # share of an axis below which a band needs no legend
 SOFTWARE = "elastic-tendon"  # in the metadata of a PNG
 PICTURES = (".png", ".svg", ".pdf")
 NAME = 44  # letters of a recording's name in a title
+LEGEND: dict[str, Any] = {"framealpha": 0.8, "edgecolor": "none"}  # curves may fill the axes
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
 
 
@@ -69,9 +70,9 @@ def _overlay_one(part: SubFigure, file: FileComparison, name: str) -> None:
     lower.axhspan(-band, band, color="0.8", label="± 2σ of the noise")
     lower.axhline(0.0, color="0.5", linewidth=0.8)
     lower.set_ylabel(f"error ({quantity.small_unit})")
-    upper.legend(loc="best", frameon=False)
+    upper.legend(loc="best", **LEGEND)
     if band > VISIBLE * quantity.small * error.max_abs:
-        lower.legend(loc="best", frameon=False)
+        lower.legend(loc="best", **LEGEND)
     tidy(upper)
     tidy(lower)
 
@@ -95,13 +96,13 @@ def _draw_curves(upper: Axes, lower: Axes, file: FileComparison) -> None:
     torque = static_torque(file.measurement)
     measured = file.measurement.signals["joint_position"]
     simulated = file.trajectory[file.trajectory.measured("joint_position")]
-    some = stride(len(torque))
+    kept = stride(len(torque))
     dots: dict[str, Any] = {"linestyle": "none", "marker": "."}
-    upper.plot(measured[some], torque[some], color=BLACK, label="measured", **dots)
-    upper.plot(simulated[some], torque[some], color=VERMILLION, lw=1.1, label="simulated")
+    upper.plot(measured[kept], torque[kept], color=BLACK, label="measured", **dots)
+    upper.plot(simulated[kept], torque[kept], color=VERMILLION, lw=1.1, label="simulated")
     upper.set_ylabel("joint torque (N·m)")
     error = quantity.small * (simulated - measured)
-    lower.plot(measured[some], error[some], color=BLUE, markersize=4, **dots)
+    lower.plot(measured[kept], error[kept], color=BLUE, markersize=4, **dots)
     lower.set_xlabel("deflection (rad)")
 
 

@@ -123,8 +123,12 @@ def sample_shares(bins: Sequence[Bin]) -> dict[Bin, float]:
 
 
 def strongest(bins: Sequence[Bin], sample_share: Mapping[Bin, float]) -> list[Bin]:
-    """The `ROWS` bins with the most error for their share of the samples, in the order given."""
-    chosen = sorted(bins, key=lambda one: sample_share[one] - one.share)[:ROWS]
+    """The `ROWS` bins with the most error for their share of the samples, in the order given.
+
+    A bin that holds all samples says nothing of where the error lies.
+    """
+    telling = [one for one in bins if sample_share[one] < 1.0]
+    chosen = sorted(telling, key=lambda one: sample_share[one] - one.share)[:ROWS]
     return [one for one in bins if one in chosen]
 
 

@@ -1,6 +1,7 @@
 """Figures of where a model fails, one function for each; nothing is computed here."""
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -34,7 +35,7 @@ from elastic_tendon.report.comparison_figures import (
     tidy,
 )
 from elastic_tendon.report.comparison_tables import STATES, sample_shares
-from elastic_tendon.report.thinning import envelope, stride
+from elastic_tendon.report.thinning import envelope, some, stride
 from elastic_tendon.report.units import shown, with_unit
 from elastic_tendon.transmission import (
     SlackState,
@@ -43,6 +44,7 @@ from elastic_tendon.transmission import (
     slack_boundaries,
 )
 
+MARGIN = 0.15  # beside what was measured, as share of its range
 BLANK = "0.85"  # of cells without samples; white is zero
 COLUMNS = 3  # panels side by side
 STATE_COLOURS = {
@@ -115,7 +117,7 @@ def torque_loop(model: Model, file: FileComparison, found: FileLocation) -> Figu
     states = np.round(found.variables["slack_state"])
     for state, (colour, label) in STATE_COLOURS.items():
         inside = np.flatnonzero(states == state)
-        inside = inside[stride(len(inside))]
+        inside = inside[some(len(inside))]
         if len(inside):
             places = deflection[inside], torque[inside]
             axes.scatter(*places, s=5, color=colour, label=label, linewidths=0, rasterized=True)
@@ -149,10 +151,12 @@ def _measured_loop(
 
 
 def _draw_model(axes: Axes, model: Model, file: FileComparison, deflection: Array) -> None:
-    some = stride(len(deflection))
-    simulated = file.trajectory["deflection"][some], file.trajectory["joint_torque"][some]
+    kept = stride(len(deflection))
+    simulated = file.trajectory["deflection"][kept], file.trajectory["joint_torque"][kept]
     axes.plot(*simulated, color="0.6", linewidth=0.8, label="simulated")
     low, high = float(np.min(deflection)), float(np.max(deflection))
+    margin = MARGIN * (high - low)
+    axes.set_xlim(low - margin, high + margin)  # a wrong model may go far beyond
     boundaries = slack_boundaries(model.transmission)
     kinks = [one for one in boundaries if low < one < high]
     across = np.unique(np.concatenate([np.linspace(low, high, 200), kinks]))
@@ -239,7 +243,8 @@ def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Fi
     """
     bins = found.bins[signal]
     shares = sample_shares(bins)
-    variables = list(dict.fromkeys(one.by for one in bins))
+    split = Counter(one.by for one in bins)
+    variables = [by for by, count in split.items() if count > 1]
     figure, panels = _panels(len(variables))
     for axes, variable in zip(panels, variables, strict=True):
         chosen = [one for one in bins if one.by == variable]
@@ -305,12 +310,12 @@ def missing_torque(file: FileComparison, found: FileLocation) -> Figure:
     matplotlib.figure.Figure; a panel for each variable
     """
     missing = found.missing_torque
+    chosen = some(len(missing.torque))
     figure, panels = _panels(len(missing.curves))
     for axes, curve in zip(panels, missing.curves, strict=True):
         if curve.by in found.variables:
-            some = stride(4 * len(missing.torque))
-            cloud = found.variables[curve.by][some], missing.torque[some]
-            axes.plot(*cloud, ",", color="0.7", rasterized=True)
+            cloud = found.variables[curve.by][chosen], missing.torque[chosen]
+            axes.plot(*cloud, ".", markersize=1.5, color="0.7", rasterized=True)
         _draw_curve(axes, curve)
     figure.suptitle(f"{shortened(file.measurement.name)}: missing torque on the joint")
     marks = [

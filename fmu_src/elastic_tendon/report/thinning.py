@@ -33,5 +33,16 @@ def envelope(horizontal: Array, values: Array) -> tuple[Array, Array]:
 
 
 def stride(n: int) -> slice:
-    """Every so many of n samples that `POINTS` are left at most; for clouds and loops."""
+    """Every so many of n samples that `POINTS` are left at most; for loops, drawn as lines."""
     return slice(None, None, max(1, -(-n // POINTS)))
+
+
+def some(n: int) -> NDArray[np.intp]:
+    """At most `POINTS` of n samples, drawn by lot; for clouds.
+
+    Samples a fixed number apart would fall in step with a periodic motion. The lot is the same
+    each time.
+    """
+    if n <= POINTS:
+        return np.arange(n)
+    return np.sort(np.random.default_rng(0).choice(n, POINTS, replace=False))
