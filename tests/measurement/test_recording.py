@@ -49,6 +49,18 @@ def test_shift_by_nothing_changes_nothing_but_is_recorded(recording: Measurement
     assert shifted.preparation.time_shift == {"joint_position": 0.0}
 
 
+def test_shifts_add_up(recording: Measurement) -> None:
+    twice = recording.shifted({"load_torque": 0.02}).shifted({"load_torque": 0.01})
+    assert twice.preparation.time_shift == {"load_torque": pytest.approx(0.03)}
+    assert twice.load_torque == pytest.approx((twice.time + 0.03) ** 2, abs=1e-12)
+
+
+def test_window_is_part_of_the_preparation(recording: Measurement) -> None:
+    cut = recording.window(0.5, None)
+    assert cut.name == "made[0.5:]"
+    assert cut.preparation.window == (0.5, recording.time[-1])
+
+
 @pytest.mark.parametrize(
     ("shifts", "fragment"),
     [

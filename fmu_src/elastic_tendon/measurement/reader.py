@@ -303,6 +303,9 @@ def _of_piece(
         )
     shown = f"[{time[0]:.10g}:{time[-1]:.10g}]" if run.cut or window is not None else ""
     preparation = _resolved_preparation(reading, run, window, columns)
+    told = preparation.time_shift
+    shifts = {signal: shift for signal, shift in told.items() if shift != "auto"}
+    waiting = {signal: shift for signal, shift in told.items() if shift == "auto"}
     measurement = Measurement(
         name=name + (reading.asked if window is None and reading.asked else shown),
         time=time,
@@ -311,9 +314,8 @@ def _of_piece(
         signals=values,
         interpolation=reading.interpolation,
         notes=(*reading.layout.notes, *_clock_notes(part, reference, reading.preparation.resample)),
-        preparation=preparation,
+        preparation=preparation.model_copy(update={"time_shift": waiting}),
     )
-    shifts = {signal: shift for signal, shift in preparation.time_shift.items() if shift != "auto"}
     return measurement.shifted(shifts) if shifts else measurement
 
 

@@ -87,7 +87,8 @@ class Measurement:
 
         Parameters
         ----------
-        shifts : name of an input or signal -> s; what it shows at t it recorded at t + shift
+        shifts : name of an input or signal -> s; what it shows at t it recorded at t + shift;
+            adds to an earlier shift
 
         Returns
         -------
@@ -118,8 +119,11 @@ class Measurement:
             else np.interp(at + late[name], self.time, values)
             for name, values in held.items()
         }
-        tree = preparation_json(self.preparation)
-        tree["time_shift"] = self.preparation.time_shift | dict(shifts)
+        total: dict[str, float | str] = dict(self.preparation.time_shift)
+        for name, seconds in shifts.items():
+            earlier = total.get(name, 0.0)
+            total[name] = seconds if isinstance(earlier, str) else earlier + seconds
+        tree = preparation_json(self.preparation) | {"time_shift": total}
         return replace(
             self,
             time=at - reference,
@@ -138,7 +142,8 @@ class Measurement:
 
         Returns
         -------
-        Measurement; its name carries the window
+        Measurement; its name carries the window, and so does its preparation, which repeats the
+        cut exactly where nothing was shifted or resampled
 
         Raises
         ------
@@ -154,4 +159,5 @@ class Measurement:
                 f"{MINIMUM_SAMPLES}; the recording runs from {self.time[0]:g} s to "
                 f"{self.time[-1]:g} s"
             )
-        return replace(self.samples(keep), name=self.name + text)
+        preparation = self.preparation.model_copy(update={"window": (float(lower), float(upper))})
+        return replace(self.samples(keep), name=self.name + text, preparation=preparation)
