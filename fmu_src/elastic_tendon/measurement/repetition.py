@@ -29,6 +29,8 @@ _SETTLED = 1.5
 # correlation, in standard deviations of that of white noise, that is more than chance; neighbours
 # of a lag share samples, hence not 3
 _CHANCE = 4.0
+# less correlation makes no difference, and the rest of a transient may leave as much
+_LEAST_CORRELATION = 0.15
 
 
 def period_of(inputs: Mapping[str, Array], sigmas: Mapping[str, float]) -> int | None:
@@ -103,7 +105,7 @@ def repeated_noise(signal: Array, period: int) -> tuple[float, float] | None:
     if variance == 0.0:
         return 0.0, 0.0
     correlation = 0.5 * float(np.mean(settled[1:] * settled[:-1])) / variance
-    chance = _CHANCE / np.sqrt(len(settled))
+    chance = max(_CHANCE / np.sqrt(len(settled)), _LEAST_CORRELATION)
     return float(np.sqrt(variance)), correlation if correlation > chance else 0.0
 
 
