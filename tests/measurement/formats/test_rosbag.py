@@ -113,3 +113,10 @@ def test_messages_that_are_not_of_ros_2_are_named(bag: Path) -> None:
     path.write_bytes(content.replace(b"\x03\x00\x00\x00cdr", b"\x03\x00\x00\x00abc"))
     if path.suffix == ".mcap":
         assert_refused(path, "encoded as abc")
+
+
+def test_a_folder_whose_bag_is_incomplete_is_refused(bag: Path) -> None:
+    _file_of(bag).unlink()
+    assert_refused(bag, "ROS 2 bag is damaged or not complete")
+    (bag / "metadata.yaml").write_text("")
+    assert_refused(bag, "ROS 2 bag is damaged or not complete")

@@ -1,5 +1,6 @@
 """Text comes back as it is written; bad text is refused with its row, in one sentence."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pandas as pd
 import pytest
 from whole import assert_refused, whole
 
-from elastic_tendon.measurement.formats import open_source, text
+from elastic_tendon.measurement.formats import open_source, silent, text
 
 HEADER = "time_s,motor_position_rad,joint_position_rad"
 
@@ -180,3 +181,13 @@ def test_quoted_separators_do_not_make_a_row_ragged(write) -> None:
     table = whole(open_source(write(content)))
     assert table["remark"][0] == "here, and there"
     assert table["joint"][-1] == 2.0
+
+
+def test_text_late_in_a_long_file_is_passed_on_without_a_warning(write) -> None:
+    path = write(f"{HEADER}\n{rows(300_000)}3000,lost,1\n")
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        chunks = list(open_source(path).read("", ["motor_position_rad"], silent))
+    assert not warned
+    assert chunks[-1]["motor_position_rad"][-1] == "lost"
+    assert chunks[0]["motor_position_rad"].dtype == float

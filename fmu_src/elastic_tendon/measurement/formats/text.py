@@ -111,9 +111,10 @@ class TextSource:
                 if b"\0" in block:
                     return None
         try:
-            with warnings.catch_warnings(action="error", category=pd.errors.ParserWarning):
+            # it warns of mixed types and of values that it cuts off
+            with warnings.catch_warnings(action="error"):
                 table = self._table(self.path, skiprows=self.first_row - 1)
-        except (pd.errors.ParserError, pd.errors.ParserWarning, ValueError):
+        except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.DtypeWarning):
             return None
         numbers = all(dtype.kind in "if" for dtype in table.dtypes)
         # a row too short, or a blank one, has no number at its end
