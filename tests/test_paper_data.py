@@ -8,6 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from elastic_tendon.identify.compare import compare
+from elastic_tendon.identify.fit import fit
+from elastic_tendon.measurement import read_measurement
+from elastic_tendon.parameters import load_model
+
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "paper_figures"
 LARGEST_ROWS = 3000
@@ -50,3 +55,22 @@ def test_measured_corners_deviate_as_in_the_paper() -> None:
         beyond = side * deflection
         assert slope((beyond > SLACK) & (beyond < ENGAGED)) == pytest.approx(STIFFNESS, rel=0.03)
         assert slope(beyond > ENGAGED) == pytest.approx(2.5 * STIFFNESS, rel=0.03)
+
+
+def test_a_fitted_protection_takes_the_deviation_away() -> None:
+    """What made the corners is found, with its numbers; the torque sensor's noise is left."""
+    recording = read_measurement(str(EXAMPLE / "static_curve.csv"))
+    given = load_model("biorob_x4_joint_3")
+    # begun beside the truth, which spares the many starts of `add`
+    started = given.with_effect("overstretch_protection", {"engagement": 0.9, "stiffness": 2e4})
+    result = fit(started, [recording])
+    before, after = (
+        compare(model, [recording]).files[0].signals["joint_position"].rmse
+        for model in (given, result.model)
+    )
+    assert before > 30.0 * after
+    found = {one.path: one for one in result.findings.estimates}
+    truth = {"engagement": 0.8, "stiffness": 1.5 * 11580.0}
+    for name, value in truth.items():
+        low, high = found[f"effects.overstretch_protection.{name}"].interval
+        assert low < value < high
