@@ -1,6 +1,6 @@
 """Measurements: read at the door, SI inside, with the noise floor of each signal."""
 
-from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, noise_sigma
+from elastic_tendon.measurement.noise import NoiseFloor, noise_floors
 from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.measurement.reader import (
     read_measurement,
@@ -14,7 +14,6 @@ __all__ = [
     "NoiseFloor",
     "Preparation",
     "noise_floors",
-    "noise_sigma",
     "read_measurement",
     "read_measurements",
     "read_prepared",

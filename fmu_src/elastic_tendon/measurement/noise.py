@@ -200,17 +200,3 @@ def quantisation_step(signal: Array) -> float:
     counts = gaps / step
     whole = np.abs(counts - np.round(counts)) < _COUNT_TOLERANCE
     return step if np.mean(whole) > 0.95 else 0.0
-
-
-def noise_sigma(signal: Array) -> NoiseFloor:
-    """Noise floor of a signal that was sampled evenly, from its high frequencies.
-
-    Parameters
-    ----------
-    signal : (n,) array, any unit; n >= 10
-
-    Returns
-    -------
-    NoiseFloor
-    """
-    return _noise_floor(np.arange(float(len(signal))), signal, None)
