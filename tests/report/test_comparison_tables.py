@@ -21,7 +21,7 @@ from elastic_tendon.report.comparison_tables import (
     noise_sentence,
     strongest,
 )
-from elastic_tendon.report.units import number, shown, times_noise
+from elastic_tendon.report.units import noise_ratio, number, shown, times_noise
 
 LONG = "a_position_loop_that_was_disturbed_by_hand_and_has_a_long_name.csv[3.25:14.75]"
 N = 100
@@ -136,6 +136,7 @@ def test_numbers_have_three_digits_and_rarely_an_exponent(value: float, text: st
 def test_an_error_far_below_the_noise_is_not_told_as_zero_times_it() -> None:
     assert times_noise(0.004) == "less than 0.1 times the noise"
     assert times_noise(1.02) == "1.02 times the noise"
+    assert noise_ratio(1e-9) == "<0.1"
 
 
 def test_only_a_static_joint_position_is_a_deflection() -> None:

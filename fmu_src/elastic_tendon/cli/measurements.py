@@ -150,7 +150,9 @@ def compare(
     )
     loaded = load(model, own_effects)
     with progress() as report:
-        comparison = compare_with(loaded, reading.all(loaded, data, report))
+        measurements = reading.all(loaded, data, report)
+        report("simulating", 0.0)
+        comparison = compare_with(loaded, measurements)
         location = locate(comparison, report)
         # files first: a reader that closes the pipe must not cost the user a result
         if figures is not None:

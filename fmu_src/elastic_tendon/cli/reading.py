@@ -24,8 +24,8 @@ MapOption = Annotated[
     typer.Option(
         "--map",
         metavar="SIGNAL=COLUMN",
-        help="signal=column[:unit][*scale][+offset], e.g. joint_position=enc2:deg*-1; or a TOML "
-        "file that says how to read, or the JSON of an earlier comparison; repeatable.",
+        help="signal=column, then \\[:unit]\\[*scale]\\[+offset], e.g. joint_position=enc2:deg*-1; "
+        "or a TOML file that says how to read, or the JSON of an earlier comparison; repeatable.",
     ),
 ]
 ResampleOption = Annotated[
@@ -112,7 +112,7 @@ class Reading:
                 report=report,
             )
         ]
-        believed = self._believed(model, read)
+        believed = self._believed(model, read, report)
         for measurement in believed:
             for note in measurement.notes:
                 notice.print(f"note: {measurement.name}: {note}", markup=False, soft_wrap=True)
@@ -134,13 +134,19 @@ class Reading:
             )
         return found[0]
 
-    def _believed(self, model: "Model", found: list["Measurement"]) -> list["Measurement"]:
+    def _believed(
+        self, model: "Model", found: list["Measurement"], report: "Report"
+    ) -> list["Measurement"]:
         """Refuse what looks misread, or note it; then estimate the time shifts asked for."""
+        from elastic_tendon import compiled
         from elastic_tendon.identify.suspicion import refuse_suspicious, suspicions
         from elastic_tendon.identify.time_shift import with_time_shifts_resolved
 
         if not all("joint_position" in one.signals for one in found):
             return found  # nothing to compare: what drives the model is taken as it is
+        # both simulate; a library that has yet to be compiled takes a while
+        compiled.library_path(model.effect_ids, report)
+        report("looking at the data", 0.0)
         if self.as_declared:
             found = [replace(one, notes=(*one.notes, *suspicions(model, one))) for one in found]
         else:

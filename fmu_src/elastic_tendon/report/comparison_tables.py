@@ -9,7 +9,7 @@ from rich.table import Table
 from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import Comparison, ErrorFigures, FileComparison
 from elastic_tendon.identify.locate import FileLocation
-from elastic_tendon.report.units import Shown, noise_in_words, number, shown
+from elastic_tendon.report.units import Shown, noise_in_words, noise_ratio, number, shown
 
 STATES = {"I": "I, lower slack", "II": "II, upper slack", "III": "III, both taut"}
 # more rows are a wall that nobody reads; the option --all-bins shows them
@@ -40,7 +40,7 @@ def error_table(comparison: Comparison, file: FileComparison) -> Table:
 def _figures(error: ErrorFigures, quantity: Shown) -> tuple[str, ...]:
     sizes = (quantity.small * value for value in (error.rmse, error.max_abs, error.bias))
     fit = "-" if error.fit_percent is None else f"{error.fit_percent:.1f}"
-    return (*(number(size) for size in sizes), fit, number(error.noise_ratio))
+    return (*(number(size) for size in sizes), fit, noise_ratio(error.noise_ratio))
 
 
 def noise_sentence(file: FileComparison) -> str:

@@ -12,7 +12,7 @@ from elastic_tendon.effects.base import Effect
 from elastic_tendon.identify.add import Addition
 from elastic_tendon.identify.determinability import Findings
 from elastic_tendon.identify.ladder import Rung
-from elastic_tendon.report.units import number, shown, times_noise
+from elastic_tendon.report.units import noise_ratio, number, shown, times_noise
 
 # relative change of a held-out error that is worth a word
 NOTICEABLE = 1e-3
@@ -39,13 +39,13 @@ def design_table(name: str, table: DesignTable) -> Table:
 def ladder_table(rungs: Sequence[Rung]) -> Table:
     """RMS error after each step, in words; one section for each signal."""
     heldout = any(rung.heldout_rmse for rung in rungs)
-    table = Table(title="The error after each step (RMS)")
-    table.add_column("signal")
+    table = Table(title="The error after each step (RMS)", box=SIMPLE_HEAD)
+    table.add_column("signal", no_wrap=True)
     table.add_column("step", no_wrap=True)
-    table.add_column("fitted data", justify="right")
+    table.add_column("fitted\ndata", justify="right", no_wrap=True)
     if heldout:
-        table.add_column("held-out data", justify="right")
-    table.add_column("times the noise", justify="right")
+        table.add_column("held-out\ndata", justify="right", no_wrap=True)
+    table.add_column("times\nnoise", justify="right")
     for name in rungs[0].rmse:
         quantity = shown(name)
         for index, rung in enumerate(rungs):
@@ -56,7 +56,7 @@ def ladder_table(rungs: Sequence[Rung]) -> Table:
                 "" if index else quantity.words,
                 rung.title,
                 *(quantity.error(error) for error in errors),
-                number(rung.noise_ratio[name]),
+                noise_ratio(rung.noise_ratio[name]),
             )
         table.add_section()
     return table

@@ -69,11 +69,15 @@ def number(value: float) -> str:
     return f"{value:#.3g}".rstrip(".")
 
 
+def noise_ratio(ratio: float) -> str:
+    """Error over noise floor; without noise, digits below a tenth would mean nothing."""
+    return f"<{_SMALL_RATIO:g}" if ratio < _SMALL_RATIO else number(ratio)
+
+
 def times_noise(ratio: float) -> str:
     """How an error compares with the noise floor, in words; `ratio` is error over noise."""
-    if ratio < _SMALL_RATIO:
-        return f"less than {_SMALL_RATIO:g} times the noise"
-    return f"{number(ratio)} times the noise"
+    words = noise_ratio(ratio).replace("<", "less than ")
+    return f"{words} times the noise"
 
 
 def noise_in_words(noise: NoiseFloor, quantity: Shown) -> str:
