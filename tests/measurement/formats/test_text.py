@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from whole import assert_refused, whole
 
-from elastic_tendon.measurement.formats import open_source, silent, text
+from elastic_tendon.measurement.formats import open_source, silent, text, text_layout
 
 HEADER = "time_s,motor_position_rad,joint_position_rad"
 
@@ -153,6 +153,9 @@ def test_a_column_without_a_name_gets_its_number(write) -> None:
         (f"{HEADER}\n{rows(20)}".replace("3,-1.5", '3,"-1.5'), ["row 5", "quotation mark"]),
         (f"{HEADER},x\n" + '0,1,2,a\n0,1,2,"a\n0,1,2,a\n0,1,2,"\n', ["row 3", "quotation mark"]),
         (f"{HEADER}\n{rows(20)}".replace("3,-1.5", "3,-1\r5"), ["row 5", "carriage return"]),
+        (f"{HEADER}\n{rows(20)}".replace("3,-1.5", "3\r-1.5"), ["row 5 holds 2 values"]),
+        (f"{HEADER}\n{rows(20)}0.2,1,{'x' * 200_000},0\n", ["row 22 holds 4 values"]),
+        (f"{HEADER},x\n0,1,2,a\f\x85\n{rows(3)}", ["row 3 holds 3 values"]),
         (rows(20), ["row 1 holds numbers", "header"]),
         (f"# {HEADER}\n{rows(20)}", ["row 1 is a comment"]),
         (f"Test of 3 May\n{HEADER}\n{rows(20)}", ["row 1 is no header", "Test of 3 May"]),
@@ -165,15 +168,20 @@ def test_bad_text_is_refused_with_what_to_do(write, content, parts) -> None:
 
 def test_a_million_columns_are_refused_by_the_header_alone(write, monkeypatch) -> None:
     content = ",".join(f"c{i}" for i in range(1_000_000))
-    monkeypatch.setattr(text, "_cells", None)  # nothing may take the line apart
+    monkeypatch.setattr(text_layout, "_cells", None)  # nothing may take the line apart
     assert_refused(write(f"{content}\n{content}\n"), "columns and may have 10000")
 
 
 def test_a_line_without_end_is_refused(write, monkeypatch) -> None:
-    monkeypatch.setattr(text, "_LONGEST_LINE", 5000)
+    monkeypatch.setattr(text_layout, "LONGEST_LINE", 5000)
     monkeypatch.setattr(text, "_BLOCK", 64)
     assert_refused(write(f"{HEADER}\n{rows(3)}{'1' * 20_000}\n"), "row 5 is longer")
     assert_refused(write("x" * 20_000), "row 1 is longer")
+
+
+def test_many_blank_lines_at_the_end_are_left_away(write) -> None:
+    table = whole(open_source(write(f"{HEADER}\n{rows(20)}{chr(10) * 1_000_000}")))
+    assert len(table["time_s"]) == 20
 
 
 def test_quoted_separators_do_not_make_a_row_ragged(write) -> None:

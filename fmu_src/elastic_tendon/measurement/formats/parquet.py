@@ -63,13 +63,13 @@ class ParquetSource:
     def name(self) -> str:
         return self.path.name
 
-    def _opened(self) -> pq.ParquetFile:
-        return pq.ParquetFile(self.path, buffer_size=_BUFFER, pre_buffer=False)
-
     def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:  # noqa: ARG002
         """Read some columns in chunks, see `base.Source`."""
         done, rows = 0, self.groups[0].rows
-        with refusing_damage(self.path, _KIND), self._opened() as file:
+        with (
+            refusing_damage(self.path, _KIND),
+            pq.ParquetFile(self.path, buffer_size=_BUFFER, pre_buffer=False) as file,
+        ):
             for batch in file.iter_batches(CHUNK_ROWS, columns=list(columns)):
                 yield {name: _values(batch.column(name)) for name in columns}
                 done += batch.num_rows

@@ -7,9 +7,7 @@ many; so the separators of a block are counted, which costs little, and where th
 that of the header, its rows are looked at one by one.
 """
 
-import csv
 import io
-import re
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -21,39 +19,20 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement.formats import text_layout
 from elastic_tendon.measurement.formats.base import (
-    MAXIMUM_COLUMNS,
     Chunk,
     Group,
     Report,
     as_numbers,
     check_columns,
     reading,
-    too_many_columns,
 )
 
-_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 # bytes of a file that is parsed as a whole, of a block else
 _WHOLE = 1 << 27
 _BLOCK = 1 << 21
-# bytes in a line, at most
-_LONGEST_LINE = 1 << 20
-_OTHER_SEPARATORS = {";": "semicolons", "|": "vertical bars", " ": "spaces"}
-_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
-_INTEGER = re.compile(r"\s*[+-]?\d+(?:[eE][+-]?\d+)?\s*")
-_NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
-_BLANK = b" \t\r\n"
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """How a file is laid out: what its first lines tell."""
-
-    names: tuple[str, ...]
-    separator: str
-    encoding: str
-    start: int  # byte where the samples begin
-    first_row: int  # row of the first sample, counted from 1 with the header
+_BLANK = b", \t\r\n"
 
 
 def open_file(path: Path) -> "TextSource":
@@ -66,7 +45,7 @@ def open_file(path: Path) -> "TextSource":
     MeasurementError : there is no header, there are no samples, or the values are separated
         otherwise
     """
-    layout = _layout(path)
+    layout = text_layout.read_layout(path)
     groups = check_columns(path, [Group("", layout.names)])
     return TextSource(path, layout, groups)
 
@@ -76,7 +55,7 @@ class TextSource:
     """A `Source` of one group without a name."""
 
     path: Path
-    layout: _Layout
+    layout: text_layout.Layout
     groups: tuple[Group, ...]
 
     @property
@@ -157,17 +136,16 @@ class TextSource:
         values = as_numbers(column.to_numpy())
         if values.dtype == object:
             for i, cell in enumerate(values):
-                if isinstance(cell, str) and _DECIMAL_COMMA.fullmatch(cell):
-                    raise _decimal_commas(self.name, row + i, cell)
+                if isinstance(cell, str) and text_layout.DECIMAL_COMMA.fullmatch(cell):
+                    raise text_layout.decimal_commas(self.name, row + i, cell)
         return values
 
     def _check_rows(self, block: bytes, row: int) -> None:
         """Refuse the first row that has not as many values as the header has names."""
         text = block.decode(self.layout.encoding, errors="replace")
-        for i, line in enumerate(text.splitlines()):
+        for i, line in enumerate(text.split("\n")):
             if line.strip():
-                cells = _cells(line, self.layout.separator)
-                _check_row(self.name, cells, self.layout.names, row + i)
+                text_layout.check_row(self.name, line, self.layout, row + i)
 
 
 def _count(block: bytes, byte: bytes) -> int:
@@ -179,131 +157,16 @@ def _next_block(file: io.BufferedReader, path: Path, row: int) -> bytes:
     """Whole lines, each with its end; blank lines at the end of the file are left away."""
     block = file.read(_BLOCK)
     if block and not block.endswith(b"\n"):
-        block += file.readline(_LONGEST_LINE)
+        block += file.readline(text_layout.LONGEST_LINE)
     if block.endswith(b"\n") and file.peek(1):
         return block
-    if len(block) - block.rfind(b"\n", 0, -1) > _LONGEST_LINE:
-        raise _long_line(path, row + block.count(b"\n"))
-    while block and not (last := block[block.rfind(b"\n", 0, -1) + 1 :]).strip(b",;" + _BLANK):
-        block = block[: -len(last)]
+    if len(block) - block.rfind(b"\n", 0, -1) > text_layout.LONGEST_LINE:
+        raise text_layout.long_line(path, row + block.count(b"\n"))
+    end = len(block)
+    while end and not block[(start := block.rfind(b"\n", 0, end - 1) + 1) : end].strip(_BLANK):
+        end = start
+    block = block[:end]
     return block if block.endswith(b"\n") or not block else block + b"\n"
-
-
-def _layout(path: Path) -> _Layout:
-    """Read the header and the first sample.
-
-    The header's length comes first: a line of a million columns is never taken apart.
-    """
-    with path.open("rb") as file:
-        start = len(_BYTE_ORDER_MARK) if file.peek(3).startswith(_BYTE_ORDER_MARK) else 0
-        file.seek(start)
-        row = 1
-        while not (header := file.readline(_LONGEST_LINE)).strip() and header:
-            row += 1
-        start = file.tell()
-        _check_header(path, header, row)
-        sample = b""
-        sample_row = row
-        while not sample.strip() and (sample := file.readline(_LONGEST_LINE)):
-            sample_row += 1
-    if not sample.strip():
-        raise MeasurementError(
-            f"{path.name}: it holds a header and no samples; it needs one row for each sample"
-        )
-    encoding = _encoding(header)
-    text, first = (line.decode(encoding, errors="replace") for line in (header, sample))
-    separator = _separator(path.name, text, first, row)
-    names = [name.strip() for name in _cells(text, separator)]
-    if all(_NUMBER.fullmatch(name) for name in names):
-        raise MeasurementError(
-            f"{path.name}: row {row} holds numbers; the first row must be a header that names the "
-            "columns"
-        )
-    _check_row(path.name, _cells(first, separator), names, sample_row)
-    named = tuple(name or f"column {i + 1}" for i, name in enumerate(names))
-    return _Layout(named, separator, encoding, start, row + 1)
-
-
-def _check_header(path: Path, header: bytes, row: int) -> None:
-    separators = max(header.count(separator) for separator in (b",", b"\t", b";"))
-    if separators >= MAXIMUM_COLUMNS:
-        count = f"{separators + 1}" if header.endswith(b"\n") else f"more than {separators}"
-        raise MeasurementError(too_many_columns(path, count))
-    if not header.endswith(b"\n") and len(header) == _LONGEST_LINE:
-        raise _long_line(path, row)
-    if b"\0" in header:
-        raise MeasurementError(
-            f"{path.name}: this is no text, nor any other format that is read; save the table as "
-            "CSV"
-        )
-    if b"\r" in header.rstrip(b"\r\n"):
-        raise MeasurementError(
-            f"{path.name}: its lines end with a carriage return alone; save it with line feeds"
-        )
-    if header.lstrip()[:1] in (b"#", b"%"):
-        raise MeasurementError(
-            f"{path.name}: row {row} is a comment; the first row must be the header that names the "
-            "columns, without a mark before it"
-        )
-
-
-def _encoding(header: bytes) -> str:
-    try:
-        header.decode("utf-8")
-    except UnicodeDecodeError:
-        return "latin-1"
-    return "utf-8"
-
-
-def _separator(source: str, header: str, sample: str, row: int) -> str:
-    """Comma or tab; any other separator is refused by its name."""
-    counts = {separator: header.count(separator) for separator in (",", "\t", ";", "|")}
-    separator = max(counts, key=lambda key: counts[key])
-    if not counts[separator]:
-        if "," in sample or "\t" in sample:
-            raise MeasurementError(
-                f"{source}: row {row} is no header of the columns below it "
-                f"({header.strip()[:40]!r}); remove the rows above the header"
-            )
-        separator = next((other for other in (";", "|") if other in sample), " ")
-        if separator == " " and len(header.split()) < 2:
-            raise MeasurementError(
-                f"{source}: it has one column, {header.strip()[:40]!r}; it needs time and the "
-                "signals, separated by commas"
-            )
-    if separator in _OTHER_SEPARATORS:
-        point = " and decimal points" if re.search(r"\d,\d", sample) else ""
-        raise MeasurementError(
-            f"{source}: its columns seem to be separated by {_OTHER_SEPARATORS[separator]}; save "
-            f"it with commas{point}"
-        )
-    return separator
-
-
-def _cells(line: str, separator: str) -> list[str]:
-    return next(csv.reader([line.rstrip("\r\n")], delimiter=separator, skipinitialspace=True), [])
-
-
-def _check_row(source: str, cells: Sequence[str], names: Sequence[str], row: int) -> None:
-    if len(cells) == len(names):
-        return
-    if len(names) < len(cells) <= 2 * len(names) and sum(map(_is_integer, cells)) == len(cells):
-        raise _decimal_commas(source, row, ",".join(cells[-2:]))
-    raise MeasurementError(
-        f"{source}: row {row} holds {len(cells)} values and the header {len(names)} names; give "
-        "every row one value for each name"
-    )
-
-
-def _is_integer(cell: str) -> bool:
-    return _INTEGER.fullmatch(cell) is not None
-
-
-def _decimal_commas(source: str, row: int, cell: str) -> MeasurementError:
-    return MeasurementError(
-        f"{source}: row {row} seems to have decimal commas ({cell.strip()}); save it with decimal "
-        "points"
-    )
 
 
 def _broken_line(source: str, block: bytes, row: int) -> MeasurementError:
@@ -313,11 +176,4 @@ def _broken_line(source: str, block: bytes, row: int) -> MeasurementError:
     return MeasurementError(
         f"{source}: row {bad} holds a quotation mark without a partner, or a carriage return; give "
         "every sample one line of its own"
-    )
-
-
-def _long_line(path: Path, row: int) -> MeasurementError:
-    return MeasurementError(
-        f"{path.name}: row {row} is longer than {_LONGEST_LINE} bytes; this is no table with one "
-        "row for each sample"
     )
