@@ -10,7 +10,7 @@ the code were chosen with seeds below 1000; those reported here are above.
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,12 +27,11 @@ from elastic_tendon.parameters import Model, load_model
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from truth.actuator import Actuator
-from truth.catalogue import actuator_of
+from truth.catalogue import actuator_of, signal_maps_of
 from truth.experiments import Limits, free_decay, multisine, steps_with_load_pulses
 from truth.noise import Sensor, counts, measured
-from truth.signals import Experiment
-from truth.solver import simulate
+from truth.recording import record
+from truth.signals import Experiment, Signal, total
 
 Array = NDArray[np.float64]
 
@@ -84,18 +83,27 @@ def _experiment(kind: str, seed: int, duration: float) -> Experiment:
     return makers[kind](seed, LIMITS, duration)
 
 
+def moved(
+    numbers: Mapping[str, Any],
+    experiment: Experiment,
+    rate: float,
+    unknown: Signal | None = None,
+) -> Motion:
+    """What an actuator does in an experiment; the load `unknown` acts as well and is not told."""
+    time = np.arange(round(experiment.duration * rate)) / rate
+    load = np.array([experiment.load_torque.value(float(one)) for one in time])
+    if unknown is not None:
+        experiment = replace(experiment, load_torque=total(experiment.load_torque, unknown))
+    run = record(actuator_of(numbers), experiment, time, signal_maps_of(numbers))
+    return Motion(time, run["motor_position"], load, run["joint_position"])
+
+
 @cache
 def motion(kind: str, seed: int, duration: float, rate: float, effect: str = "") -> Motion:
     """One experiment of the true actuator, with an effect of `HIDDEN` where one is named."""
-    effects: Mapping[str, Mapping[str, float]] = {effect: HIDDEN[effect]} if effect else {}
-    tree = numbers_of(load_model("biorob_x4_joint_3"))
-    offset = effects.get("joint_encoder_offset", {}).get("offset", 0.0)
-    actuator: Actuator = actuator_of({**tree, "effects": effects})
-    experiment = _experiment(kind, seed, duration)
-    time = np.arange(round(duration * rate)) / rate
-    run = simulate(actuator, experiment, time)
-    position = run["joint_position"] + offset
-    return Motion(time, run["motor_position"], run["load_torque"], position)
+    effects = {effect: HIDDEN[effect]} if effect else {}
+    numbers = {**numbers_of(load_model("biorob_x4_joint_3")), "effects": effects}
+    return moved(numbers, _experiment(kind, seed, duration), rate)
 
 
 def recording(made: Motion, sensor: Sensor, seed: int) -> Measurement:

@@ -1,15 +1,9 @@
-"""The comparison's figures, its contract, and where the error lies."""
-
-import json
+"""The comparison's figures, over all and in each slack state."""
 
 import numpy as np
 import pytest
 
 from elastic_tendon.identify.compare import compare
-from elastic_tendon.identify.where import where_it_fails
-
-SIGNAL_KEYS = {"rmse", "max_abs", "fit_percent", "bias", "noise_ratio", "noise", "where"}
-BIN_KEYS = {"by", "bin", "rmse", "share", "significance"}
 
 
 def test_true_model_reaches_the_noise(frictionless) -> None:
@@ -45,46 +39,25 @@ def test_pooled_error_weighs_by_samples(sticking) -> None:
     assert comparison.rmse()["joint_position"] == pytest.approx(expected)
 
 
-def test_json_is_the_contract(frictionless) -> None:
+def test_slack_states_split_the_figures(frictionless) -> None:
     known, recording = frictionless
-    content = json.loads(json.dumps(compare(known.model, [recording]).to_json(), allow_nan=False))
-    assert content["schema"] == "elastic-tendon/comparison/1"
-    (file,) = content["files"]
-    assert file["name"] == recording.name
-    assert set(file["signals"]) == {"joint_position"}
-    signal = file["signals"]["joint_position"]
-    assert set(signal) == SIGNAL_KEYS
-    assert {one["by"] for one in signal["where"]} == {"slack_state", "velocity_sign", "deflection"}
-    assert all(set(one) == BIN_KEYS for one in signal["where"])
+    file = compare(known.model, [recording]).files[0]
+    error = file.signals["joint_position"]
+    states = file.trajectory["slack_state"]
+    names = {1.0: "I", 2.0: "II", 3.0: "III", 4.0: "both slack"}
+    assert set(error.slack_states) == {names[one] for one in np.unique(states)}
+    assert len(error.slack_states) > 1
+    assert sum(one.count for one in error.slack_states.values()) == error.count
+    difference = file.trajectory["joint_position"] - recording.signals["joint_position"]
+    taut = error.slack_states["III"]
+    assert taut.rmse == pytest.approx(np.sqrt(np.mean(difference[states == 3.0] ** 2)))
+    assert taut.max_abs == pytest.approx(np.max(np.abs(difference[states == 3.0])))
+    assert taut.noise_ratio == pytest.approx(taut.rmse / error.noise.sigma)
+    squares = sum(one.count * one.rmse**2 for one in error.slack_states.values())
+    assert np.sqrt(squares / error.count) == pytest.approx(error.rmse)
 
 
-def test_shares_of_each_split_add_to_one(sticking) -> None:
-    known, recording, _ = sticking
-    bins = compare(known.model, [recording]).files[0].signals["joint_position"].where
-    for by in ("slack_state", "velocity_sign", "deflection"):
-        assert sum(one.share for one in bins if one.by == by) == pytest.approx(1.0)
-
-
-def test_an_error_in_one_direction_stands_out_there_and_only_there(frictionless) -> None:
+def test_the_noise_is_the_measurements_own(frictionless) -> None:
     known, recording = frictionless
-    model = known.model.with_values(known.truth)
-    file = compare(model, [recording]).files[0]
-    rng = np.random.default_rng(7)
-    velocity = file.trajectory["joint_velocity"]
-    error = known.noise * rng.standard_normal(len(velocity)) * np.where(velocity > 0, 5.0, 1.0)
-    found = {one.bin: one for one in where_it_fails(error, file.trajectory, known.noise)}
-    assert found["positive"].significance > 5.0
-    assert found["positive"].share > 0.9
-    assert abs(found["negative"].significance) < 3.0
-
-
-def test_noise_alone_stands_out_nowhere(frictionless) -> None:
-    known, recording = frictionless
-    bins = (
-        compare(known.model.with_values(known.truth), [recording])
-        .files[0]
-        .signals["joint_position"]
-        .where
-    )
-    assert len(bins) >= 7
-    assert all(one.significance is None or one.significance < 4.0 for one in bins)
+    error = compare(known.model, [recording]).files[0].signals["joint_position"]
+    assert error.noise == recording.noise["joint_position"]

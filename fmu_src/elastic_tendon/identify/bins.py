@@ -14,8 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from elastic_tendon.identify.partition import Partition
-from elastic_tendon.identify.residuals import Array, autocorrelation_time
+from elastic_tendon.identify.partition import Partition, memory_of
+from elastic_tendon.identify.residuals import Array
 from elastic_tendon.measurement import NoiseFloor
 
 # fewer independent samples say nothing about a mean square
@@ -23,7 +23,7 @@ MINIMUM_FREEDOM = 1.0
 OCTAVES = 9
 LEAST_FREQUENCIES = 4  # in the lowest band
 # times the noise, what a band may hold on top: inputs between samples are known no better
-NEGLIGIBLE = 0.2
+NEGLIGIBLE = 0.33
 RISK = 0.05  # that any bin of a signal stands out where there is nothing but noise
 # relative standard error of the squared noise floor, by its kind
 FLOOR_ERROR = {"white": 0.08, "quantised": 0.15, "coloured": 0.4}
@@ -78,7 +78,7 @@ def bins_of(
     tuple of Bin; empty bins are left out
     """
     squares = residual**2
-    memory = autocorrelation_time(squares - np.mean(squares))
+    memory = memory_of(squares - np.mean(squares))
     memory = max(memory, (1.0 + noise.correlation**2) / (1.0 - noise.correlation**2))
     rounding = _rounding(residual + measured, measured, noise)
     found = [
@@ -195,13 +195,13 @@ def noise_density(angle: Array, noise: NoiseFloor) -> Array:
 
 def _judged(found: list[_Unjudged], floor_error: float) -> tuple[Bin, ...]:
     """Say of each bin how far it lies above the noise; Holm's correction over all of them."""
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     judged = [index for index, one in enumerate(found) if one.freedom >= MINIMUM_FREEDOM]
     ratio = np.array([found[index].ratio for index in judged])
     freedom = np.array([found[index].freedom for index in judged])
     significance = np.asarray((ratio - 1.0) / np.sqrt(2.0 / freedom + floor_error**2))
-    chance = np.asarray(f.sf(ratio, freedom, 2.0 / floor_error**2))
+    chance = np.asarray(fdtrc(freedom, 2.0 / floor_error**2, ratio))
     order = np.argsort(chance)
     small = chance[order] < RISK / np.arange(len(order), 0, -1)
     out = set(order[: len(order) if small.all() else int(np.argmin(small))].tolist())

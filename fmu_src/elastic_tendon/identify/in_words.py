@@ -15,8 +15,8 @@ import numpy as np
 from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import SignalError
 from elastic_tendon.identify.missing_torque import MissingTorque
-from elastic_tendon.identify.partition import Partition, blocks_of
-from elastic_tendon.identify.residuals import Array, autocorrelation_time, rms
+from elastic_tendon.identify.partition import Partition, blocks_of, memory_of
+from elastic_tendon.identify.residuals import Array, rms
 
 # of the mean square, below which a pattern is not told
 TELLING = 0.5
@@ -34,12 +34,17 @@ EVENT_SHARE = 0.8  # of the square over the recording that a passing event must 
 EVENT_ENERGY = 0.9  # of what the longest stretch holds lies between the times that are told
 # share of the squared error that a concentration holds at least, and times its share of samples
 CONCENTRATED, DENSER = 0.6, 1.5
+ENOUGH = 100_000  # samples for every pattern
 LOUD = 1.3  # times the noise, above which an error is more than noise even if nothing stands out
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of the error of one signal in one recording; fields as in `FileLocation`."""
+    """What is known of the error of one signal in one recording.
+
+    `signal` and its `residual` (n,), simulated less measured, with its figures `error` and its
+    `bins`; the rest as in `locate.FileLocation`; `static`: the recording is a slow sweep.
+    """
 
     signal: str
     residual: Array
@@ -48,6 +53,7 @@ class Evidence:
     missing: MissingTorque
     variables: Mapping[str, Array]
     parts: Mapping[str, Partition]
+    static: bool
 
 
 @dataclass(frozen=True)
@@ -97,6 +103,7 @@ def in_words(evidence: Evidence) -> str:
     """
     if not any(one.stands_out for one in evidence.bins):
         return _nothing(evidence)
+    evidence = _thinned(evidence)
     torque = evidence.signal == "joint_position"
     finding = None
     if not torque:
@@ -108,8 +115,8 @@ def in_words(evidence: Evidence) -> str:
         return f"{where}; no single variable orders it"
     where = "" if finding.pattern.name in SELF_EVIDENT else _concentration(evidence, finding)
     meaning = finding.pattern.meaning[finding.sign].format(
-        size=f"{abs(finding.size):.2g}",
-        milli=f"{1e3 * abs(finding.size):.2g}",
+        size=_digits(abs(finding.size)),
+        milli=_digits(1e3 * abs(finding.size)),
         there=" there" if where else "",
         start=f"{finding.span[0]:.3g}" if finding.span else "",
         end=f"{finding.span[1]:.3g}" if finding.span else "",
@@ -120,7 +127,29 @@ def in_words(evidence: Evidence) -> str:
         explained = f"this accounts for {100.0 * finding.explained:.0f} % of the squared error"
     elif finding.pattern.name == "event":
         explained = f"it holds {100.0 * finding.explained:.0f} % of the missing torque's square"
-    return f"{where}{meaning} ({explained})"
+    # one colon in a sentence is enough
+    joint = "" if not where else "; " if ":" in meaning else ": "
+    return f"{where}{joint}{meaning} ({explained})"
+
+
+def _digits(value: float) -> str:
+    """Two digits, and no exponent for large numbers."""
+    return f"{value:.2g}" if value < 100.0 else f"{value:.0f}"
+
+
+def _thinned(evidence: Evidence) -> Evidence:
+    """Of a long recording as many samples as patterns need."""
+    stride = -(-len(evidence.residual) // ENOUGH)
+    if stride == 1:
+        return evidence
+    missing = evidence.missing
+    return replace(
+        evidence,
+        residual=evidence.residual[::stride],
+        missing=replace(missing, torque=missing.torque[::stride], sigma=missing.sigma[::stride]),
+        variables={name: values[::stride] for name, values in evidence.variables.items()},
+        parts={name: part.thinned(stride) for name, part in evidence.parts.items()},
+    )
 
 
 def _nothing(evidence: Evidence) -> str:
@@ -136,7 +165,9 @@ def _nothing(evidence: Evidence) -> str:
 
 def _best(patterns: tuple[Pattern, ...], target: Array, evidence: Evidence) -> Finding | None:
     """The simplest of the patterns that explain nearly the most; they are listed by simplicity."""
-    fits = (pattern.fit(pattern, target, evidence) for pattern in patterns)
+    # a static curve's load follows from its deflection
+    asked = [one for one in patterns if not (evidence.static and one.by == "load_torque")]
+    fits = (pattern.fit(pattern, target, evidence) for pattern in asked)
     found = [one for one in fits if one is not None and one.sign in one.pattern.meaning]
     most = max((one.explained for one in found), default=0.0)
     if most < TELLING:
@@ -185,7 +216,7 @@ def _proportional_to(pattern: Pattern, target: Array, shape: Array) -> Finding:
     size = float(shape @ target) / square
     rest = target - size * shape
     score = shape * rest
-    blocks = blocks_of(autocorrelation_time(score), len(score))
+    blocks = blocks_of(memory_of(score), len(score))
     error = float(np.linalg.norm(np.bincount(blocks, score))) / square
     return Finding(pattern, 1.0 - float(rest @ rest) / float(target @ target), size, error)
 
@@ -201,7 +232,7 @@ def _curve(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | Non
     means = np.bincount(member, target, CURVE_PARTS) / np.maximum(counts, 1)
     rest = target - means[member]
     # as many independent facts as the target has memories, less one for each part
-    facts = len(target) / autocorrelation_time(target)
+    facts = len(target) / memory_of(target)
     penalty = facts / max(facts - float(np.count_nonzero(counts)), 1.0)
     slope = _proportional_to(pattern, target - np.mean(target), values - np.mean(values))
     explained = 1.0 - penalty * float(rest @ rest) / float(target @ target)
@@ -359,7 +390,7 @@ def _concentration(evidence: Evidence, finding: Finding) -> str:
     by = finding.pattern.by
     bins = [one for one in evidence.bins if one.by == by]
     if text := _dense_part(bins, "squared error"):
-        return f"{text}: "
+        return text
     squares = evidence.missing.torque**2
     part = evidence.parts[by]
     mean = part.means(squares)
@@ -371,7 +402,7 @@ def _concentration(evidence: Evidence, finding: Finding) -> str:
     if evidence.signal == "joint_position" and (
         text := _dense_part(torque_bins, "missing torque's square")
     ):
-        return f"{text}: "
+        return text
     return ""
 
 

@@ -7,7 +7,6 @@ from elastic_tendon.identify.bins import Bin, bins_of
 from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.in_words import Evidence, in_words
 from elastic_tendon.identify.missing_torque import MissingTorque, Report, missing_torque
-from elastic_tendon.identify.partition import partitions
 from elastic_tendon.identify.residuals import Array, residuals_of
 from elastic_tendon.parameters import Model
 
@@ -59,9 +58,8 @@ def locate(comparison: Comparison, report: Report = lambda _text, _share: None) 
 
 def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocation:
     measurement = file.measurement
-    missing, variables = missing_torque(model, file, report)
+    missing, variables, parts = missing_torque(model, file, report)
     report("where the error lies", 0.9)
-    parts = partitions(variables, model, static=measurement.static)
     residuals = residuals_of(file.trajectory, measurement)
     bins = {
         name: bins_of(
@@ -75,7 +73,10 @@ def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocat
         bins=bins,
         in_words={
             name: in_words(
-                Evidence(name, residual, file.signals[name], bins[name], missing, variables, parts)
+                Evidence(
+                    *(name, residual, file.signals[name], bins[name]),
+                    *(missing, variables, parts, measurement.static),
+                )
             )
             for name, residual in residuals.items()
         },

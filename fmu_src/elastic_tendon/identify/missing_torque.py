@@ -2,8 +2,8 @@
 
 Sought is the additional load u(t) under which the model moves as the joint was measured to move.
 Where the model's joint errs by e = simulated - measured, the springs, the link's inertia and the
-damping say which torque would have prevented it: u = -(J e'' + d e' + K e), with K and d of the
-slack state. Simulated again under this load the whole model, with all that it holds, shows what
+damping say which torque would have prevented it: u = -(J e'' + d e' + K e), where K e stands for
+the difference between the springs' torques (17) to (25) at both deflections. Simulated again under this load the whole model, with all that it holds, shows what
 is still missing, and so on until what is left is noise. The error is smoothed first (Whittaker
 1923; Eilers, Anal. Chem. 75, 2003), up to the frequency at which it drowns in the noise.
 """
@@ -17,31 +17,44 @@ from elastic_tendon.compiled import Trajectory
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.identify.bins import noise_density
 from elastic_tendon.identify.compare import FileComparison
-from elastic_tendon.identify.partition import Integers, Partition, blocks_of, partitions
+from elastic_tendon.identify.partition import (
+    Integers,
+    Partition,
+    blocks_of,
+    memory_of,
+    partitions,
+)
 from elastic_tendon.identify.residuals import (
     Array,
     InitialState,
-    autocorrelation_time,
     residuals_of,
     rms,
     simulate_measurement,
 )
 from elastic_tendon.measurement import Measurement, NoiseFloor
 from elastic_tendon.parameters import Model
-from elastic_tendon.transmission import characteristic_damping, characteristic_stiffness
+from elastic_tendon.transmission import (
+    characteristic_damping,
+    characteristic_stiffness,
+    characteristic_torque,
+)
 
 Report = Callable[[str, float], object]
 
-ITERATIONS = 5
+ROUNDS = 5
 # a longer recording is simulated once more, and once only
 LONG = 200_000  # samples
-# what an iteration must remove of the smoothed error to be worth another
+LONG_NOTE = (
+    f"the missing torque was found in one round instead of up to {ROUNDS}, as the recording has "
+    f"more than {LONG} samples"
+)
+# what a round must remove of the smoothed error to be worth another
 WORTHWHILE = 0.05
-# times the noise's spectrum; the error's spectrum drowns where it falls below
-AUDIBLE = 2.0
+# times the noise's spectrum: surely more than noise, and down to where that goes on
+CLEAR, AUDIBLE = 4.0, 2.0
 # of Welch's spectrum; the shorter the segment, the more of them are averaged
 LONGEST_SEGMENT = 4096
-SEGMENTS = 4
+SEGMENTS, MOST_SEGMENTS = 4, 64
 BAND = 2.0 ** (1 / 3)  # ratio of the edges of the bands over which a spectrum is averaged
 ORDER = 3  # of the differences that smoothing keeps small
 HEAVIEST = 1e11  # weight of the penalty; heavier ones are lost in rounding
@@ -97,29 +110,39 @@ class Smoother:
         """Smooth (n,) samples, n > 3, any unit."""
         from scipy.linalg import solveh_banded
 
-        n = len(values)
-        bands = np.zeros((ORDER + 1, n))
-        coefficients = np.array([-1.0, 3.0, -3.0, 1.0])
-        for first, one in enumerate(coefficients):
-            for offset, other in enumerate(coefficients[first:]):
-                bands[offset, first : first + n - ORDER] += self.weight * one * other
+        bands = np.empty((ORDER + 1, len(values)))
+        edge = min(ORDER, (len(values) - 1) // 2)
+        few = _penalty(min(len(values), 2 * ORDER + 1))
+        bands[:] = few[:, edge : edge + 1]
+        bands[:, :edge], bands[:, -edge:] = few[:, :edge], few[:, -edge:]
+        bands *= self.weight
         bands[0] += 1.0
         return np.asarray(solveh_banded(bands, values, lower=True, check_finite=False))
 
 
+def _penalty(n: int) -> Array:
+    """Lower bands (4, n) of the matrix whose form is the sum of squared third differences."""
+    bands = np.zeros((ORDER + 1, n))
+    coefficients = (-1.0, 3.0, -3.0, 1.0)
+    for first, one in enumerate(coefficients):
+        for offset, other in enumerate(coefficients[first:]):
+            bands[offset, first : first + n - ORDER] += one * other
+    return bands
+
+
 @dataclass(frozen=True)
 class _Track:
-    """The model under the load found so far; `left` (n,) is its error smoothed."""
+    """The model under the load found so far, with its error (n,)."""
 
     torque: Array
     initial: InitialState
     trajectory: Trajectory
-    left: Array
+    error: Array
 
 
 def missing_torque(
     model: Model, file: FileComparison, report: Report = lambda _text, _share: None
-) -> tuple[MissingTorque, Mapping[str, Array]]:
+) -> tuple[MissingTorque, Mapping[str, Array], Mapping[str, Partition]]:
     """Reconstruct the missing torque of one recording.
 
     Parameters
@@ -130,43 +153,53 @@ def missing_torque(
 
     Returns
     -------
-    MissingTorque, and what the joint did under it: variables by name, (n,) arrays as in
-    `locate.FileLocation`
+    MissingTorque; what the joint did under it, variables by name, (n,) arrays as in
+    `locate.FileLocation`; and the samples sorted by these
     """
     measurement = file.measurement
-    error = residuals_of(file.trajectory, measurement)["joint_position"]
+    error = _error(file.trajectory, measurement)
     noise = file.signals["joint_position"].noise
     grid = _even(measurement.time)
     smoother = smoother_for(_onto(grid, measurement.time, error), noise, grid[1] - grid[0])
-    left = _smoothed(smoother, grid, measurement.time, error)
-    track = _Track(np.zeros(len(error)), file.initial_state, file.trajectory, left)
-    floor = noise.sigma * _noise_gain(smoother, noise, lambda w: np.ones_like(w))
-    limit = 1 if len(error) > LONG else ITERATIONS
-    notes: list[str] = []
-    done = 0
-    while done < limit and rms(track.left) > (floor if done else 0.0):
-        report("missing torque", done / limit)
-        try:
-            following = _next_track(model, measurement, track, smoother, grid)
-        except SimulationError as failure:
-            notes.append(f"the missing torque is that of {done} of {limit} rounds: {failure}")
-            break
-        gain = 1.0 - rms(following.left) / rms(track.left)
-        if gain <= 0.0:
-            break
-        track, done = following, done + 1
-        if gain < WORTHWHILE:
-            break
-    if len(error) > LONG:
-        notes.append(
-            f"the missing torque was found in one round instead of up to {ITERATIONS}, as the "
-            f"recording has more than {LONG} samples"
-        )
+    track, done, notes = _track(model, file, noise, smoother, grid, report)
     variables = _variables(measurement, track.trajectory)
     sigma = _torque_sigma(model, measurement, track.trajectory, smoother, noise, max(done, 1))
     parts = partitions(variables, model, static=measurement.static)
     curves = _curves(track.torque, sigma, variables, parts)
-    return MissingTorque(track.torque, sigma, curves, tuple(notes)), variables
+    return MissingTorque(track.torque, sigma, curves, tuple(notes)), variables, parts
+
+
+def _track(
+    model: Model,
+    file: FileComparison,
+    noise: NoiseFloor,
+    smoother: Smoother,
+    grid: Array,
+    report: Report,
+) -> tuple[_Track, int, list[str]]:
+    """Move the model by its smoothed error until noise is left; with the number of rounds."""
+    measurement = file.measurement
+    error = _error(file.trajectory, measurement)
+    track = _Track(np.zeros(len(error)), file.initial_state, file.trajectory, error)
+    floor = noise.sigma * _noise_gain(smoother, noise, np.ones_like)
+    rounds = 1 if len(error) > LONG else ROUNDS
+    notes = [LONG_NOTE] if len(error) > LONG else []
+    before = np.inf
+    for done in range(rounds):
+        report("missing torque", done / rounds)
+        even = smoother.smooth(_onto(grid, measurement.time, track.error))
+        left = _onto(measurement.time, grid, even)
+        if done and (rms(left) < floor or rms(left) > (1.0 - WORTHWHILE) * before):
+            return track, done, notes
+        try:
+            following = _next_track(model, measurement, track, left)
+        except SimulationError as failure:
+            told = f"the missing torque was found in {done} rounds, as the next failed: {failure}"
+            return track, done, [*notes, told]
+        if rms(following.error) >= rms(track.error):
+            return track, done, notes
+        track, before = following, rms(left)
+    return track, rounds, notes
 
 
 def smoother_for(error: Array, noise: NoiseFloor, step: float) -> Smoother:
@@ -182,26 +215,36 @@ def smoother_for(error: Array, noise: NoiseFloor, step: float) -> Smoother:
     -------
     Smoother; it halves what has the frequency up to which the error is louder
     """
-    from scipy.signal import welch
-
-    length = max(8, min(len(error) // SEGMENTS, LONGEST_SEGMENT))
-    frequency, density = welch(error, 1.0 / step, nperseg=min(length, len(error)), detrend=False)
-    floor = 2.0 * step * noise.sigma**2 * noise_density(2.0 * np.pi * frequency * step, noise)
+    power = _spectrum(error)
+    angle = np.linspace(0.0, np.pi, len(power))
+    frequency = angle / (2.0 * np.pi * step)
+    floor = noise.sigma**2 * noise_density(angle, noise)
     edges = frequency[1] * BAND ** np.arange(
         1 + np.log(frequency[-1] / frequency[1]) / np.log(BAND)
     )
     band = np.digitize(frequency, edges)
     size = np.bincount(band)
     filled = np.flatnonzero(size)
-    loud = (np.bincount(band, density) / np.maximum(np.bincount(band, floor), 1e-300))[filled]
-    loudest = int(np.argmax(loud))
-    quiet = np.flatnonzero(loud[loudest:] < AUDIBLE)
-    last = filled[loudest + int(quiet[0]) - 1] if len(quiet) > 1 and quiet[0] > 0 else filled[-1]
-    if len(quiet) and quiet[0] == 0:
-        last = filled[min(loudest, 1)]
+    loud = (np.bincount(band, power) / np.maximum(np.bincount(band, floor), 1e-300))[filled]
+    clear = np.flatnonzero(loud >= CLEAR)
+    last = int(clear[-1]) if len(clear) else 0
+    while last + 1 < len(loud) and loud[last + 1] >= AUDIBLE:
+        last += 1
+    last = int(filled[last])
     cutoff = float(edges[min(last, len(edges) - 1)])
     weight = (2.0 * np.sin(np.pi * min(cutoff * step, 0.5))) ** (-2 * ORDER)
     return Smoother(min(weight, HEAVIEST), step)
+
+
+def _spectrum(values: Array) -> Array:
+    """Power from frequency 0 to half the rate, of mean 1 for white noise of variance 1 (Welch)."""
+    length = min(max(8, min(len(values) // SEGMENTS, LONGEST_SEGMENT)), len(values)) // 2 * 2
+    count = min(2 * (len(values) // length), MOST_SEGMENTS)
+    starts = np.linspace(0, len(values) - length, max(count, 1)).astype(int)
+    window = np.hanning(length)
+    segments = values[starts[:, None] + np.arange(length)] * window
+    power = np.abs(np.fft.rfft(segments, axis=1)) ** 2
+    return np.asarray(np.mean(power, axis=0) / np.sum(window**2))
 
 
 def _even(time: Array) -> Array:
@@ -214,29 +257,37 @@ def _onto(to: Array, of: Array, values: Array) -> Array:
     return values if to is of else np.interp(to, of, values)
 
 
-def _smoothed(smoother: Smoother, grid: Array, time: Array, error: Array) -> Array:
-    return _onto(time, grid, smoother.smooth(_onto(grid, time, error)))
-
-
-def _next_track(
-    model: Model, measurement: Measurement, track: _Track, smoother: Smoother, grid: Array
-) -> _Track:
-    """Move the model by its smoothed error: change load and initial state, and simulate."""
-    time = measurement.time
-    rate = np.gradient(track.left, time, edge_order=2)
-    change = _stiffness(model, track.trajectory) * track.left
-    initial = track.initial
-    if not measurement.static:
-        change = change + _damping(model, track.trajectory) * rate
-        change = change + model.link.inertia * np.gradient(rate, time, edge_order=2)
+def _next_track(model: Model, measurement: Measurement, track: _Track, left: Array) -> _Track:
+    """Move the model by its smoothed error (n,): change load and initial state, and simulate."""
+    time, transmission = measurement.time, model.transmission
+    deflection = track.trajectory["deflection"]
+    if measurement.static:
+        initial = track.initial
+        elastic = characteristic_torque(deflection, transmission)
+        change = characteristic_torque(deflection - left, transmission) - elastic
+        change[0] = change[1]  # see `_error`
+    else:
+        rate = np.gradient(left, time, edge_order=2)
         initial = InitialState(
-            initial.position - float(track.left[0]), initial.velocity - float(rate[0])
+            track.initial.position - float(left[0]), track.initial.velocity - float(rate[0])
         )
+        speed = np.gradient(deflection, time)
+        elastic = characteristic_torque(deflection, transmission, speed)
+        change = characteristic_torque(deflection - left, transmission, speed - rate) - elastic
+        change = change + model.link.damping * rate
+        change = change + model.link.inertia * np.gradient(rate, time, edge_order=2)
     torque = track.torque - change
     load = torque if measurement.load_torque is None else measurement.load_torque + torque
     trajectory = simulate_measurement(model, replace(measurement, load_torque=load), initial)
+    return _Track(torque, initial, trajectory, _error(trajectory, measurement))
+
+
+def _error(trajectory: Trajectory, measurement: Measurement) -> Array:
     error = residuals_of(trajectory, measurement)["joint_position"]
-    return _Track(torque, initial, trajectory, _smoothed(smoother, grid, time, error))
+    if measurement.static:
+        # the first sample shows where the simulation starts, not where the load holds the joint
+        error[0] = error[1]
+    return error
 
 
 def _stiffness(model: Model, trajectory: Trajectory) -> Array:
@@ -283,7 +334,7 @@ def _torque_sigma(
     stiffness, damping = _stiffness(model, trajectory), _damping(model, trajectory)
     sigma = np.empty(len(stiffness))
     inertia = 0.0 if measurement.static else model.link.inertia
-    for k in np.unique(stiffness):
+    for k in set(stiffness.tolist()):
         where = stiffness == k
         d = 0.0 if measurement.static else float(damping[where][0])
         gain = _noise_gain(smoother, noise, lambda w: k - inertia * w**2 + 1j * d * w, rounds)  # noqa: B023
@@ -294,9 +345,9 @@ def _torque_sigma(
 def _curves(
     torque: Array, sigma: Array, variables: Mapping[str, Array], parts: Mapping[str, Partition]
 ) -> tuple[TorqueCurve, ...]:
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
-    blocks = blocks_of(autocorrelation_time(torque - np.mean(torque)), len(torque))
+    blocks = blocks_of(memory_of(torque - np.mean(torque)), len(torque))
     curves = []
     for by, part in parts.items():
         if part.unit is None:
@@ -304,7 +355,7 @@ def _curves(
         centre = part.means(variables[by])
         sums = part.by_block(torque, blocks)
         mean, error, freedom = sums.mean_with_error()
-        half = t.ppf(0.5 + 0.5 * CONFIDENCE, np.maximum(freedom, 1.0)) * error
+        half = stdtrit(np.maximum(freedom, 1.0), 0.5 + 0.5 * CONFIDENCE) * error
         # a bin that lies within one block has no scatter to judge by: the whole torque's counts
         half = np.where(freedom < 1.0, 2.0 * max(rms(torque), float(np.max(sigma))), half)
         low, high = mean - half, mean + half

@@ -1,13 +1,13 @@
 """Samples of a recording sorted by what the joint was doing, and by blocks of time."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.identify.residuals import Array, autocorrelation_time
 from elastic_tendon.parameters import Model
 from elastic_tendon.transmission import SlackState, slack_boundaries
 
@@ -21,6 +21,8 @@ SCARCE = 0.01
 REST_SHARE = 0.01
 # more blocks than these cost time and say no more
 MOST_BLOCKS = 2000
+# long enough for every memory of an actuator at common rates
+MEMORY_STRETCH, MEMORY_STRETCHES = 16384, 4
 UNITS = {
     "deflection": "rad",
     "joint_velocity": "rad/s",
@@ -68,6 +70,12 @@ class Partition:
     edges: Array | None = None
     unit: str | None = None
 
+    def thinned(self, stride: int) -> "Partition":
+        """Of every so many samples one."""
+        member = self.member[::stride]
+        counts = np.maximum(np.bincount(member, minlength=len(self.counts)), 1)
+        return replace(self, member=member, counts=counts)
+
     def means(self, values: Array) -> Array:
         """Mean of (n,) values in each bin, (k,)."""
         return np.bincount(self.member, values, len(self.counts)) / self.counts
@@ -80,6 +88,20 @@ class Partition:
         total = np.bincount(cell, values, size).reshape(shape)
         count = np.bincount(cell, minlength=size).reshape(shape)
         return Sums(np.asarray(total, dtype=np.float64), count.astype(np.float64))
+
+
+def memory_of(values: Array) -> float:
+    """Autocorrelation time, samples; of a long series that of some stretches of it.
+
+    Parameters
+    ----------
+    values : (n,) array, any unit
+    """
+    if len(values) <= MEMORY_STRETCHES * MEMORY_STRETCH:
+        return autocorrelation_time(values)
+    starts = np.linspace(0, len(values) - MEMORY_STRETCH, MEMORY_STRETCHES).astype(int)
+    stretches = [values[start : start + MEMORY_STRETCH] for start in starts]
+    return float(np.mean([autocorrelation_time(one) for one in stretches]))
 
 
 def blocks_of(correlation_time: float, n: int) -> Integers:
@@ -123,17 +145,24 @@ def partitions(
 
 
 def _slack_states(states: Array) -> Partition:
-    present, member, counts = np.unique(states.astype(int), return_inverse=True, return_counts=True)
-    words = tuple(SlackState(number).label for number in present)
-    return Partition("slack_state", member, counts, words)
+    numbers = [int(state) for state in SlackState]
+    words = [SlackState(number).label for number in numbers]
+    return _named("slack_state", states.astype(np.intp) - numbers[0], words)
 
 
 def _directions(velocity: Array) -> Partition:
     rest = REST_SHARE * float(np.max(np.abs(velocity)))
-    sign = np.where(np.abs(velocity) <= rest, 0, np.sign(velocity)).astype(int)
-    present, member, counts = np.unique(sign, return_inverse=True, return_counts=True)
-    names = {-1: "negative", 0: "at rest", 1: "positive"}
-    return Partition("velocity_sign", member, counts, tuple(names[one] for one in present))
+    sign = 1 + (velocity > rest).astype(np.intp) - (velocity < -rest)
+    return _named("velocity_sign", sign, ["negative", "at rest", "positive"])
+
+
+def _named(by: str, number: Integers, words: list[str]) -> Partition:
+    """Bins with names; those without samples are left out."""
+    counts = np.bincount(number, minlength=len(words))
+    kept = np.flatnonzero(counts)
+    place = np.zeros(len(words), dtype=np.intp)
+    place[kept] = np.arange(len(kept))
+    return Partition(by, place[number], counts[kept], tuple(words[i] for i in kept))
 
 
 def _parts(by: str, values: Array, parts: int, inner: tuple[float, ...]) -> Partition:
