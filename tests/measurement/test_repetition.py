@@ -76,6 +76,12 @@ def test_transient_to_the_end_is_no_noise() -> None:
     assert repeated_noise(np.exp(-3.0 * time), PERIOD) is None
 
 
+def test_drift_is_noise_of_a_correlation_below_one() -> None:
+    noise = repeated_noise(motor(4 * PERIOD) + np.linspace(0.0, 1.0, 4 * PERIOD), PERIOD)
+    assert noise is not None
+    assert 0.9 < noise[1] < 1.0
+
+
 def test_signal_that_repeats_exactly_keeps_the_floor_of_its_counts() -> None:
     n, step = 4 * PERIOD, 1e-3
     signal = step * np.round(np.tile(motor(PERIOD), 4) / step)

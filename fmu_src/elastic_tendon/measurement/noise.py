@@ -51,7 +51,8 @@ class NoiseFloor:
     """Noise of one signal: what kind it is, how large, and how it was found.
 
     `sigma` is the total standard deviation in the signal's unit, never zero. `correlation` is the
-    autocorrelation of coloured noise from one sample to the next, 0 for the other kinds.
+    autocorrelation of coloured noise from one sample to the next, at most 0.99; 0 for the other
+    kinds.
     """
 
     sigma: float

@@ -31,6 +31,8 @@ _SETTLED = 1.5
 _CHANCE = 4.0
 # less correlation makes no difference, and the rest of a transient may leave as much
 _LEAST_CORRELATION = 0.15
+# a drift repeats from sample to sample exactly, which no noise does
+_MOST_CORRELATION = 0.99
 
 
 def period_of(inputs: Mapping[str, Array], sigmas: Mapping[str, float]) -> int | None:
@@ -93,7 +95,8 @@ def repeated_noise(signal: Array, period: int) -> tuple[float, float] | None:
     Returns
     -------
     sigma : float, the unit of the signal; 0 where the signal repeats exactly
-    correlation : float, from one sample to the next; 0 where it is no more than chance
+    correlation : float, from one sample to the next, at most 0.99; 0 where it is no more than
+        chance
     None where a transient lasts to the end of the recording
     """
     differences = signal[period:] - signal[:-period]
@@ -106,7 +109,8 @@ def repeated_noise(signal: Array, period: int) -> tuple[float, float] | None:
         return 0.0, 0.0
     correlation = 0.5 * float(np.mean(settled[1:] * settled[:-1])) / variance
     chance = max(_CHANCE / np.sqrt(len(settled)), _LEAST_CORRELATION)
-    return float(np.sqrt(variance)), correlation if correlation > chance else 0.0
+    found = min(correlation, _MOST_CORRELATION) if correlation > chance else 0.0
+    return float(np.sqrt(variance)), found
 
 
 def _end_of_transient(differences: Array, quarter: int) -> int | None:
