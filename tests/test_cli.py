@@ -583,10 +583,9 @@ def test_series_and_static_curve_are_compared_together_with_all_figures(run, tab
     files = json.loads(Path("c.json").read_text())["files"]
     assert [file["static"] for file in files] == [False, True]
     names = {path.name for path in Path("f").iterdir()}
-    each = ("torque_over_deflection", "missing_torque", "joint_position_share_of_error")
+    each = ("overlay", "torque_over_deflection", "missing_torque", "joint_position_share_of_error")
     moving = ("error_maps", "joint_position_correlation")
     assert names == {
-        "overlay.png",
         *(f"{file}_{one}.png" for file in ("run", "curve") for one in each),
         *(f"run_{one}.png" for one in moving),
     }
@@ -599,17 +598,17 @@ def test_series_and_static_curve_are_compared_together_with_all_figures(run, tab
 def test_figures_replace_nothing_unasked(run, recording: str) -> None:
     assert Path(recording).is_file()
     Path("f").mkdir()
-    Path("f/overlay.png").write_text("mine")
+    Path("f/run_overlay.png").write_text("mine")
     refused = run("compare", MODEL, "run.csv", "--figures", "f")
     assert refused.exit_code == 1
     assert "f: the folder is not empty" in only_line(refused)
-    assert Path("f/overlay.png").read_text() == "mine"
+    assert Path("f/run_overlay.png").read_text() == "mine"
     Path("file").write_text("mine")
     assert "this is a file" in only_line(run("compare", MODEL, "run.csv", "--figures", "file"))
     missing = run("compare", MODEL, "run.csv", "--figures", "no/f")
     assert "there is no folder no" in only_line(missing)
     assert run("compare", MODEL, "run.csv", "--figures", "f", "--force").exit_code == 0
-    assert Path("f/overlay.png").read_bytes().startswith(b"\x89PNG")
+    assert Path("f/run_overlay.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_all_bins_shows_more_and_80_columns_suffice(run, recording: str) -> None:

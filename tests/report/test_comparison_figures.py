@@ -6,11 +6,11 @@ import pytest
 
 from elastic_tendon.compiled import simulate
 from elastic_tendon.excitation import default_excitation
-from elastic_tendon.identify.compare import compare
+from elastic_tendon.identify.compare import Comparison, compare
 from elastic_tendon.identify.ladder import AS_GIVEN, REFIT, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import load_model
-from elastic_tendon.report.comparison_figures import ladder, overlay, story
+from elastic_tendon.report.comparison_figures import PAIRS, ladder, overlay, story
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +52,14 @@ def test_overlay_shows_each_signal_with_its_error_below(comparisons) -> None:
     error = file.trajectory["joint_position"] - file.measurement.signals["joint_position"]
     assert np.asarray(drawn) == pytest.approx(1e3 * error)
     assert plt.get_fignums() == []  # nothing is left open in pyplot
+
+
+def test_overlay_of_many_recordings_stays_a_picture(comparisons) -> None:
+    one = comparisons[0]
+    many = Comparison(one.model, one.files * PAIRS)
+    figure = overlay(many)
+    assert len(figure.axes) == 2 * PAIRS
+    assert f"the first {PAIRS} of {2 * PAIRS} signals" in figure.get_suptitle()
 
 
 def test_ladder_draws_fitted_and_held_out_errors_and_the_floor(steps) -> None:

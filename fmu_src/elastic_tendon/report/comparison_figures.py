@@ -24,6 +24,7 @@ BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 VISIBLE = 0.02  # share of an axis below which a band needs no legend
 SOFTWARE = "elastic-tendon"  # in the metadata of a PNG
 PICTURES = (".png", ".svg", ".pdf")
+PAIRS = 20  # of axes in an overlay; a longer picture could not be read, nor at length be written
 NAME = 44  # letters of a recording's name in a title
 LEGEND: dict[str, Any] = {"framealpha": 0.8, "edgecolor": "none"}  # curves may fill the axes
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
@@ -40,11 +41,15 @@ def overlay(comparison: Comparison) -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure; one pair of axes for each recording and signal
+    matplotlib.figure.Figure; one pair of axes for each recording and signal, the first `PAIRS`
     """
-    pairs = [(file, name) for file in comparison.files for name in file.signals]
+    every = [(file, name) for file in comparison.files for name in file.signals]
+    pairs = every[:PAIRS]
     figure = Figure(figsize=(8.0, 0.4 + 3.9 * len(pairs)), layout="constrained")
-    figure.suptitle(f"{comparison.model.name}: measured and simulated")
+    title = f"{comparison.model.name}: measured and simulated"
+    if len(every) > len(pairs):
+        title += f", the first {len(pairs)} of {len(every)} signals"
+    figure.suptitle(title)
     parts = figure.subfigures(len(pairs), 1, squeeze=False)
     for part, (file, name) in zip(parts.flat, pairs, strict=True):
         _overlay_one(part, file, name)

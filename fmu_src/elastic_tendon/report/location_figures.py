@@ -64,9 +64,9 @@ def all_figures(comparison: Comparison, location: Location) -> Iterator[tuple[st
     comparison : Comparison
     location : Location of the same comparison
     """
-    yield "overlay", partial(overlay, comparison)
     names = file_names([file.measurement.name for file in comparison.files])
     for name, file, found in zip(names, comparison.files, location.files, strict=True):
+        yield f"{name}_overlay", partial(overlay, Comparison(comparison.model, (file,)))
         yield from _of_one_file(name, comparison.model, file, found)
 
 
