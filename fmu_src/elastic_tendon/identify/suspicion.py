@@ -80,7 +80,7 @@ def refuse_suspicious(model: Model, measurements: Sequence[Measurement]) -> None
     """
     for measurement in measurements:
         for sentence in suspicions(model, measurement):
-            raise MeasurementError(f"{sentence}; where the file is right, add --as-declared")
+            raise MeasurementError(f"{sentence}; if the file is right, add --as-declared")
 
 
 def _misread(model: Model, excerpt: Measurement, declared: float) -> _Trial | None:
