@@ -107,12 +107,11 @@ def test_a_bag_with_another_suffix_is_named(bag: Path) -> None:
     assert_refused(renamed, "this is a ROS 2 bag; rename it")
 
 
-def test_messages_that_are_not_of_ros_2_are_named(bag: Path) -> None:
-    path = _file_of(bag)
+def test_messages_that_are_not_of_ros_2_are_named(tmp_path: Path) -> None:
+    path = _file_of(_write(tmp_path / "bag", StoragePlugin.MCAP, _messages()))
     content = path.read_bytes()
     path.write_bytes(content.replace(b"\x03\x00\x00\x00cdr", b"\x03\x00\x00\x00abc"))
-    if path.suffix == ".mcap":
-        assert_refused(path, "encoded as abc")
+    assert_refused(path, "encoded as abc")
 
 
 def test_a_folder_whose_bag_is_incomplete_is_refused(bag: Path) -> None:
