@@ -117,12 +117,12 @@ def _smallest(signal: Array) -> float:
 def _from_high_frequencies(time: Array, signal: Array) -> tuple[float, float]:
     """Noise, in the unit of the signal, and its correlation from sample to sample."""
     centred = np.asarray(signal - np.mean(signal), dtype=np.float64)
-    if len(centred) < MINIMUM_SAMPLES or not _is_near_even(time):
+    even = _is_even(time)
+    if len(centred) < MINIMUM_SAMPLES or not (even or _is_near_even(time)):
         return _difference_sigma(time, centred), 0.0
     step = quantisation_step(centred)
     if _is_only_rounded(centred, step):
         return step / sqrt(12.0), 0.0
-    even = _is_even(time)
     return spectral_noise(
         centred if even else _at_even_times(time, centred),
         smallest=_smallest(signal),
