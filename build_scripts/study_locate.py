@@ -107,11 +107,19 @@ def motion(kind: str, seed: int, duration: float, rate: float, effect: str = "")
 
 
 def recording(made: Motion, sensor: Sensor, seed: int) -> Measurement:
-    """A motion as an encoder shows it."""
+    """A motion as an encoder shows it.
+
+    Inputs are splines between the samples: straight lines would be an error of their own, up to
+    half the noise where the motor starts sharply, and it would stand out rightly.
+    """
     position = measured(made.joint_position, sensor, np.random.default_rng(seed))
-    signals = {"joint_position": position}
     return Measurement(
-        f"seed {seed}", made.time, made.motor_position, signals, load_torque=made.load_torque
+        name=f"seed {seed}",
+        time=made.time,
+        motor_position=made.motor_position,
+        signals={"joint_position": position},
+        load_torque=made.load_torque,
+        interpolation="cubic",
     )
 
 

@@ -3,9 +3,10 @@
 Sought is the additional load u(t) under which the model moves as the joint was measured to move.
 Where the model's joint errs by e = simulated - measured, the springs, the link's inertia and the
 damping say which torque would have prevented it: u = -(J e'' + d e' + K e), where K e stands for
-the difference between the springs' torques (17) to (25) at both deflections. Simulated again under this load the whole model, with all that it holds, shows what
-is still missing, and so on until what is left is noise. The error is smoothed first (Whittaker
-1923; Eilers, Anal. Chem. 75, 2003), up to the frequency at which it drowns in the noise.
+the difference between the springs' torques, (17) to (25), at both deflections. Simulated again
+under this load the whole model, with all that it holds, shows what is still missing, and so on
+until what is left is noise. The error is smoothed first (Whittaker 1923; Eilers, Anal. Chem. 75,
+2003), up to the frequency at which it drowns in the noise.
 """
 
 from collections.abc import Callable, Mapping
