@@ -76,6 +76,9 @@ def test_mapped_column(column: str, item: str, factor: float) -> None:
     [
         ((), (), {}, r"no column joint_position_rad \(found: time_s, motor_position_rad\)"),
         (("Joint_Position_rad",), (), {}, r"--map joint_position=Joint_Position_rad$"),
+        (("Joint_Position [deg]",), (), {}, r"--map joint_position=Joint_Position \[deg\]$"),
+        # not that of another signal, however near it is
+        (("motor_torque_Nm",), (), {}, "with --map joint_position=COLUMN$"),
         (
             ("joint_position",),
             (),

@@ -472,6 +472,34 @@ def test_static_curve_has_no_time(
         read_measurements(saved(tmp_path, frame) + window, preparation)
 
 
+def test_offset_at_the_start_needs_a_time(tmp_path: Path) -> None:
+    values = np.arange(20.0)
+    frame = pd.DataFrame({"joint_deflection_rad": values, "joint_torque_Nm": values})
+    with pytest.raises(MeasurementError, match="read it without --remove-offset"):
+        read_prepared(saved(tmp_path, frame), remove_offset=["joint_deflection"])
+
+
+def test_mapping_meant_for_a_time_series_is_noted_at_a_static_curve(tmp_path: Path) -> None:
+    values = np.arange(20.0)
+    frame = pd.DataFrame({"joint_deflection_rad": values, "joint_torque_Nm": values})
+    (found,) = read_prepared(saved(tmp_path, frame), ["joint_position=enc"])
+    note = "said of columns and not used, as this is a static curve: joint_position"
+    assert note in found.notes
+
+
+def test_names_that_no_file_can_have(tmp_path: Path) -> None:
+    with pytest.raises(MeasurementError, match="holds no NUL"):
+        read_prepared("a\0b.csv")
+    with pytest.raises(MeasurementError, match="x: the file cannot be read"):
+        read_prepared("x" * 5000)
+
+
+def test_step_too_short_for_the_memory(tmp_path: Path) -> None:
+    data = saved(tmp_path, table(0.01 * np.arange(50)))
+    with pytest.raises(MeasurementError, match="resampled to 1e-09 s it has more than 2000000"):
+        read_prepared(data, resample=1e-9)
+
+
 def test_shift_takes_back_what_a_sensor_is_late(tmp_path: Path) -> None:
     time = 0.001 * np.arange(3000)
     frame = table(time)

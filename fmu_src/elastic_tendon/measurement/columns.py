@@ -127,6 +127,10 @@ def find_layout(
         if RUN in group.columns and any(one.group == group.name for one in signals)
     )
     notes = _notes(groups, [*times.values(), *signals], runs)
+    idle = preparation.columns.keys() - {"time", *(one.signal for one in found if one is not None)}
+    if idle:
+        kind = "a time series" if times else "a static curve"
+        notes += (f"said of columns and not used, as this is {kind}: {', '.join(sorted(idle))}",)
     return Layout(signals, times, runs, notes)
 
 
@@ -282,14 +286,26 @@ class _Search:
         labels = [
             _label(group.name, name) for group in self.groups.values() for name in group.columns
         ]
-        lower = {label.lower(): label for label in labels}
-        near = difflib.get_close_matches(wanted.lower(), list(lower), n=1, cutoff=0.8)
+        column = self._near(signal, wanted) or "COLUMN"
         shown = ", ".join(labels[:_MOST_NAMES]) + (", ..." if len(labels) > _MOST_NAMES else "")
-        column = lower[near[0]] if near else "COLUMN"
         return MeasurementError(
             f"{self.source}: there is no column {wanted} (found: {shown}); name the right one "
             f"with --map {signal}={column}"
         )
+
+    def _near(self, signal: str, wanted: str) -> str | None:
+        """Label of the column that is most likely meant, never one named as another signal."""
+        free: dict[str, str] = {}
+        for group in self.groups.values():
+            for name in group.columns:
+                own = _NAMED.fullmatch(name.strip().lower())
+                if own is not None and own["signal"] == signal and name not in (wanted, signal):
+                    return _label(group.name, name)
+                if own is None:
+                    label = _label(group.name, name)
+                    free[label.lower()] = label
+        near = difflib.get_close_matches(wanted.lower(), list(free), n=1, cutoff=0.8)
+        return free[near[0]] if near else None
 
 
 def _label(group: str, name: str) -> str:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from os.path import exists, isfile
 from pathlib import Path
 from typing import Literal
 
@@ -33,6 +34,7 @@ _BEGINNING = 0.1
 # an evenly sampled recording has steps that differ by less than this share
 _EVEN = 0.1
 _MOST_NAMES = 6  # measurements that a sentence names
+_LONGEST_NAME = 100  # characters of a name that a sentence repeats
 
 
 def read_measurement(
@@ -123,7 +125,7 @@ def read_prepared(
 
 
 def _is_file(item: str) -> bool:
-    return "=" not in item or Path(item).is_file()
+    return "=" not in item or isfile(item)
 
 
 def _written_preparations(
@@ -137,8 +139,8 @@ def _written_preparations(
         )
     if files:
         return read_preparations(files[0], path.name), ()
-    beside = path.with_name(f"{path.name}.toml")
-    if beside.is_file():
+    beside = Path(f"{path}.toml")
+    if isfile(beside):
         return read_preparations(beside, path.name), (f"read as {beside.name} beside it says",)
     return (Preparation(),), ()
 
@@ -175,21 +177,29 @@ def read_measurements(
     preparation = preparation or Preparation()
     if window is not None:
         preparation = preparation.model_copy(update={"window": window})
-    source = open_source(path)
+    try:
+        source = open_source(path)
+    except OSError as error:  # such as a name that is too long
+        raise MeasurementError(
+            f"{data[:_LONGEST_NAME]}: the file cannot be read ({error.strerror}); check the name"
+        ) from None
     layout = find_layout(source.groups, preparation, source.name, joint_required=joint_required)
     if layout.static:
-        _check_static(preparation, source.name)
+        _check_static(preparation, layout, source.name)
     asked = data.removeprefix(str(path)) if window is not None else ""
     make = partial(_measurements, _Reading(source.name, asked, layout, preparation, interpolation))
     return [one for run in read_runs(source, layout, preparation, report) for one in make(run)]
 
 
-def _check_static(preparation: Preparation, source: str) -> None:
-    asked = {
+def _check_static(preparation: Preparation, layout: Layout, source: str) -> None:
+    """Refuse what needs a time."""
+    asked: dict[str, object] = {
         "a window": preparation.window,
         "--resample": preparation.resample,
         "--shift": preparation.time_shift,
     }
+    if any(column.prepared.remove_offset == "start" for column in layout.signals):
+        asked["--remove-offset"] = "start"
     for name, value in asked.items():
         if value:
             raise MeasurementError(
@@ -198,8 +208,10 @@ def _check_static(preparation: Preparation, source: str) -> None:
 
 
 def _split_window(data: str) -> tuple[Path, tuple[float, float] | None]:
+    if "\0" in data:
+        raise MeasurementError(f"{data!r}: the name of a file holds no NUL; check the name")
     match = _WINDOW.fullmatch(data)
-    if match is None or Path(data).exists():
+    if match is None or exists(data):
         return Path(data), None
     try:
         start = float(match["start"] or -np.inf)
@@ -293,14 +305,15 @@ def _of_piece(
     reference = "joint_position" if "joint_position" in part else "motor_position"
     if not first < last or len(part[reference].time) < MINIMUM_SAMPLES:
         return None
-    time, values = on_one_clock(part, reference, reading.preparation.resample)
+    step = reading.preparation.resample
+    if step is not None and last - first > step * MAXIMUM_SAMPLES:
+        raise MeasurementError(
+            f"{name}: resampled to {step:g} s it has more than {MAXIMUM_SAMPLES} samples; choose a "
+            "longer step"
+        )
+    time, values = on_one_clock(part, reference, step)
     if len(time) < MINIMUM_SAMPLES:
         return None
-    if len(time) > MAXIMUM_SAMPLES:
-        raise MeasurementError(
-            f"{name}: resampled to {reading.preparation.resample:g} s it has more than "
-            f"{MAXIMUM_SAMPLES} samples; choose a longer step"
-        )
     shown = f"[{time[0]:.10g}:{time[-1]:.10g}]" if run.cut or window is not None else ""
     preparation = _resolved_preparation(reading, run, window, columns)
     told = preparation.time_shift
@@ -313,7 +326,7 @@ def _of_piece(
         load_torque=values.pop("load_torque", None),
         signals=values,
         interpolation=reading.interpolation,
-        notes=(*reading.layout.notes, *_clock_notes(part, reference, reading.preparation.resample)),
+        notes=(*reading.layout.notes, *_clock_notes(part, reference, step)),
         preparation=preparation.model_copy(update={"time_shift": waiting}),
     )
     return measurement.shifted(shifts) if shifts else measurement
