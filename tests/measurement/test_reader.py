@@ -487,7 +487,7 @@ def test_mapping_meant_for_a_time_series_is_noted_at_a_static_curve(tmp_path: Pa
     assert note in found.notes
 
 
-def test_names_that_no_file_can_have(tmp_path: Path) -> None:
+def test_names_that_no_file_can_have() -> None:
     with pytest.raises(MeasurementError, match="holds no NUL"):
         read_prepared("a\0b.csv")
     with pytest.raises(MeasurementError, match="x: the file cannot be read"):
