@@ -56,6 +56,17 @@ def test_shortest_period_of_all_inputs_together() -> None:
     assert period_of({"motor_position": inputs["motor_position"]}, {"motor_position": 0.0}) == 250
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize("period", [199_997, 12_345, 50_000])
+def test_period_of_a_long_recording_is_exact(period: int, noise: float) -> None:
+    n = 400_000 + 3
+    rng = np.random.default_rng(period)
+    values = motor(n, period) + noise * rng.standard_normal(n)
+    assert period_of({"motor_position": values}, {"motor_position": noise}) == pytest.approx(
+        period, abs=0 if noise == 0.0 else 3
+    )
+
+
 def test_motion_that_does_not_repeat_has_no_period() -> None:
     swept = np.sin(1e-5 * np.arange(4000.0) ** 2)
     assert period_of({"motor_position": swept}, {"motor_position": 1e-4}) is None

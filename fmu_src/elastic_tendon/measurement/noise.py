@@ -85,8 +85,8 @@ def noise_floors(
 
 
 def _is_even(time: Array) -> bool:
-    steps = np.diff(time)
-    return bool(np.ptp(steps) <= _JITTER * np.median(steps))
+    mean_step = (time[-1] - time[0]) / (len(time) - 1)
+    return bool(np.ptp(np.diff(time)) <= _JITTER * mean_step)
 
 
 def _is_near_even(time: Array) -> bool:

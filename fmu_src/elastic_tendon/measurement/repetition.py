@@ -23,6 +23,8 @@ _EXACT = 1e-6
 _AWAY = 0.1
 # fewer samples of a period cannot tell a transient from noise
 _SHORTEST_PERIOD = 40
+# samples that show a period; more are thinned first
+_ENOUGH = 100_000
 # a transient is over where a quarter of a period differs from its repetition by no more than
 # this times the median of the later quarters
 _SETTLED = 1.5
@@ -53,16 +55,54 @@ def period_of(inputs: Mapping[str, Array], sigmas: Mapping[str, float]) -> int |
     if not moving:
         return None
     n = len(next(iter(moving.values())))
-    lags = np.arange(n // 2 + 1)
-    # of every input: mean squared difference at a lag, over that which its noise explains
-    excess = np.zeros(len(lags))
-    away = np.zeros(len(lags), dtype=bool)
-    for name, values in moving.items():
+    every = max(n // _ENOUGH, 1)
+    allowed = {name: _allowed(values, sigmas[name]) for name, values in moving.items()}
+    # of thinned samples none may be a whole period apart, but half a thinned step beside it
+    beside = {name: _difference_at(values, every // 2, every) for name, values in moving.items()}
+    rough = _shortest_period(
+        {name: values[: n // every * every : every] for name, values in moving.items()},
+        {name: allowed[name] + beside[name] for name in moving},
+        max(_SHORTEST_PERIOD // every, 1),
+    )
+    if rough is None or every == 1:
+        return rough
+
+    def excess(lag: int) -> float:
+        return max(_difference_at(u, lag, every) / allowed[name] for name, u in moving.items())
+
+    best = min(range((rough - 1) * every + 1, min((rough + 1) * every, n // 2 + 1)), key=excess)
+    return best if excess(best) <= 1.0 else None
+
+
+def _allowed(values: Array, sigma: float) -> float:
+    """Mean squared difference of samples that repeat."""
+    return float(2.0 * (_AGREEMENT * sigma) ** 2 + (_EXACT * np.std(values)) ** 2)
+
+
+def _difference_at(values: Array, lag: int, every: int) -> float:
+    """Mean squared difference at one lag, of every so many samples."""
+    return float(np.mean((values[lag::every] - values[: len(values) - lag : every]) ** 2))
+
+
+def _shortest_period(
+    inputs: Mapping[str, Array], allowed: Mapping[str, float], shortest: int
+) -> int | None:
+    """Shortest lag of at least `shortest` samples at which all inputs repeat.
+
+    Parameters
+    ----------
+    inputs, allowed : name -> (n,) array, and its mean squared difference where it repeats
+    """
+    n = len(next(iter(inputs.values())))
+    excess = np.zeros(n // 2 + 1)
+    away = np.zeros(n // 2 + 1, dtype=bool)
+    for name, values in inputs.items():
         difference = _mean_squared_differences(values)
-        allowed = 2.0 * (_AGREEMENT * sigmas[name]) ** 2 + (_EXACT * np.std(values)) ** 2
-        excess = np.maximum(excess, difference / allowed)
+        excess = np.maximum(excess, difference / allowed[name])
         away |= difference > _AWAY * np.var(values)
-    start = max(int(np.argmax(away)), _SHORTEST_PERIOD) if np.any(away) else len(lags)
+    if not np.any(away):
+        return None
+    start = max(int(np.argmax(away)), shortest)
     agreeing = start + np.flatnonzero(excess[start:] <= 1.0)
     if not len(agreeing):
         return None
