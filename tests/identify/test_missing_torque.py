@@ -147,7 +147,7 @@ def test_a_failing_simulation_leaves_what_was_found_before(pushed, monkeypatch) 
     found, _, _ = missing_torque(MODEL, file)
     assert len(calls) == 2
     assert found.notes == (
-        "the missing torque was found in 1 rounds, as the next failed: stopped at 3 s",
+        "the missing torque was found in 1 of up to 5 rounds, as the next failed: stopped at 3 s",
     )
     assert np.min(found.torque) < -1.0
 

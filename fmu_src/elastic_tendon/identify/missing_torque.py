@@ -195,7 +195,8 @@ def _track(
         try:
             following = _next_track(model, measurement, track, left)
         except SimulationError as failure:
-            told = f"the missing torque was found in {done} rounds, as the next failed: {failure}"
+            found = f"the missing torque was found in {done} of up to {rounds} rounds"
+            told = f"{found}, as the next failed: {failure}"
             return track, done, [*notes, told]
         if rms(following.error) >= rms(track.error):
             return track, done, notes
