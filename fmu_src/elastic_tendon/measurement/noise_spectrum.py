@@ -39,14 +39,14 @@ _TAIL_POWERS = (4, 6)  # at which the power of a motion's tail falls
 _TAIL_PLACES = 14  # frequencies at which a tail sinks into the noise
 _TAIL_TOP = 0.35  # highest of them, as a share of the sampling rate
 # shares of white noise in coloured noise; only a sensor with visible steps has both
-_WHITE_SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)
+_WHITE_SHARES = (0.003, 0.01, 0.02, 0.04, 0.08, 0.16, 0.3)
 # a band is worth to be explained rather than left to the motion if it costs less than this in
 # log-likelihood; a band of nothing but noise costs 0.5 on average
 _WORTH = 0.7
 _HIGHEST_LIMIT = 0.25  # of the sampling rate; the noise must explain all frequencies above
 _FEWEST_BANDS = 4
 # standard deviation of the logarithm of the variance that rounding adds; half a step of the grid
-_ROUNDING_SPREAD = 0.6
+_ROUNDING_SPREAD = 0.35
 # prior of the correlation: (1 - correlation) to this power, uniform in log(1 - correlation)
 _PRIOR_POWER = 0.75
 # no noise is quite like its model: relative error of a spectrum that is not held against it
