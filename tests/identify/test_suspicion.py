@@ -52,6 +52,15 @@ def test_a_recording_that_the_model_explains_is_not_suspected(loaded) -> None:
     refuse_suspicious(model, [recording])
 
 
+def test_pieces_too_short_to_tell_are_not_suspected() -> None:
+    # pieces of 20 and 60 ms, which almost any reading explains by its initial state
+    case = truth_case(8)
+    for count in (10, 30):
+        for start in range(0, 1900, 100):
+            piece = case.measurement.samples(slice(start, start + count))
+            assert suspicions(case.model, piece) == ()
+
+
 @pytest.mark.parametrize("change", [("link.inertia", 3.0), ("stiffness", 2.0)])
 def test_wrong_parameters_are_not_suspected(loaded, change) -> None:
     model, recording = loaded

@@ -122,7 +122,7 @@ def readings_of(measurement: Measurement) -> tuple[Reading, ...]:
         *unit_readings(measurement, ("motor_position",)),
         *unit_readings(measurement, POSITIONS),
         *(one for load in loads for one in unit_readings(measurement, (load,))),
-        *_time_readings(measurement),
+        *time_readings(measurement),
     )
 
 
@@ -181,13 +181,14 @@ def unit_readings(measurement: Measurement, signals: Sequence[str]) -> list[Read
     ]
 
 
-def _time_readings(measurement: Measurement) -> list[Reading]:
+def time_readings(measurement: Measurement) -> tuple[Reading, ...]:
+    """Readings in which the time is in another unit than declared."""
     step = float(np.median(np.diff(measurement.time)))
-    return [
+    return tuple(
         replace(one, gain=TIME_GAIN)
         for one in unit_readings(measurement, ("time",))
         if one.unit != "ms" or step >= LONG_STEP
-    ]
+    )
 
 
 def declared_factor(preparation: Preparation, signal: str) -> float | None:

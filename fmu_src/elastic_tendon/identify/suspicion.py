@@ -18,7 +18,13 @@ from elastic_tendon.errors import MeasurementError, SimulationError
 from elastic_tendon.identify.excerpt import liveliest
 from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.plausibility import implausible, static_suspicion
-from elastic_tendon.identify.readings import Reading, gear_reading, readings_of, torque_readings
+from elastic_tendon.identify.readings import (
+    Reading,
+    gear_reading,
+    readings_of,
+    time_readings,
+    torque_readings,
+)
 from elastic_tendon.identify.residuals import simulate_measurement
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
@@ -26,6 +32,8 @@ from elastic_tendon.parameters import Model
 SAMPLES = 2000  # of the excerpt; one simulation of it takes about a millisecond
 # shares of the joint's spread that a simulation leaves unexplained
 FINE = 0.02  # a recording that leaves no more as declared is not looked into
+# shorter pieces are explained by their initial state under almost any reading
+FEWEST, PERIODS = 100, 4.0  # samples, natural periods of the joint
 LIKE = 1.5  # of readings this close the one that comes first in the table is told
 # the same for a measured torque, which holds friction as well
 TORQUE_BADLY, TORQUE_WELL = 0.5, 0.3
@@ -87,8 +95,10 @@ def _misread(model: Model, excerpt: Measurement, declared: float) -> _Trial | No
     """The reading that explains an excerpt far better than what is declared, if there is one."""
     if declared <= FINE:
         return None
-    table = readings_of(excerpt)
-    gear = gear_reading(model, excerpt)
+    # a duration in a wrong unit says nothing, so readings of time are tried in any case
+    table, gear = time_readings(excerpt), None
+    if _is_long(model, excerpt):
+        table, gear = readings_of(excerpt), gear_reading(model, excerpt)
     trials = [
         _Trial(reading, _unexplained(model, reading.apply(excerpt)))
         for reading in (table if gear is None else (*table, gear))
@@ -102,6 +112,16 @@ def _misread(model: Model, excerpt: Measurement, declared: float) -> _Trial | No
         return None
     best = min(one.unexplained for one in good)
     return next(one for one in good if one.unexplained <= max(LIKE * best, FINE))
+
+
+def _is_long(model: Model, excerpt: Measurement) -> bool:
+    """Whether an excerpt, as declared, shows more than its initial state."""
+    radii = model.transmission
+    springs = radii.upper_spring.combined_stiffness + radii.lower_spring.combined_stiffness
+    stiffness = radii.joint_pulley_radius**2 * springs
+    period = 2.0 * math.pi * math.sqrt(model.link.inertia / stiffness)
+    duration = float(excerpt.time[-1] - excerpt.time[0])
+    return len(excerpt.time) >= FEWEST and duration >= PERIODS * period
 
 
 def _unexplained(model: Model, excerpt: Measurement) -> float:
@@ -149,7 +169,9 @@ def _sentence(measurement: Measurement, found: _Trial, declared: float) -> str:
 
 def _torque_suspicions(model: Model, measurement: Measurement, excerpt: Measurement) -> list[str]:
     measured = [one for one in ("joint_torque", "motor_torque") if one in excerpt.signals]
-    trajectory = _trajectory(model, excerpt, 0.0) if measured else None
+    if not measured or not _is_long(model, excerpt):
+        return []
+    trajectory = _trajectory(model, excerpt, 0.0)
     if trajectory is None:
         return []
     found = (_torque_suspicion(one, trajectory, measurement, excerpt) for one in measured)
