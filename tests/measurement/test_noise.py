@@ -87,6 +87,13 @@ def test_impacts_do_not_count_as_noise() -> None:
     assert floor.kind == "white"
 
 
+def test_noise_that_swells_with_the_motion_counts_as_noise() -> None:
+    rng = np.random.default_rng(7)
+    noise = 1e-3 * (1.0 + np.sin(2.0 * TIME)) * rng.standard_normal(len(TIME))
+    # the median over segments is less than the root mean square, but of its order
+    assert floor_of(MOTION + noise).sigma == pytest.approx(np.std(noise), rel=0.5)
+
+
 def test_saturation_does_not_hide_the_noise() -> None:
     rng = np.random.default_rng(8)
     noisy = MOTION + 1e-3 * rng.standard_normal(len(TIME))

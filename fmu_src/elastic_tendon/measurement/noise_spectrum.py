@@ -7,9 +7,9 @@ autoregressive) as f^-2 at most. So the lowest frequency is looked for above whi
 explained by noise of one of these kinds and the tail of a motion, and the fitted noise is continued
 down to zero frequency, where the motion hides it.
 
-Impacts are rare in time: segments of the recording that are much louder than the others are left
-out, and of those that are left the median counts.
-Differences of second order take the size out of the motion before the taper has to.
+Impacts are rare in time: segments of the recording that a short event makes louder than the others
+are left out, and of those that are left the median counts. Differences of second order take the
+size out of the motion before the taper has to.
 """
 
 from dataclasses import dataclass
@@ -28,9 +28,10 @@ _ORDER = 2
 _SHORTEST, _LONGEST = 64, 1024  # samples of a segment
 _SEGMENTS = 8  # that a recording is long, if that gives such a length
 _MOST_SEGMENTS = 400  # overlapping ones, spread over long recordings: they say enough
-# a segment has an impact if its upper half of the band holds so many times the power of the
-# quietest third's loudest; of mere noise none does
-_IMPACT, _QUIET = 2.0, 1.0 / 3.0
+# a segment has an impact if the upper half of its band holds so many times the power of the quiet
+# third of the segments, and its largest square so many times the mean (of noise, about 16): loud
+# for all its length, it is noise
+_LOUD, _QUIET, _CREST = 2.0, 1.0 / 3.0, 30.0
 _FIRST_BIN = 6  # the taper's main lobe is 4 bins to each side
 _BAND_RATIO = 1.06  # between neighbouring bands of frequencies
 # correlations that are tried, from one sample to the next, as 1 less the correlation
@@ -134,7 +135,9 @@ def _density(signal: Array, length: int) -> tuple[Array, float]:
         pieces = pieces[alive]
     power = np.abs(np.fft.rfft(pieces * _taper(length), axis=1)) ** 2
     loudness = np.mean(power[:, length // 4 :], axis=1)
-    power = power[loudness <= _IMPACT * np.quantile(loudness, _QUIET)]
+    squares = pieces**2
+    sharp = np.max(squares, axis=1) > _CREST * np.mean(squares, axis=1)
+    power = power[~sharp | (loudness <= _LOUD * np.quantile(loudness, _QUIET))]
     covered = len(differences) * len(power) / len(starts)
     independent = max(1.0, min(len(power), covered / (_INDEPENDENT * length)))
     # the filter of the differences is undone; zero frequency is never used
