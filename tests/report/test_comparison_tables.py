@@ -1,6 +1,7 @@
 """Tables of a comparison are whole at 80 columns, and hold the comparison's own numbers."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -101,7 +102,18 @@ def test_only_what_stands_out_is_listed_unless_all_is_asked_for() -> None:
     assert (short.count("acceleration"), long.count("acceleration")) == (4, 5)
     assert long.count("*") == 4 + 1  # and the caption
     (last,) = (line for line in short.splitlines() if "-1.24" in line)
-    assert last.split()[-5:-1] == ["33", "%", "20", "%"]
+    assert last.split()[-4:] == ["33", "%", "20", "%"]
+
+
+def test_a_signal_that_repeats_another_is_not_shown_again() -> None:
+    file, found = file_comparison(), location(5)
+    (own,) = found.bins.values()
+    both = replace(found, bins={"joint_torque": own, "motor_torque": own})
+    (table,) = (printed(one) for one in bin_tables(file, both))
+    assert "where the joint torque is off" in table
+    assert "The motor torque is off in the same places." in table
+    fewer = replace(found, bins={"joint_torque": own, "motor_torque": own[1:]})
+    assert len(list(bin_tables(file, fewer))) == 2
 
 
 def test_a_wall_of_bins_is_cut_to_the_worst() -> None:

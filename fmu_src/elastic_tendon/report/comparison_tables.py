@@ -14,6 +14,8 @@ from elastic_tendon.report.units import Shown, noise_in_words, noise_ratio, numb
 STATES = {"I": "I, lower slack", "II": "II, upper slack", "III": "III, both taut"}
 # more rows are a wall that nobody reads; the option --all-bins shows them
 ROWS = 10
+# of the squared error; torques that are multiples of one another differ less, by rounding
+SAME_SHARE = 1e-3
 
 FIGURES = (
     "error = simulated − measured; fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %; times noise = RMS / floor"
@@ -76,24 +78,55 @@ def bin_tables(
     -------
     iterator of Table; signals of which no bin stands out have none
     """
-    for name, bins in location.bins.items():
+    for name, same in _alike(location.bins).items():
+        bins = location.bins[name]
         quantity = shown(name, static=file.measurement.static)
         outstanding = [one for one in bins if one.stands_out]
         chosen = list(bins) if all_bins else strongest(outstanding, sample_shares(bins))
         if not chosen:
             continue
         left = len(outstanding) - len(chosen)
-        caption = "* stands out: more error than noise, sure for all bins together"
-        if left > 0:
-            caption = f"{left} more stand out, see --all-bins"
+        captions = [f"The {shown(other).words} is off in the same places." for other in same]
+        if all_bins:
+            captions.append("* stands out: more error than noise, sure for all bins together")
+        elif left > 0:
+            captions.append(f"{left} more stand out, see --all-bins")
         title = f"{file.measurement.name}: where the {quantity.words} is off"
-        table = _table(title, caption if all_bins or left > 0 else None)
-        _fill(table, chosen, sample_shares(bins), quantity)
+        table = _table(title, "\n".join(captions) or None)
+        _fill(table, chosen, sample_shares(bins), quantity, mark=all_bins)
         yield table
 
 
+def _alike(bins: Mapping[str, Sequence[Bin]]) -> dict[str, list[str]]:
+    """Signals that are off in places of their own, each with those that repeat it.
+
+    Where a torque was measured at the motor as at the joint, one is a multiple of the other.
+    """
+    found: dict[str, list[str]] = {}
+    for name, own in bins.items():
+        for other in found:
+            if _same_places(own, bins[other]):
+                found[other].append(name)
+                break
+        else:
+            found[name] = []
+    return found
+
+
+def _same_places(some: Sequence[Bin], others: Sequence[Bin]) -> bool:
+    return len(some) == len(others) and all(
+        (one.by, one.bin) == (other.by, other.bin) and abs(one.share - other.share) < SAME_SHARE
+        for one, other in zip(some, others, strict=True)
+    )
+
+
 def _fill(
-    table: Table, bins: Sequence[Bin], sample_share: Mapping[Bin, float], quantity: Shown
+    table: Table,
+    bins: Sequence[Bin],
+    sample_share: Mapping[Bin, float],
+    quantity: Shown,
+    *,
+    mark: bool,
 ) -> None:
     table.add_column("by", no_wrap=True)
     table.add_column("where", overflow="fold")
@@ -101,17 +134,21 @@ def _fill(
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("share of\nerror", justify="right", no_wrap=True)
     table.add_column("share of\nsamples", justify="right", no_wrap=True)
-    table.add_column("")
+    if mark:
+        table.add_column("")
     for one in bins:
-        table.add_row(
+        in_time = one.by != "frequency"  # a band has neither samples nor a bias
+        cells = [
             one.by.replace("_", " "),
             one.bin,
             number(quantity.small * one.rmse),
-            number(quantity.small * one.bias),
+            number(quantity.small * one.bias) if in_time else "-",
             f"{100.0 * one.share:.0f} %",
-            f"{100.0 * sample_share[one]:.0f} %",
-            "*" if one.stands_out else " ",
-        )
+            f"{100.0 * sample_share[one]:.0f} %" if in_time else "-",
+        ]
+        if mark:
+            cells.append("*" if one.stands_out else " ")
+        table.add_row(*cells)
 
 
 def sample_shares(bins: Sequence[Bin]) -> dict[Bin, float]:

@@ -266,7 +266,7 @@ def _draw_bars(axes: Axes, bins: Sequence[Bin], samples: Sequence[float]) -> Non
     axes.bar(places, [one.share for one in bins], color=colours, width=0.8)
     axes.hlines(samples, places - 0.42, places + 0.42, color=BLACK, linewidth=1.6)
     _draw_ticks(axes, bins)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=""))
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=""))
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("share of all (%)")
     tidy(axes)
