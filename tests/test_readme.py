@@ -6,6 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+from elastic_tendon import load_model
+from elastic_tendon.measurement.preparation import read_preparations
+
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(sh|python|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
@@ -19,8 +22,8 @@ def test_tour_runs_as_printed(tmp_path):
     ran = 0
     for kind, text in _blocks():
         if kind == "toml":
-            (tmp_path / "my_joint.toml").write_text(text)
-        elif "EFFECT = " in text:
+            continue  # see below
+        if "EFFECT = " in text:
             (tmp_path / "tooth_ripple.py").write_text(text)
         elif text.startswith("pip install"):
             continue  # the set-up commands, which .ci/run runs
@@ -37,6 +40,15 @@ def test_tour_runs_as_printed(tmp_path):
             assert run.returncode == 0, f"{text}\n{run.stdout}\n{run.stderr}"
             ran += 1
     assert ran >= 6
+
+
+def test_model_and_preparation_are_accepted(tmp_path):
+    preparation, model = (text for kind, text in _blocks() if kind == "toml")
+    for name, text in (("my_joint.toml", model), ("recording.csv.toml", preparation)):
+        (tmp_path / name).write_text(text)
+    assert load_model(tmp_path / "my_joint.toml").name == "my_joint"
+    (read,) = read_preparations(tmp_path / "recording.csv.toml", "recording.csv")
+    assert read.columns["joint_position"].unit == "deg"
 
 
 def test_pictures_exist():
