@@ -1,5 +1,6 @@
 """The measurements of examples/paper_figures are what their script makes, and fit for it."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.fit import fit
+from elastic_tendon.identify.locate import locate
 from elastic_tendon.measurement import read_measurement
 from elastic_tendon.parameters import load_model
 
@@ -55,6 +57,17 @@ def test_measured_corners_deviate_as_in_the_paper() -> None:
         beyond = side * deflection
         assert slope((beyond > SLACK) & (beyond < ENGAGED)) == pytest.approx(STIFFNESS, rel=0.03)
         assert slope(beyond > ENGAGED) == pytest.approx(2.5 * STIFFNESS, rel=0.03)
+
+
+def test_it_is_told_how_stiff_the_protection_is_and_where_it_begins() -> None:
+    recording = read_measurement(str(EXAMPLE / "static_curve.csv"))
+    location = locate(compare(load_model("biorob_x4_joint_3"), [recording]))
+    words = location.files[0].in_words["joint_position"]
+    told = re.search(r"beyond (\S+) and (\S+) rad .* stiffer there .* about (\S+) N·m/rad", words)
+    lower, upper, stiffness = map(float, told.groups())
+    assert (lower, upper) == pytest.approx((-ENGAGED, ENGAGED), abs=0.01)
+    assert stiffness == pytest.approx(1.5 * STIFFNESS, rel=0.05)
+    assert "in both directions" in words
 
 
 def test_a_fitted_protection_takes_the_deviation_away() -> None:

@@ -9,6 +9,8 @@ import pytest
 from bench_real_data import DATA, DISTURBED, FAST, HELD, MODELS, SLOW, TRACKING, located, read
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.comparison_json import comparison_json
+from elastic_tendon.identify.locate import locate
+from elastic_tendon.measurement import read_measurement
 from elastic_tendon.parameters import load_model
 
 pytestmark = pytest.mark.skipif(
@@ -95,6 +97,22 @@ def test_the_hand_is_where_the_disturbed_bench_fails(findings):
     torque = np.abs(place.missing_torque.torque)
     assert HAND[0] <= time[np.argmax(torque)] <= HAND[1]
     assert torque[during].max() > 3.0 * np.median(torque[~during])
+
+
+@pytest.mark.parametrize("name", [TRACKING, HELD, SLOW, FAST])
+def test_friction_is_what_is_told_of_machines_that_have_it(findings, name):
+    """Not softness: the load is unknown or friction turns it aside."""
+    words = _position(findings, name)[1].in_words[POSITION]
+    assert "the joint resists motion more than the model" in words
+    share = int(re.search(r"accounts for (\d+) %", words)[1])
+    assert share >= {TRACKING: 55, HELD: 60, SLOW: 80, FAST: 75}[name]
+
+
+def test_a_joint_held_by_an_unknown_torque_is_told():
+    comparison = compare(load_model(MODELS[HELD]), [read_measurement(str(DATA / HELD))])
+    words = locate(comparison).files[0].in_words[POSITION]
+    assert "the motor moves and the joint stays" in words
+    assert "softer" not in words
 
 
 def test_held_bench_is_about_as_stiff_as_its_authors_say(findings):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon.identify.bins import Bin, bins_of, noise_density
-from elastic_tendon.identify.partition import blocks_of, memory_of, partitions
+from elastic_tendon.identify.partition import blocks_of, last_way, memory_of, partitions
 from elastic_tendon.measurement import NoiseFloor
 from elastic_tendon.parameters import load_model
 from elastic_tendon.transmission import slack_boundaries
@@ -39,7 +39,7 @@ def variables() -> dict[str, np.ndarray]:
 
 
 def split(residual: np.ndarray, noise: NoiseFloor = WHITE, *, static: bool = False):
-    parts = partitions(variables(), MODEL, static=static)
+    parts = partitions(variables(), MODEL, 0.0, static=static)
     return bins_of(residual, np.zeros(N), TIME, parts, noise, static=static)
 
 
@@ -80,7 +80,7 @@ def test_slack_boundaries_are_edges_of_the_deflection() -> None:
 
 def test_scarce_ends_join_their_neighbours() -> None:
     values = variables() | {"motor_position": np.append(np.linspace(0.0, 0.5, N - 1), 4.0)}
-    parts = partitions(values, MODEL, static=False)
+    parts = partitions(values, MODEL, 0.0, static=False)
     part = parts["motor_position"]
     assert np.min(part.counts) >= 0.01 * N
     assert part.edges[-1] == 4.0
@@ -89,13 +89,13 @@ def test_scarce_ends_join_their_neighbours() -> None:
 
 def test_what_does_not_change_is_no_variable() -> None:
     values = variables() | {"load_torque": np.zeros(N), "motor_position": np.full(N, 0.3)}
-    parts = partitions(values, MODEL, static=False)
+    parts = partitions(values, MODEL, 0.0, static=False)
     assert set(parts) == ALL - {"load_torque", "motor_position"}
 
 
-def test_a_static_curve_has_no_speeds_and_no_frequencies() -> None:
+def test_a_static_curve_has_no_speeds_no_time_and_no_frequencies() -> None:
     bins = split(white(4), static=True)
-    assert {one.by for one in bins} == ALL - {"joint_velocity", "joint_acceleration"}
+    assert {one.by for one in bins} == ALL - {"joint_velocity", "joint_acceleration", "time"}
 
 
 def test_an_error_in_one_direction_stands_out_there_and_only_there() -> None:
@@ -165,3 +165,20 @@ def test_noise_alone_seldom_stands_out(kind: str) -> None:
 @pytest.mark.parametrize("effect", ["coulomb_friction", "spring_hardening"])
 def test_an_effect_as_large_as_the_noise_stands_out(effect: str) -> None:
     assert found(effect, "multisine", SEED)
+
+
+def test_the_last_way_is_kept_at_rest_and_noise_does_not_turn_it() -> None:
+    there, back = np.linspace(0.0, 1.0, 100), np.linspace(1.0, 0.2, 80)
+    position = np.concatenate([np.zeros(50), there, np.ones(60), back, np.full(60, 0.2)])
+    noisy = position + 1e-3 * np.random.default_rng(8).uniform(-1.0, 1.0, len(position))
+    way = last_way(noisy)
+    assert np.all(way[55:210] == 1.0)
+    assert np.all(way[215:] == -1.0)
+    assert not last_way(np.full(20, 0.3)).any()
+
+
+def test_the_noise_of_the_velocity_counts_as_rest() -> None:
+    values = variables() | {"joint_velocity": np.append(np.full(N - 1, 0.02), 1.0)}
+    moving, shaking = (partitions(values, MODEL, noise, static=False) for noise in (0.0, 0.01))
+    assert moving["velocity_sign"].words == ("positive",)
+    assert shaking["velocity_sign"].words == ("at rest", "positive")

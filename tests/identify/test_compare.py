@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from elastic_tendon.identify.compare import compare
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import load_model
+from elastic_tendon.transmission import characteristic_torque
 
 
 def test_true_model_reaches_the_noise(frictionless) -> None:
@@ -61,3 +64,18 @@ def test_the_noise_is_the_measurements_own(frictionless) -> None:
     known, recording = frictionless
     error = compare(known.model, [recording]).files[0].signals["joint_position"]
     assert error.noise == recording.noise["joint_position"]
+
+
+@pytest.mark.parametrize("torque_noise", [0.0, 0.03, 0.2])
+def test_noise_of_a_static_curves_torque_belongs_to_its_floor(torque_noise: float) -> None:
+    model = load_model("biorob_x4_joint_3")
+    deflection = np.concatenate([np.linspace(0.3, -0.3, 200), np.linspace(-0.3, 0.3, 200)])
+    rng = np.random.default_rng(12)
+    load = -characteristic_torque(deflection, model.transmission)
+    load += torque_noise * rng.standard_normal(400)
+    position = deflection + 5e-4 * rng.standard_normal(400)
+    time = 10.0 * np.arange(400.0)
+    signals = {"joint_position": position}
+    sweep = Measurement("sweep", time, 0.0 * time, signals, load_torque=load, static=True)
+    error = compare(model, [sweep]).files[0].signals["joint_position"]
+    assert error.noise_ratio == pytest.approx(1.0, abs=0.15)

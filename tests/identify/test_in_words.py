@@ -1,5 +1,6 @@
 """The sentence names what the truth hides, and claims nothing where nothing is hidden."""
 
+import re
 from copy import deepcopy
 from dataclasses import replace
 
@@ -12,14 +13,16 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import load_model
 from elastic_tendon.transmission import characteristic_torque
 from study_locate import moved, numbers_of, recording
-from truth.experiments import Limits, multisine
+from truth.experiments import Limits, multisine, steps_with_load_pulses
 from truth.noise import Sensor
-from truth.signals import Signal, smooth_pulse
+from truth.signals import Experiment, Signal, constant, sines, smooth_pulse
 
 MODEL = load_model("biorob_x4_joint_3")
 EXPERIMENT = multisine(31, Limits(0.2, 4.0, 4.0), 6.0)
 NOISE = Sensor(white=2e-4)
 HAND = smooth_pulse(3.0, duration=1.0, height=2.0, edge=0.1)
+FRICTION = {"effects": {"coulomb_friction": {"torque": 0.3}}}
+SWING = Experiment(8.0, sines([0.6], [0.3], [0.0]))  # of the motor, slow against the joint
 
 
 def record(
@@ -29,6 +32,14 @@ def record(
     numbers["link"].update(link)
     numbers["effects"] = effects
     return recording(moved(numbers, EXPERIMENT, 500.0, unknown), NOISE, 31)
+
+
+def slow(
+    numbers: dict[str, object], experiment: Experiment, unknown: Signal | None = None
+) -> Measurement:
+    """A recording without a load column."""
+    made = moved({**numbers_of(MODEL), **numbers}, experiment, 200.0, unknown)
+    return replace(recording(made, NOISE, 7), load_torque=None)
 
 
 def told(measurement: Measurement, signal: str = "joint_position") -> str:
@@ -59,7 +70,7 @@ CASES = {
         {"overstretch_protection": {"engagement": 0.4, "stiffness": 60000.0}},
         {},
         None,
-        ["stiffer there than the model", "deflection"],
+        ["beyond -0.08", "in both directions", "stiffer there than the model", "about 10"],
     ),
     "friction": (
         {"coulomb_friction": {"torque": 0.3}},
@@ -100,12 +111,77 @@ def test_a_static_curve_that_stiffens_is_told_so() -> None:
     assert "stiffer there than the model" in sentence
     assert "deflection" in sentence
     assert "in both directions" in sentence
+    assert "by about 60 N·m/rad" in sentence
+    bounds = re.search(r"beyond (\S+) and (\S+) rad of deflection", sentence)
+    assert [float(one) for one in bounds.groups()] == pytest.approx([-0.2, 0.2], abs=0.01)
     assert "load" not in sentence
+    assert " s " not in sentence
 
 
 def test_a_static_curve_with_hysteresis_is_told_so() -> None:
     sentence = told(static(-0.2 * np.sign(np.gradient(SWEEP)), SWEEP))
     assert "resists motion more than the model, by about 0.2 N·m" in sentence
+
+
+def test_a_static_curve_that_is_softer_is_told_so() -> None:
+    softer = -0.3 * characteristic_torque(SWEEP, MODEL.transmission)
+    assert "softer than the model, by about 9.7 N·m/rad" in told(static(softer, SWEEP))
+
+
+def test_a_static_curve_that_nothing_explains_is_placed_by_no_time() -> None:
+    # a torque that went and came while it was measured
+    passing = np.where(np.arange(len(SWEEP)) % 60 < 20, 0.5, 0.0) * np.sign(SWEEP - 0.1)
+    sentence = told(static(passing, SWEEP))
+    assert "no simple pattern explains it" in sentence
+    assert not re.search(r"\d s\b| time", sentence)
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8])
+def test_soft_springs_under_a_known_load_are_told(share: float) -> None:
+    numbers = deepcopy(numbers_of(MODEL))
+    for side in ("upper_spring", "lower_spring"):
+        numbers["transmission"][side]["stiffness"] *= share
+    sentence = told(recording(moved(numbers, EXPERIMENT, 500.0), NOISE, 31))
+    assert "softer than the model" in sentence
+    assert "look alike" not in sentence
+
+
+def test_soft_springs_without_a_load_look_like_an_inert_link() -> None:
+    numbers = deepcopy(numbers_of(MODEL))
+    for side in ("upper_spring", "lower_spring"):
+        numbers["transmission"][side]["stiffness"] *= 0.8
+    free = multisine(31, Limits(0.2, 4.0, 0.0), 6.0)
+    sentence = told(recording(moved(numbers, free, 500.0), NOISE, 31))
+    assert "softer than the model" in sentence
+    assert "or its link more inert by a like share" in sentence
+
+
+def test_friction_alone_that_deflects_the_joint_is_no_softness() -> None:
+    sentence = told(slow(FRICTION, SWING))
+    assert "the joint resists motion more than the model, by about 0.3 N·m" in sentence
+
+
+def test_friction_goes_on_where_the_joint_rests() -> None:
+    limits = Limits(0.2, 2.0, 0.0)
+    sentence = told(slow(FRICTION, steps_with_load_pulses(5, limits, 10.0)))
+    assert "resists motion more than the model, by about 0.28 N·m" in sentence
+
+
+@pytest.mark.parametrize("motor", [constant(0.0), SWING.motor_position])
+def test_an_unmeasured_load_is_no_softness(motor: Signal) -> None:
+    load = sines([3.0, 2.0], [0.21, 0.37], [0.0, 1.0])
+    sentence = told(slow({}, Experiment(8.0, motor), load))
+    assert "stiffness cannot be its cause" in sentence
+    assert "soft" not in sentence
+
+
+def test_a_held_joint_is_told() -> None:
+    time = np.arange(0.0, 8.0, 0.005)
+    noise = 2e-4 * np.random.default_rng(3).standard_normal(len(time))
+    motor = 0.2 * np.sin(2.0 * time)
+    sentence = told(Measurement("held", time, motor, {"joint_position": noise}))
+    assert "the motor moves and the joint stays" in sentence
+    assert "gravity" not in sentence
 
 
 def test_a_static_curve_of_the_model_is_noise() -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from elastic_tendon.compiled import simulate
 from elastic_tendon.identify.initial_state import estimate_initial_state
@@ -15,6 +16,7 @@ from elastic_tendon.identify.residuals import (
 )
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import load_model
+from elastic_tendon.transmission import characteristic_torque
 
 # central differences with a step of 1e-4 of the value, across slack crossings
 DIFFERENCE_TOLERANCE = 1e-3
@@ -101,3 +103,40 @@ def test_initial_state_is_estimated_with_the_recordings_own_interpolation(interp
     found = estimate_initial_state(model, recording)
     assert found.position == pytest.approx(start.position, abs=1e-6)
     assert found.velocity == pytest.approx(start.velocity, abs=1e-4)
+
+
+@pytest.mark.parametrize("delay", [0.03, 0.06, 0.2])
+def test_a_late_sensor_does_not_spoil_the_initial_state(delay: float) -> None:
+    """The window opens in motion; once the delay is over the right model moves as recorded."""
+    model = load_model("biorob_x4_joint_3").with_effect("measurement_delay", {"delay": delay})
+    time = np.arange(0.0, 3.0, 0.002)
+    motor = 0.4 * np.sin(6.0 * time)
+    made = simulate(model, time, motor, as_measured=True)
+    position = made[made.measured("joint_position")]
+    moving = Measurement("made", time, motor, {"joint_position": position}).window(1.1, None)
+    trajectory = simulate_measurement(model, moving, estimate_initial_state(model, moving))
+    after = moving.time - moving.time[0] > delay + 0.01
+    error = residuals_of(trajectory, moving)["joint_position"][after]
+    assert np.max(np.abs(error)) < 5e-4
+
+
+def test_a_delay_longer_than_the_recording_is_no_obstacle() -> None:
+    model = load_model("biorob_x4_joint_3").with_effect("measurement_delay", {"delay": 0.9})
+    time = np.arange(0.0, 0.1, 0.01)
+    position = {"joint_position": 0.1 + 0.0 * time}
+    found = estimate_initial_state(model, Measurement("short", time, 0.0 * time, position))
+    assert np.isfinite([found.position, found.velocity]).all()
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.16])
+def test_a_static_curve_starts_where_its_first_load_holds_the_joint(damping: float) -> None:
+    model = load_model("biorob_x4_joint_3").with_values({"link.damping": damping})
+    load = np.linspace(3.0, 4.0, 12)
+    held = brentq(lambda q: characteristic_torque(q, model.transmission) + load[0], -1.0, 1.0)
+    time = 10.0 * np.arange(12.0)
+    # the machine is softer than the model, so that it was measured elsewhere
+    signals = {"joint_position": 1.3 * load / 41.7}
+    sweep = Measurement("sweep", time, 0.0 * time, signals, load_torque=load, static=True)
+    found = estimate_initial_state(model, sweep)
+    assert found.position == pytest.approx(held, abs=1e-5)
+    assert found.velocity == 0.0

@@ -1,7 +1,8 @@
 """Compare a model with measurements: how large is the error, over all and in each slack state."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from elastic_tendon.identify.residuals import (
 from elastic_tendon.measurement import Measurement, NoiseFloor
 from elastic_tendon.parameters import Model
 
+NORMAL_MEDIAN = 0.6745  # of the magnitude of normal values, in standard deviations
+THIRD_DIFFERENCES = 20.0  # their variance over that of white noise, binomial(6, 3)
 # by the number of `transmission.SlackState`
 SLACK_STATES = {1: "I", 2: "II", 3: "III", 4: "both slack"}
 
@@ -117,15 +120,45 @@ def _compare_one(model: Model, measurement: Measurement) -> FileComparison:
     trajectory = simulate_measurement(model, measurement, initial)
     errors = residuals_of(trajectory, measurement)
     states = np.rint(trajectory["slack_state"])
+    noise = _noise(model, measurement, trajectory)
     return FileComparison(
         measurement=measurement,
         initial_state=initial,
         trajectory=trajectory,
         signals={
-            name: _signal_error(error, measurement.signals[name], states, measurement.noise[name])
+            name: _signal_error(error, measurement.signals[name], states, noise[name])
             for name, error in errors.items()
         },
     )
+
+
+def _noise(
+    model: Model, measurement: Measurement, trajectory: Trajectory
+) -> Mapping[str, NoiseFloor]:
+    """Noise of each signal; a static curve's torque has noise too, which moves the simulation.
+
+    The measured torque is the load of a static curve. How its noise shows in the joint position,
+    the model itself says: simulated once more, under a load larger by one standard deviation.
+    """
+    load = measurement.load_torque
+    if not measurement.static or load is None:
+        return measurement.noise
+    larger = replace(measurement, load_torque=load + _torque_noise(load))
+    moved = simulate_measurement(model, larger, estimate_initial_state(model, larger))
+    floor = measurement.noise["joint_position"]
+    through = rms(moved["joint_position"] - trajectory["joint_position"])
+    total = replace(floor, sigma=float(np.hypot(floor.sigma, through)))
+    return {**measurement.noise, "joint_position": total}
+
+
+def _torque_noise(torque: Array) -> float:
+    """Standard deviation of white noise on a sweep (n,), N·m; n > 3.
+
+    The median of the third differences, which wipe out a sweep; where it turns and where the
+    stiffness changes they are large, but these are few.
+    """
+    differences = np.abs(np.diff(torque, 3))
+    return float(np.median(differences)) / (NORMAL_MEDIAN * math.sqrt(THIRD_DIFFERENCES))
 
 
 def _signal_error(error: Array, measured: Array, states: Array, noise: NoiseFloor) -> SignalError:

@@ -1,93 +1,28 @@
 """Where the error lies and what it looks like, in one sentence.
 
-Every pattern is one simple shape that the missing torque (or, for a measured torque, the error
-itself) may have: constant, proportional to one variable, with the sign of the velocity, a curve
-over one variable, or confined to a stretch of time. The pattern that explains most of the mean
+Every pattern is one simple shape, of `patterns`, that the missing torque (or, for a measured torque,
+the error itself) may have, and what it would mean. The pattern that explains most of the mean
 square is told, the simpler one where two explain nearly as much, and a direction is claimed only
-where the data show it.
+where the data show it. Where none explains enough, it is said where the error lies.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from elastic_tendon.identify import patterns
 from elastic_tendon.identify.bins import Bin
-from elastic_tendon.identify.compare import SignalError
-from elastic_tendon.identify.missing_torque import MissingTorque
-from elastic_tendon.identify.partition import Partition, blocks_of, memory_of
+from elastic_tendon.identify.patterns import SIMPLER, Evidence, Finding, Pattern
 from elastic_tendon.identify.residuals import Array, rms
 
 # of the mean square, below which a pattern is not told
 TELLING = 0.5
-# by which a pattern must explain more than a simpler one
-SIMPLER = 0.04
-# standard errors that a direction needs
-SURE = 3.0
 # times the noise's part of the missing torque; less is not interpreted
 CLEAR = 2.0
-# longest stretch that counts as a passing event, share of the recording
-EVENT = 0.2
-STRETCHES = 50
-CURVE_PARTS = 24  # of the range of a variable
-EVENT_SHARE = 0.8  # of the square over the recording that a passing event must hold
-EVENT_ENERGY = 0.9  # of what the longest stretch holds lies between the times that are told
 # share of the squared error that a concentration holds at least, and times its share of samples
 CONCENTRATED, DENSER = 0.6, 1.5
 ENOUGH = 100_000  # samples for every pattern
 LOUD = 1.3  # times the noise, above which an error is more than noise even if nothing stands out
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What is known of the error of one signal in one recording.
-
-    `signal` and its `residual` (n,), simulated less measured, with its figures `error` and its
-    `bins`; the rest as in `locate.FileLocation`; `static`: the recording is a slow sweep.
-    """
-
-    signal: str
-    residual: Array
-    error: SignalError
-    bins: tuple[Bin, ...]
-    missing: MissingTorque
-    variables: Mapping[str, Array]
-    parts: Mapping[str, Partition]
-    static: bool
-
-
-@dataclass(frozen=True)
-class Finding:
-    """How well one pattern fits.
-
-    `explained` share of the mean square; `size` and `error`, the pattern's number and its standard
-    error; `span` (s) of a passing event.
-    """
-
-    pattern: "Pattern"
-    explained: float
-    size: float
-    error: float
-    span: tuple[float, float] | None = None
-
-    @property
-    def sign(self) -> int:
-        """Direction that the data show: -1, 1, or 0 where they do not."""
-        return int(np.sign(self.size)) if abs(self.size) > SURE * self.error else 0
-
-
-@dataclass(frozen=True)
-class Pattern:
-    """One shape: `by` its variable, `fit` from (target, evidence), and what it means.
-
-    `meaning` by the sign of the finding, with ``{size}`` for its magnitude; 0 where the
-    direction is not sure.
-    """
-
-    name: str
-    by: str
-    fit: Callable[["Pattern", Array, Evidence], Finding | None]
-    meaning: Mapping[int, str]
 
 
 def in_words(evidence: Evidence) -> str:
@@ -109,17 +44,19 @@ def in_words(evidence: Evidence) -> str:
     if not torque:
         finding = _best(SIGNAL_PATTERNS, evidence.residual, evidence)
     elif rms(evidence.missing.torque) > CLEAR * rms(evidence.missing.sigma):
-        finding = _best(TORQUE_PATTERNS, evidence.missing.torque, evidence)
+        target = evidence.missing.torque
+        finding = _best(TORQUE_PATTERNS, target, evidence) or _best(LAST_PATTERNS, target, evidence)
     if finding is None:
         where = _densest(evidence.bins) or "the error stands out above the noise"
-        return f"{where}; no single variable orders it"
-    where = "" if finding.pattern.name in SELF_EVIDENT else _concentration(evidence, finding)
+        return f"{where}; no simple pattern explains it"
+    where = _where(evidence, finding)
     meaning = finding.pattern.meaning[finding.sign].format(
         size=_digits(abs(finding.size)),
         milli=_digits(1e3 * abs(finding.size)),
         there=" there" if where else "",
-        start=f"{finding.span[0]:.3g}" if finding.span else "",
-        end=f"{finding.span[1]:.3g}" if finding.span else "",
+        start=f"{finding.bounds[0]:.3g}" if finding.bounds else "",
+        end=f"{finding.bounds[-1]:.3g}" if finding.bounds else "",
+        alike=_alike(evidence, finding),
     )
     explained = f"this pattern accounts for {100.0 * finding.explained:.0f} % of "
     explained += "the missing torque" if torque else "the error"
@@ -130,6 +67,17 @@ def in_words(evidence: Evidence) -> str:
     # one colon in a sentence is enough
     joint = "" if not where else "; " if ":" in meaning else ": "
     return f"{where}{joint}{meaning} ({explained})"
+
+
+def _alike(evidence: Evidence, finding: Finding) -> str:
+    """Where no load acts, only the ratio of stiffness and inertia moves the joint."""
+    if evidence.static or "load_torque" in evidence.parts:
+        return ""
+    stiffness = {-1: "its link less inert", 1: "its link more inert"}
+    acceleration = {-1: "the joint softer", 1: "the joint stiffer"}
+    words = {"stiffness": stiffness, "deflection": stiffness, "acceleration": acceleration}
+    other = words.get(finding.pattern.name, {}).get(finding.sign)
+    return f", or {other} by a like share, as without a known load both look alike" if other else ""
 
 
 def _digits(value: float) -> str:
@@ -163,10 +111,15 @@ def _nothing(evidence: Evidence) -> str:
     return "nothing stands out: the error is the noise"
 
 
-def _best(patterns: tuple[Pattern, ...], target: Array, evidence: Evidence) -> Finding | None:
+def _best(table: tuple[Pattern, ...], target: Array, evidence: Evidence) -> Finding | None:
     """The simplest of the patterns that explain nearly the most; they are listed by simplicity."""
     # a static curve's load follows from its deflection
-    asked = [one for one in patterns if not (evidence.static and one.by == "load_torque")]
+    asked = [
+        one
+        for one in table
+        if (not one.by or one.by in evidence.parts)
+        and not (evidence.static and one.by == "load_torque")
+    ]
     fits = (pattern.fit(pattern, target, evidence) for pattern in asked)
     found = [one for one in fits if one is not None and one.sign in one.pattern.meaning]
     most = max((one.explained for one in found), default=0.0)
@@ -175,95 +128,12 @@ def _best(patterns: tuple[Pattern, ...], target: Array, evidence: Evidence) -> F
     return next(one for one in found if one.explained >= most - SIMPLER)
 
 
-# ---- how a pattern is fitted ---------------------------------------------------------------
-
-
-def _constant_error(pattern: Pattern, _target: Array, evidence: Evidence) -> Finding:
-    """The error of the signal is the same throughout."""
-    return _proportional_to(pattern, evidence.residual, np.ones(len(evidence.residual)))
-
-
-def _late(pattern: Pattern, _target: Array, evidence: Evidence) -> Finding | None:
-    """The error is the way that the joint goes in a constant time."""
-    return _proportional(pattern, evidence.residual, evidence)
-
-
-def _constant(pattern: Pattern, target: Array, _evidence: Evidence) -> Finding:
-    return _proportional_to(pattern, target, np.ones(len(target)))
-
-
-def _proportional(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
-    if pattern.by not in evidence.parts:
-        return None
-    return _proportional_to(pattern, target, evidence.variables[pattern.by])
-
-
-def _direction(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
-    velocity = evidence.variables["joint_velocity"]
-    # at rest friction takes any value
-    member, words = evidence.parts["velocity_sign"].member, evidence.parts["velocity_sign"].words
-    sign = np.array([{"negative": -1.0, "positive": 1.0}.get(word, 0.0) for word in words])[member]
-    if not velocity.any():
-        return None
-    return _proportional_to(pattern, target, sign)
-
-
-def _proportional_to(pattern: Pattern, target: Array, shape: Array) -> Finding:
-    """Least squares of target on one shape; the standard error counts blocks, not samples."""
-    square = float(shape @ shape)
-    if square == 0.0:
-        return Finding(pattern, 0.0, 0.0, 0.0)
-    size = float(shape @ target) / square
-    rest = target - size * shape
-    score = shape * rest
-    blocks = blocks_of(memory_of(score), len(score))
-    error = float(np.linalg.norm(np.bincount(blocks, score))) / square
-    return Finding(pattern, 1.0 - float(rest @ rest) / float(target @ target), size, error)
-
-
-def _curve(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
-    """A mean for each of many small parts of the range; the slope tells the direction."""
-    if pattern.by not in evidence.parts:
-        return None
-    values = evidence.variables[pattern.by]
-    lowest, width = float(np.min(values)), float(np.ptp(values)) / CURVE_PARTS
-    member = np.minimum((values - lowest) / width, CURVE_PARTS - 1).astype(int)
-    counts = np.bincount(member, minlength=CURVE_PARTS)
-    means = np.bincount(member, target, CURVE_PARTS) / np.maximum(counts, 1)
-    rest = target - means[member]
-    # as many independent facts as the target has memories, less one for each part
-    facts = len(target) / memory_of(target)
-    penalty = facts / max(facts - float(np.count_nonzero(counts)), 1.0)
-    slope = _proportional_to(pattern, target - np.mean(target), values - np.mean(values))
-    explained = 1.0 - penalty * float(rest @ rest) / float(target @ target)
-    return Finding(pattern, explained, slope.size, slope.error)
-
-
-def _event(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
-    """A stretch of time, shorter than `EVENT`, that holds nearly all of the target's square."""
-    time = evidence.variables["time"]
-    edges = np.linspace(time[0], time[-1], STRETCHES + 1)
-    part = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, STRETCHES - 1)
-    energy = np.bincount(part, target**2, STRETCHES)
-    energy = np.maximum(energy - np.median(energy), 0.0)
-    width = round(EVENT * STRETCHES)
-    windows = np.convolve(energy, np.ones(width), "valid")
-    first = int(np.argmax(windows))
-    inside = np.cumsum(energy[first : first + width]) / max(float(windows[first]), 1e-300)
-    start = first + int(np.searchsorted(inside, 0.5 * (1.0 - EVENT_ENERGY)))
-    end = first + int(np.searchsorted(inside, 0.5 * (1.0 + EVENT_ENERGY)))
-    span = (float(edges[start]), float(edges[end + 1]))
-    within = (time >= span[0]) & (time <= span[1])
-    explained = float(np.sum(target[within] ** 2) / np.sum(target**2))
-    if explained < EVENT_SHARE:
-        return None
-    size = float(np.sign(np.mean(target[within])) * rms(target[within]))
-    return Finding(pattern, explained, size, 0.0, span)
-
-
 # ---- what is told --------------------------------------------------------------------------
 
-SELF_EVIDENT = ("offset", "delay", "constant", "event")
+SELF_EVIDENT = (
+    *("offset", "delay", "constant", "event"),
+    *("direction", "direction and load", "held", "unknown torque"),
+)
 OF_THE_ERROR = ("offset", "delay")  # patterns of the error itself
 _TORQUE_OF_TIME = "a torque of about {size} N·m that the model does not know acted "
 _EVENT_WORDS = {
@@ -272,11 +142,11 @@ _EVENT_WORDS = {
 }
 _OFFSET = "a constant error of {milli} mrad: an offset between the encoders would do this"
 TORQUE_PATTERNS = (
-    Pattern("offset", "", _constant_error, {1: _OFFSET, -1: _OFFSET}),
+    Pattern("offset", "", patterns.constant_error, {1: _OFFSET, -1: _OFFSET}),
     Pattern(
         "delay",
         "joint_velocity",
-        _late,
+        patterns.late,
         {
             1: "the error is proportional to the velocity: the joint position was recorded later "
             "than the motor's, by about {milli} ms",
@@ -287,7 +157,7 @@ TORQUE_PATTERNS = (
     Pattern(
         "constant",
         "",
-        _constant,
+        patterns.constant,
         {
             1: "a constant torque of about {size} N·m is missing",
             -1: "a constant torque of about -{size} N·m is missing",
@@ -296,7 +166,7 @@ TORQUE_PATTERNS = (
     Pattern(
         "direction",
         "velocity_sign",
-        _direction,
+        patterns.direction,
         {
             -1: "the missing torque opposes the direction of motion: the joint resists motion "
             "more than the model, by about {size} N·m at any speed",
@@ -305,9 +175,20 @@ TORQUE_PATTERNS = (
         },
     ),
     Pattern(
+        "direction and load",
+        "velocity_sign",
+        patterns.direction_and_load,
+        {
+            -1: "the missing torque opposes the direction of motion and grows with the load: the "
+            "joint resists motion more than the model, by about {size} of the load",
+            1: "the missing torque has the direction of motion and grows with the load: the joint "
+            "resists motion less than the model, by about {size} of the load",
+        },
+    ),
+    Pattern(
         "velocity",
         "joint_velocity",
-        _proportional,
+        patterns.proportional,
         {
             -1: "the missing torque opposes the velocity in proportion: the joint is damped more "
             "than the model, by about {size} N·m·s/rad",
@@ -318,18 +199,18 @@ TORQUE_PATTERNS = (
     Pattern(
         "acceleration",
         "joint_acceleration",
-        _proportional,
+        patterns.proportional,
         {
             -1: "the missing torque opposes the acceleration in proportion: the link is more "
-            "inert than the model's, by about {size} kg·m²",
+            "inert than the model's, by about {size} kg·m²{alike}",
             1: "the missing torque grows with the acceleration in proportion: the link is less "
-            "inert than the model's, by about {size} kg·m²",
+            "inert than the model's, by about {size} kg·m²{alike}",
         },
     ),
     Pattern(
         "load",
         "load_torque",
-        _proportional,
+        patterns.proportional,
         {
             1: "the missing torque is proportional to the load: the load acts more strongly "
             "than recorded, by about {size} of it",
@@ -338,31 +219,73 @@ TORQUE_PATTERNS = (
         },
     ),
     Pattern(
+        "stiffness",
         "deflection",
-        "deflection",
-        _curve,
+        patterns.stiffness,
         {
-            -1: "the joint is stiffer{there} than the model, by about {size} N·m/rad on average",
-            1: "the joint is softer{there} than the model, by about {size} N·m/rad on average",
+            -1: "the joint is stiffer than the model, by about {size} N·m/rad{alike}",
+            1: "the joint is softer than the model, by about {size} N·m/rad{alike}",
+        },
+    ),
+    Pattern(
+        "beyond",
+        "deflection",
+        patterns.beyond,
+        {
+            -1: "the joint is stiffer{there} than the model, by about {size} N·m/rad",
+            1: "the joint is softer{there} than the model, by about {size} N·m/rad",
+        },
+    ),
+    Pattern(
+        "deflection",
+        "deflection",
+        patterns.stiffness_curve,
+        {
+            -1: "the joint is stiffer than the model, by about {size} N·m/rad on average over "
+            "all deflections{alike}",
+            1: "the joint is softer than the model, by about {size} N·m/rad on average over "
+            "all deflections{alike}",
             0: "the missing torque is a curve over the deflection",
+        },
+    ),
+    Pattern(
+        "held",
+        "motor_position",
+        patterns.held,
+        {
+            1: "the motor moves and the joint stays: a torque of about {size} N·m RMS that the "
+            "model does not know holds it",
         },
     ),
     Pattern(
         "motor position",
         "motor_position",
-        _curve,
+        patterns.curve,
         dict.fromkeys(
             (-1, 0, 1),
             "the missing torque is a curve over the motor position, as gravity or an eccentric "
             "pulley would give",
         ),
     ),
-    Pattern("event", "time", _event, _EVENT_WORDS),
+    Pattern("event", "time", patterns.event, _EVENT_WORDS),
+)
+# true of whatever the model does not know, hence told only where no other pattern is
+LAST_PATTERNS = (
+    Pattern(
+        "unknown torque",
+        "deflection",
+        patterns.unknown_torque,
+        {
+            1: "load and inertia hardly account for the deflection, so that stiffness cannot be "
+            "its cause: a torque of about {size} N·m RMS that the model does not know deflects "
+            "the joint, as friction, a hand or an unmeasured load would",
+        },
+    ),
 )
 
 
 def _follows(name: str, by: str, words: str) -> Pattern:
-    fit = _curve if by != "velocity_sign" else _direction
+    fit = patterns.curve if by != "velocity_sign" else patterns.direction
     return Pattern(name, by, fit, dict.fromkeys((-1, 0, 1), f"the error follows the {words}"))
 
 
@@ -370,7 +293,7 @@ SIGNAL_PATTERNS = (
     Pattern(
         "offset",
         "",
-        _constant_error,
+        patterns.constant_error,
         dict.fromkeys((-1, 1), "a constant error of {milli} mN·m, as an offset of the sensor"),
     ),
     _follows("direction", "velocity_sign", "direction of motion"),
@@ -383,6 +306,30 @@ SIGNAL_PATTERNS = (
 
 
 # ---- where the squared error is ------------------------------------------------------------
+
+
+def _where(evidence: Evidence, finding: Finding) -> str:
+    """Where the finding holds; nothing where its own words say so, or it holds everywhere."""
+    if finding.pattern.name in SELF_EVIDENT:
+        return ""
+    if finding.pattern.name == "beyond":
+        return _outside(evidence, finding.bounds)
+    return _concentration(evidence, finding)
+
+
+def _outside(evidence: Evidence, bounds: tuple[float, ...]) -> str:
+    """How much lies beyond bounds of the deflection, each on its side of 0."""
+    deflection = evidence.variables["deflection"]
+    outside = np.any([np.sign(one) * deflection > abs(one) for one in bounds], axis=0)
+    squares = {"squared error": evidence.residual**2}
+    squares["missing torque's square"] = evidence.missing.torque**2
+    shares = {what: float(np.sum(one[outside]) / np.sum(one)) for what, one in squares.items()}
+    enough = max(CONCENTRATED, DENSER * float(np.mean(outside)))
+    what = next((one for one, share in shares.items() if share >= enough), list(shares)[-1])
+    places = " and ".join(f"{bound:.3g}" for bound in bounds)
+    both = ", in both directions" if len(bounds) > 1 else ""
+    share = f"{100.0 * shares[what]:.0f} % of the {what}"
+    return f"{share} lies beyond {places} rad of deflection{both}"
 
 
 def _concentration(evidence: Evidence, finding: Finding) -> str:
@@ -407,9 +354,9 @@ def _concentration(evidence: Evidence, finding: Finding) -> str:
 
 
 def _densest(bins: tuple[Bin, ...]) -> str:
-    """The variable in which the squared error is densest, and where."""
+    """The variable in which the squared error is densest, and where; no frequency if another is."""
     texts = [
-        (text, max(one.share / one.count for one in group))
+        (text, (by != "frequency", max(one.share / one.count for one in group)))
         for by in dict.fromkeys(one.by for one in bins)
         if by != "slack_state"
         for group in [[one for one in bins if one.by == by]]
@@ -450,4 +397,8 @@ def _range_words(bins: list[Bin], chosen: list[int]) -> str:
     if chosen == list(range(chosen[0], chosen[-1] + 1)):
         low, high = bins[chosen[0]].lower, bins[chosen[-1]].upper
         return f"between {low:.3g} and {high:.3g} {unit} of {quantity}"
-    return "in " + ", ".join(f"{bins[i].bin}" for i in chosen) + f" of {quantity}"
+    firsts = [i for i in chosen if i - 1 not in chosen]
+    lasts = [i for i in chosen if i + 1 not in chosen]
+    runs = zip(firsts, lasts, strict=True)
+    between = [f"between {bins[i].lower:.3g} and {bins[j].upper:.3g} {unit}" for i, j in runs]
+    return " or ".join(between) + f" of {quantity}"

@@ -1,23 +1,35 @@
 """The state at the first sample, estimated on the beginning of a recording."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.optimize import least_squares
 
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.identify.residuals import Array, InitialState, sensitivity
+from elastic_tendon.identify.residuals import (
+    Array,
+    InitialState,
+    sensitivity,
+    simulate_measurement,
+)
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
+from elastic_tendon.transmission import characteristic_stiffness
 
 WINDOW = 0.1  # s; held-out data gives its initial state on this stretch and nothing else
 MINIMUM_SAMPLES = 5  # for slow recordings, where the window would hold fewer
+SETTLING = 10.0  # s; one row of a static curve takes as long
 
 
 def estimate_initial_state(model: Model, measurement: Measurement) -> InitialState:
     """Least squares on the joint position over the first 0.1 s.
 
+    Where the sensor is late these are the first 0.1 s after the delay: before, it shows what
+    followed from inputs that were not recorded.
+
     The start is a parabola through the samples; the model then says which position and velocity
     fit best. Where it cannot tell (a sticking joint hides its velocity) the parabola's answer
-    stays.
+    stays. A static curve starts at rest where its first load holds the joint.
 
     Parameters
     ----------
@@ -32,7 +44,9 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
     ------
     SimulationError : the solver could not go on
     """
-    beginning = _beginning(measurement)
+    if measurement.static:
+        return _equilibrium(model, measurement)
+    beginning, late = _beginning(model, measurement)
     measured = beginning.signals["joint_position"]
     fit = np.polynomial.Polynomial.fit(beginning.time - beginning.time[0], measured, 2).convert()
     # a parabola through samples that all agree comes back shorter
@@ -40,7 +54,8 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
 
     def evaluate(x: Array) -> tuple[Array, Array]:
         result = sensitivity(model, beginning, InitialState(x[0], x[1]), ())
-        return result.residuals["joint_position"], result.derivatives["joint_position"]
+        name = "joint_position"
+        return result.residuals[name][late:], result.derivatives[name][late:]
 
     def jacobian(x: Array) -> Array:
         return evaluate(x)[1]
@@ -49,7 +64,7 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
         try:
             return evaluate(x)[0]
         except SimulationError:
-            return np.full(len(measured), np.inf)
+            return np.full(len(measured) - late, np.inf)
 
     evaluate(start)  # let a model that cannot be simulated say so itself
     span = float(beginning.time[-1] - beginning.time[0])
@@ -64,6 +79,29 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
     return InitialState(float(solution.x[0]), float(solution.x[1]))
 
 
-def _beginning(measurement: Measurement) -> Measurement:
-    count = int(np.searchsorted(measurement.time, measurement.time[0] + WINDOW, side="right"))
-    return measurement.samples(slice(0, max(count, MINIMUM_SAMPLES)))
+def _beginning(model: Model, measurement: Measurement) -> tuple[Measurement, int]:
+    """The samples up to the end of the window, and how many of them a delay makes useless."""
+    delay = model.effects.get("measurement_delay", {"delay": 0.0})["delay"]
+    elapsed = measurement.time - measurement.time[0]
+    late = int(np.searchsorted(elapsed, delay))
+    late = max(min(late, len(elapsed) - MINIMUM_SAMPLES), 0)  # a delay that a fit tries may be any
+    count = int(np.searchsorted(elapsed, delay + WINDOW, side="right"))
+    return measurement.samples(slice(0, max(count, late + MINIMUM_SAMPLES))), late
+
+
+def _equilibrium(model: Model, measurement: Measurement) -> InitialState:
+    """Where the joint comes to rest under the first load, from where it was measured.
+
+    The joint is damped at least critically on the way, which changes nothing of where it rests.
+    """
+    stiffness = float(characteristic_stiffness(0.0, model.transmission))
+    critical = 2.0 * np.sqrt(model.link.inertia * stiffness)
+    damped = model.with_values({"link.damping": max(model.link.damping, critical)})
+    held = replace(
+        measurement.samples(np.zeros(2, dtype=np.intp)),
+        time=measurement.time[0] + np.array([0.0, SETTLING]),
+        interpolation="hold",
+    )
+    measured = float(measurement.signals["joint_position"][0])
+    settled = simulate_measurement(damped, held, InitialState(measured, 0.0))
+    return InitialState(float(settled["joint_position"][-1]), 0.0)

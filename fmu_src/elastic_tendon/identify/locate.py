@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 from elastic_tendon.identify.bins import Bin, bins_of
 from elastic_tendon.identify.compare import Comparison, FileComparison
-from elastic_tendon.identify.in_words import Evidence, in_words
+from elastic_tendon.identify.in_words import in_words
 from elastic_tendon.identify.missing_torque import MissingTorque, Report, missing_torque
+from elastic_tendon.identify.patterns import Evidence
 from elastic_tendon.identify.residuals import Array, residuals_of
 from elastic_tendon.parameters import Model
 
@@ -17,8 +18,9 @@ class FileLocation:
 
     `bins` and `in_words` by signal; `variables` are what the joint did, (n,) arrays by name:
     ``time`` (s), ``deflection`` (rad), ``joint_velocity`` (rad/s), ``joint_acceleration``
-    (rad/s²), ``motor_position`` (rad), ``load_torque`` (N·m), ``slack_state``; of the model moved
-    as measured, by the missing torque.
+    (rad/s²), ``joint_position`` and ``motor_position`` (rad), ``load_torque`` and
+    ``joint_torque``, which the tendons exert (N·m), ``slack_state``; of the model moved as
+    measured, by the missing torque.
     """
 
     bins: Mapping[str, tuple[Bin, ...]]
@@ -64,7 +66,7 @@ def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocat
     bins = {
         name: bins_of(
             *(residual, measurement.signals[name], measurement.time, parts),
-            measurement.noise[name],
+            file.signals[name].noise,
             static=measurement.static,
         )
         for name, residual in residuals.items()

@@ -18,6 +18,7 @@ from elastic_tendon.compiled import Trajectory
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.identify.bins import noise_density
 from elastic_tendon.identify.compare import FileComparison
+from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.partition import (
     Integers,
     Partition,
@@ -159,13 +160,17 @@ def missing_torque(
     """
     measurement = file.measurement
     error = _error(file.trajectory, measurement)
-    noise = file.signals["joint_position"].noise
+    noise = measurement.noise["joint_position"]
     grid = _even(measurement.time)
     smoother = smoother_for(_onto(grid, measurement.time, error), noise, grid[1] - grid[0])
     track, done, notes = _track(model, file, noise, smoother, grid, report)
     variables = _variables(measurement, track.trajectory)
     sigma = _torque_sigma(model, measurement, track.trajectory, smoother, noise, max(done, 1))
-    parts = partitions(variables, model, static=measurement.static)
+    # what a measured load's own noise adds to the position, and so to the torque that undoes it
+    added = max(file.signals["joint_position"].noise.sigma ** 2 - noise.sigma**2, 0.0)
+    sigma = np.hypot(sigma, _stiffness(model, track.trajectory) * np.sqrt(added))
+    shaking = noise.sigma * _noise_gain(smoother, noise, lambda w: w, max(done, 1))
+    parts = partitions(variables, model, shaking, static=measurement.static)
     curves = _curves(track.torque, sigma, variables, parts)
     return MissingTorque(track.torque, sigma, curves, tuple(notes)), variables, parts
 
@@ -264,15 +269,10 @@ def _next_track(model: Model, measurement: Measurement, track: _Track, left: Arr
     time, transmission = measurement.time, model.transmission
     deflection = track.trajectory["deflection"]
     if measurement.static:
-        initial = track.initial
         elastic = characteristic_torque(deflection, transmission)
         change = characteristic_torque(deflection - left, transmission) - elastic
-        change[0] = change[1]  # see `_error`
     else:
         rate = np.gradient(left, time, edge_order=2)
-        initial = InitialState(
-            track.initial.position - float(left[0]), track.initial.velocity - float(rate[0])
-        )
         speed = np.gradient(deflection, time)
         elastic = characteristic_torque(deflection, transmission, speed)
         change = characteristic_torque(deflection - left, transmission, speed - rate) - elastic
@@ -280,16 +280,19 @@ def _next_track(model: Model, measurement: Measurement, track: _Track, left: Arr
         change = change + model.link.inertia * np.gradient(rate, time, edge_order=2)
     torque = track.torque - change
     load = torque if measurement.load_torque is None else measurement.load_torque + torque
-    trajectory = simulate_measurement(model, replace(measurement, load_torque=load), initial)
+    loaded = replace(measurement, load_torque=load)
+    if measurement.static:
+        initial = estimate_initial_state(model, loaded)
+    else:
+        initial = InitialState(
+            track.initial.position - float(left[0]), track.initial.velocity - float(rate[0])
+        )
+    trajectory = simulate_measurement(model, loaded, initial)
     return _Track(torque, initial, trajectory, _error(trajectory, measurement))
 
 
 def _error(trajectory: Trajectory, measurement: Measurement) -> Array:
-    error = residuals_of(trajectory, measurement)["joint_position"]
-    if measurement.static:
-        # the first sample shows where the simulation starts, not where the load holds the joint
-        error[0] = error[1]
-    return error
+    return residuals_of(trajectory, measurement)["joint_position"]
 
 
 def _stiffness(model: Model, trajectory: Trajectory) -> Array:
@@ -310,6 +313,8 @@ def _variables(measurement: Measurement, trajectory: Trajectory) -> dict[str, Ar
         "deflection": trajectory["deflection"],
         "joint_velocity": velocity,
         "joint_acceleration": np.gradient(velocity, measurement.time),
+        "joint_position": trajectory["joint_position"],
+        "joint_torque": trajectory["joint_torque"],
         "motor_position": measurement.motor_position,
         "load_torque": np.zeros(len(velocity)) if load is None else load,
     }

@@ -17,8 +17,11 @@ PARTS = 8  # of the range of a variable
 STRETCHES = 10  # of the recording
 # a bin at an end that holds less than this share of all samples joins its neighbour
 SCARCE = 0.01
-# slower than this share of the largest speed counts as rest
-REST_SHARE = 0.01
+# slower than this share of the largest speed counts as rest, or than so many standard deviations
+# of the velocity's noise, but up to another share of the largest speed only
+REST_SHARE, NOISY_REST, MOST_REST = 0.01, 3.0, 0.1
+# of the range of a motion; what goes back by less has not turned
+TURN = 0.01
 # more blocks than these cost time and say no more
 MOST_BLOCKS = 2000
 # long enough for every memory of an actuator at common rates
@@ -31,8 +34,8 @@ UNITS = {
     "load_torque": "N·m",
     "time": "s",
 }
-# what a slow sweep has too little of to be split by
-MOTION = ("joint_velocity", "joint_acceleration")
+# what a slow sweep has too little of to be split by; its time is the number of its row
+MOTION = ("joint_velocity", "joint_acceleration", "time")
 
 
 @dataclass(frozen=True)
@@ -116,8 +119,32 @@ def blocks_of(correlation_time: float, n: int) -> Integers:
     return np.arange(n) // length
 
 
+def last_way(position: Array) -> Array:
+    """Direction of the last motion that was long enough, kept at rest; 0 before the first.
+
+    What is moved with play by the joint follows only where the joint goes on or has turned.
+
+    Parameters
+    ----------
+    position : (n,) array, any unit
+
+    Returns
+    -------
+    (n,) array of -1, 0 and 1
+    """
+    play = 0.5 * TURN * float(np.ptp(position))
+    follower, way, ways = float(position[0]), 0.0, []
+    for value in position.tolist():
+        pulled = max(value - play, min(value + play, follower))
+        if pulled != follower:
+            way = 1.0 if pulled > follower else -1.0
+        follower = pulled
+        ways.append(way)
+    return np.array(ways)
+
+
 def partitions(
-    variables: Mapping[str, Array], model: Model, *, static: bool
+    variables: Mapping[str, Array], model: Model, velocity_noise: float, *, static: bool
 ) -> dict[str, Partition]:
     """Sort the samples of a recording by each of its variables.
 
@@ -125,7 +152,8 @@ def partitions(
     ----------
     variables : as in `locate.FileLocation`
     model : Model; its slack boundaries are edges of the bins of the deflection
-    static : whether the recording is a slow sweep, whose speed means nothing
+    velocity_noise : float, rad/s, standard deviation of what noise adds to the joint's velocity
+    static : whether the recording is a slow sweep, whose speed and time mean nothing
 
     Returns
     -------
@@ -140,7 +168,7 @@ def partitions(
         if np.ptp(values) > 1e-9 * np.max(np.abs(values)):
             inner = boundaries if by == "deflection" else ()
             found.append(_parts(by, values, STRETCHES if by == "time" else PARTS, inner))
-    found.append(_directions(variables["joint_velocity"]))
+    found.append(_directions(variables["joint_velocity"], velocity_noise))
     return {one.by: one for one in found if len(one.counts)}
 
 
@@ -150,8 +178,9 @@ def _slack_states(states: Array) -> Partition:
     return _named("slack_state", states.astype(np.intp) - numbers[0], words)
 
 
-def _directions(velocity: Array) -> Partition:
-    rest = REST_SHARE * float(np.max(np.abs(velocity)))
+def _directions(velocity: Array, noise: float) -> Partition:
+    fastest = float(np.max(np.abs(velocity)))
+    rest = max(REST_SHARE * fastest, min(NOISY_REST * noise, MOST_REST * fastest))
     sign = 1 + (velocity > rest).astype(np.intp) - (velocity < -rest)
     return _named("velocity_sign", sign, ["negative", "at rest", "positive"])
 
