@@ -1,7 +1,7 @@
 """Where the error lies and what it looks like, in one sentence.
 
-Every pattern is one simple shape, of `patterns`, that the missing torque (or, for a measured torque,
-the error itself) may have, and what it would mean. The pattern that explains most of the mean
+Every pattern is one simple shape, of `patterns`, that the missing torque (or, for a measured
+torque, the error itself) may have, and what it means. The pattern that explains most of the mean
 square is told, the simpler one where two explain nearly as much, and a direction is claimed only
 where the data show it. Where none explains enough, it is said where the error lies.
 """
