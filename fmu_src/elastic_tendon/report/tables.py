@@ -65,7 +65,7 @@ def ladder_table(rungs: Sequence[Rung]) -> Table:
 def estimates_table(findings: Findings) -> Table:
     """Fitted numbers with interval; those the data leave open are said to be so."""
     table = Table(title="What was fitted, with 95 % intervals", box=SIMPLE_HEAD)
-    table.add_column("number", no_wrap=True)
+    table.add_column("number", overflow="fold")  # the one that may break: a cut figure is wrong
     table.add_column("given", justify="right", no_wrap=True)
     table.add_column("fitted", no_wrap=True)
     table.add_column("unit", no_wrap=True)
@@ -80,15 +80,15 @@ def estimates_table(findings: Findings) -> Table:
             one.unit.replace(".", "·"),
         )
     if not all(one.determined for one in findings.estimates):
-        table.caption = "open: not determined by these data, held by what was given"
+        table.caption = "open: not determined by these data; any value near what was given would do"
     return table
 
 
 def ratios_table(findings: Findings) -> Table:
     """What the data determine where they leave a common scale open; J is the link's inertia."""
     table = Table(title="Determined as ratios only, with 95 % intervals", box=SIMPLE_HEAD)
-    table.add_column("ratio", no_wrap=True)
-    table.add_column("fitted")
+    table.add_column("ratio", overflow="fold")
+    table.add_column("fitted", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for ratio in findings.ratios:
         table.add_row(

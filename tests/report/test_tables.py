@@ -1,0 +1,44 @@
+"""Tables of a fit show every figure whole at 80 columns, whatever the numbers are called."""
+
+import io
+
+from rich.console import Console
+
+from elastic_tendon.identify.determinability import Estimate, Findings, Ratio
+from elastic_tendon.report.tables import estimates_table, ratios_table
+
+LONG = "effects.tendon_guide_friction.wrap_friction_coefficient"
+FINDINGS = Findings(
+    3.0,
+    (
+        Estimate(LONG, "N.m.s/rad", 1.2345e-5, 3.72e-13, 1e-3, (0.0, 0.41234), True),
+        Estimate(
+            "transmission.upper_spring.stiffness", "N/m", 14400.0, 20970.0, 1.0, (0, 0), False
+        ),
+    ),
+    (Ratio(f"{LONG} / J", "N.m.s/(rad.kg.m2)", 1.234e-6, (1.0e-7, 2.345e-6)),),
+    (),
+)
+
+
+def printed(renderable) -> str:
+    stream = io.StringIO()
+    Console(file=stream, width=80).print(renderable)
+    return stream.getvalue()
+
+
+def test_estimates_are_whole() -> None:
+    text = printed(estimates_table(FINDINGS))
+    for figure in ("1.234e-05", "3.72e-13 (0 to 0.412)", "N·m·s/rad", "2.097e+04 (open)"):
+        assert figure in text
+    assert "…" not in text
+    # the name is broken, not cut: what stands in the first column is all of it
+    name = "".join(line[:32].strip().partition(" ")[0] for line in text.splitlines()[4:6])
+    assert name == LONG.removeprefix("effects.")
+
+
+def test_ratios_are_whole() -> None:
+    text = printed(ratios_table(FINDINGS))
+    for figure in ("1.23e-06 (1e-07 to 2.34e-06)", "N·m·s/(rad·kg·m2)"):
+        assert figure in text
+    assert "…" not in text
