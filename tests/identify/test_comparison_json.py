@@ -9,7 +9,8 @@ from elastic_tendon.identify.comparison_json import comparison_json
 from elastic_tendon.identify.locate import locate
 
 FILE_KEYS = {
-    *("name", "notes", "static", "preparation", "initial_state", "missing_torque", "signals"),
+    *("name", "source", "notes", "static", "preparation", "initial_state", "missing_torque"),
+    "signals",
 }
 SIGNAL_KEYS = {
     *("rmse", "max_abs", "fit_percent", "bias", "noise_ratio", "count", "noise"),

@@ -10,6 +10,7 @@ import tomli_w
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.preparation import (
+    COMPARISON,
     Preparation,
     SignalColumn,
     check_preparation,
@@ -106,6 +107,8 @@ def test_map_item(item: str, expected: SignalColumn) -> None:
         ("elbow=q", "there is no signal 'elbow'; choose one of time"),
         ("joint_positon=q", "did you mean joint_position"),
         ("joint_position=q*0", "a scale of 0"),
+        ("joint_position=q*1e400", "a number in it is too large"),
+        ("joint_position=q+1e400", "a number in it is too large"),
     ],
 )
 def test_bad_map_item(item: str, fragment: str) -> None:
@@ -145,12 +148,15 @@ def test_wrong_option_is_told(changes: dict[str, Any], fragment: str) -> None:
 def test_comparison_holds_a_preparation_for_each_run_and_piece(tmp_path: Path) -> None:
     path = tmp_path / "earlier.json"
     names = ["run.csv#1", "run.csv#2[0:1]", "run.csv.csv", "other.csv"]
+    sources = ["a/run.csv", "a/run.csv", "a/run.csv.csv", "b/other.csv"]
     files = [
-        {"name": name, "preparation": {"resample": 0.1 * (i + 1)}} for i, name in enumerate(names)
+        {"name": name, "source": source, "preparation": {"resample": 0.1 * (i + 1)}}
+        for i, (name, source) in enumerate(zip(names, sources, strict=True))
     ]
-    path.write_text(json.dumps({"files": files}))
-    found = read_preparations(path, "run.csv")
-    assert [one.resample for one in found] == pytest.approx([0.1, 0.2])
+    path.write_text(json.dumps({"schema": COMPARISON, "files": files}))
+    for data in ("run.csv", "a/run.csv", "moved/run.csv"):
+        found = read_preparations(path, Path(data))
+        assert [one.resample for one in found] == pytest.approx([0.1, 0.2])
 
 
 @pytest.mark.parametrize(
@@ -159,7 +165,17 @@ def test_comparison_holds_a_preparation_for_each_run_and_piece(tmp_path: Path) -
         ("p.toml", "window = [", "p.toml: this is not valid TOML"),
         ("p.json", "{", "p.json: this is not valid JSON"),
         ("p.json", "[1]", "this is not the JSON of a comparison"),
-        ("p.json", '{"files": []}', r"nothing about run.csv \(found: none\)"),
+        (
+            "p.json",
+            '{"schema": "elastic-tendon/comparison/1", "files": []}',
+            r"nothing about run.csv \(found: none\)",
+        ),
+        ("p.json", '{"schema": "elastic-tendon/addition/1", "files": []}', "not the JSON of a com"),
+        (
+            "p.json",
+            '{"schema": "elastic-tendon/comparison/1", "files": [{"name": "run.csv"}]}',
+            "says how each file was read",
+        ),
         ("p.toml", "\xe9".encode("latin-1"), "this is not a text file"),
         ("p.toml", None, "there is no such file"),
     ],
@@ -171,10 +187,15 @@ def test_bad_file_is_told(
     if content is not None:
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(MeasurementError, match=fragment) as refused:
-        read_preparations(path, "run.csv")
+        read_preparations(path, Path("run.csv"))
     assert "\n" not in str(refused.value)
 
 
 def test_folder_as_preparation_is_told(tmp_path: Path) -> None:
     with pytest.raises(MeasurementError, match="cannot be read"):
-        read_preparations(tmp_path, "run.csv")
+        read_preparations(tmp_path, Path("run.csv"))
+
+
+def test_column_of_that_name_comes_before_signs_in_it() -> None:
+    item = "load_torque=enc-2"
+    assert parse_map(item, {"enc-2", "enc"}) == ("load_torque", SignalColumn(column="enc-2"))

@@ -3,7 +3,7 @@
 import json
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from elastic_tendon.measurement import (
     read_prepared,
     rows,
 )
-from elastic_tendon.measurement.preparation import check_preparation, preparation_json
+from elastic_tendon.measurement.preparation import COMPARISON, check_preparation, preparation_json
 from elastic_tendon.measurement.recording import Array
 
 HEADER = "time_s,motor_position_rad,joint_position_rad"
@@ -199,6 +199,16 @@ def assert_same_samples(one: Measurement, other: Measurement) -> None:
     assert one.preparation == other.preparation
 
 
+def written_comparison(path: Path, measurements: Sequence[Measurement]) -> str:
+    """Path of the JSON of a comparison, as far as it says how files were read."""
+    files = [
+        {"name": one.name, "source": one.source, "preparation": preparation_json(one.preparation)}
+        for one in measurements
+    ]
+    path.write_text(json.dumps({"schema": COMPARISON, "files": files}))
+    return str(path)
+
+
 def runs_with_gaps(step: float = 0.01) -> pd.DataFrame:
     """Two runs whose time begins anew, the second with a gap of half a second."""
     time = step * np.arange(200) + 0.003
@@ -263,12 +273,101 @@ def test_comparison_of_an_earlier_run_replays_every_piece(tmp_path: Path) -> Non
         "run.csv#2[1.303:2.493]",
     ]
     earlier = tmp_path / "earlier.json"
-    files = [{"name": one.name, "preparation": preparation_json(one.preparation)} for one in found]
-    earlier.write_text(json.dumps({"files": files}))
+    written_comparison(earlier, found)
     again = read_prepared(data, [str(earlier)])
     assert len(again) == len(found)
     for one, other in zip(again, found, strict=True):
         assert_same_samples(one, other)
+
+
+def test_files_of_one_name_are_told_apart_by_their_paths(tmp_path: Path) -> None:
+    found = []
+    for folder, column in (("a", "enc_rad"), ("b", "enc_deg")):
+        (tmp_path / folder).mkdir()
+        frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": column})
+        data = saved(tmp_path / folder, frame)
+        found += read_prepared(data, [f"joint_position={column}"])
+    earlier = written_comparison(tmp_path / "earlier.json", found)
+    for measurement in found:
+        (again,) = read_prepared(measurement.source, [earlier])
+        assert_same_samples(again, measurement)
+    moved = saved(tmp_path, table(0.01 * np.arange(50)))
+    with pytest.raises(MeasurementError, match=r"several files called run.csv \(.*a.run.csv, .*b"):
+        read_prepared(moved, [earlier])
+
+
+def test_window_of_pieces_prepared_alike_is_read_once(tmp_path: Path) -> None:
+    time = 0.01 * np.arange(100)
+    time[50:] += 1.0
+    data = saved(tmp_path, table(time))
+    earlier = written_comparison(tmp_path / "earlier.json", read_measurements(data))
+    (found,) = read_prepared(f"{data}[0.1:0.4]", [earlier])
+    assert found.time[[0, -1]] == pytest.approx([0.1, 0.4])
+    assert found.name == "run.csv[0.1:0.4]"
+    found, late = read_prepared(f"{data}[0.1:1.6]", [earlier])
+    assert (found.time[-1], late.time[0], late.time[-1]) == pytest.approx((0.49, 1.5, 1.6))
+
+
+def test_window_of_pieces_prepared_differently(tmp_path: Path) -> None:
+    data = saved(tmp_path, table(0.01 * np.arange(100)))
+    pieces = [
+        read_prepared(data + window, remove_offset=["joint_position"])[0]
+        for window in ("[0:0.4]", "[0.5:0.9]")
+    ]
+    earlier = written_comparison(tmp_path / "earlier.json", pieces)
+    early, late = read_prepared(f"{data}[0.1:0.75]", [earlier])
+    assert (early.time[-1], late.time[0], late.time[-1]) == pytest.approx((0.4, 0.5, 0.75))
+    assert early.preparation.columns == pieces[0].preparation.columns
+    assert late.preparation.columns == pieces[1].preparation.columns
+    with pytest.raises(MeasurementError, match="says nothing about this window"):
+        read_prepared(f"{data}[0.95:0.99]", [earlier])
+    whole = read_prepared(data, remove_offset=["joint_position"])
+    both = written_comparison(tmp_path / "both.json", [*whole, *pieces])
+    with pytest.raises(MeasurementError, match="two ways to read a part of this window"):
+        read_prepared(f"{data}[0.1:0.3]", [both])
+
+
+def test_whole_text_of_a_mapping_is_tried_as_a_column_first(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": "enc-2"})
+    data = saved(tmp_path, frame)
+    (found,) = read_prepared(data, ["joint_position=enc-2"])
+    assert found.signals["joint_position"] == pytest.approx(signal(found.time)[1])
+    frame["enc"] = 1.0
+    (both,) = read_prepared(saved(tmp_path, frame, "both.csv"), ["joint_position=enc-2"])
+    assert_same_samples(both, found)
+
+
+@pytest.mark.parametrize("start", [0.0, 1.7e9, 1.7e9 + 1 / 3])
+@pytest.mark.parametrize("step", [1e-3, 1 / 3000, 2e-5])
+def test_printed_window_gives_the_same_samples(tmp_path: Path, start: float, step: float) -> None:
+    time = start + step * np.arange(200)
+    time[60:] += 50 * step
+    data = saved(tmp_path, table(time))
+    found = read_measurements(data)
+    assert [len(one.time) for one in found] == [60, 140]
+    for one in found:
+        (again,) = read_measurements(str(tmp_path / one.name))
+        assert np.array_equal(again.time, one.time)
+        assert again.name == one.name
+
+
+def test_runs_that_are_too_short_are_left_out_with_a_note(tmp_path: Path) -> None:
+    data = saved(tmp_path, pd.concat([runs_with_gaps(), runs_with_gaps().head(4).assign(run=3)]))
+    found = read_measurements(data)
+    assert {one.name.partition("[")[0] for one in found} == {"run.csv#1", "run.csv#2"}
+    note = "1 runs with less than 10 samples were left out: 3"
+    assert all(note in one.notes for one in found)
+    (late,) = read_measurements(f"{data}[2.1:2.4]")
+    assert late.name == "run.csv#2[2.1:2.4]"
+    assert "2 runs with less than 10 samples in the window were left out: 1, 3" in late.notes
+    with pytest.raises(MeasurementError, match=r"#1\[7:8\]: the window holds 0 samples"):
+        read_measurements(f"{data}[7:8]")
+
+
+def test_column_of_blanks_is_named(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(50)).assign(joint_position_rad=np.nan)
+    with pytest.raises(MeasurementError, match="column joint_position_rad holds no number"):
+        read_measurements(saved(tmp_path, frame), Preparation(resample=0.01))
 
 
 def test_preparation_beside_the_file_is_used_with_a_note(tmp_path: Path) -> None:
@@ -332,7 +431,8 @@ def test_gap_splits_and_short_pieces_are_left_out(tmp_path: Path) -> None:
     found = read_measurements(saved(tmp_path, table(time)))
     assert [len(one.time) for one in found] == [40, 55]
     assert any("was split into 3 pieces" in note for note in found[0].notes)
-    assert any("1 pieces with less than 10 samples" in note for note in found[0].notes)
+    note = "1 pieces with less than 10 samples of every signal were left out, 5 samples over 0.04 s"
+    assert note in found[0].notes
 
 
 def test_jitter_is_used_as_it_stands(tmp_path: Path) -> None:
@@ -389,6 +489,7 @@ def test_resampling_does_not_bridge_a_gap(tmp_path: Path) -> None:
     frame.loc[50:100, "joint_position_rad"] = np.nan
     found = read_measurements(saved(tmp_path, frame), Preparation(resample=0.01))
     assert [one.time[-1] for one in found] == pytest.approx([0.49, 1.99])
+    assert any(note.startswith("the recording has gaps or long blanks") for note in found[0].notes)
 
 
 @pytest.fixture

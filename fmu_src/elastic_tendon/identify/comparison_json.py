@@ -9,8 +9,7 @@ import numpy as np
 from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.locate import FileLocation, Location
 from elastic_tendon.identify.missing_torque import MissingTorque
-
-SCHEMA = "elastic-tendon/comparison/1"
+from elastic_tendon.measurement.preparation import COMPARISON
 
 
 def comparison_json(comparison: Comparison, location: Location) -> dict[str, Any]:
@@ -28,7 +27,7 @@ def comparison_json(comparison: Comparison, location: Location) -> dict[str, Any
     files = zip(comparison.files, location.files, strict=True)
     content: dict[str, Any] = _plain(
         {
-            "schema": SCHEMA,
+            "schema": COMPARISON,
             "model": comparison.model.name,
             "files": [_file(compared, located) for compared, located in files],
         }
@@ -40,6 +39,7 @@ def _file(compared: FileComparison, located: FileLocation) -> dict[str, Any]:
     measurement = compared.measurement
     return {
         "name": measurement.name,
+        "source": measurement.source,
         "notes": list(measurement.notes),
         "static": measurement.static,
         "preparation": measurement.preparation.model_dump(mode="json", exclude_none=True),

@@ -9,7 +9,8 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,6 +20,9 @@ from pydantic_core import PydanticCustomError
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.problems import REFUSED, unknown_key
 from elastic_tendon.quantity import STRICT
+
+# contract of the JSON of a comparison, which holds how each file was read
+COMPARISON = "elastic-tendon/comparison/1"
 
 # signal -> what its unit measures; in this order they are looked for
 DIMENSIONS = {
@@ -143,6 +147,7 @@ class Preparation(BaseModel):
         self,
         items: Sequence[str] = (),
         *,
+        labels: Container[str] = (),
         time_shift: Mapping[str, float | Literal["auto"]] | None = None,
         resample: float | None = None,
         remove_offset: Sequence[str] = (),
@@ -151,7 +156,8 @@ class Preparation(BaseModel):
 
         Parameters
         ----------
-        items : ``signal=column[:unit][*scale][+offset]``, see `parse_map`; replace the column
+        items, labels : ``signal=column[:unit][*scale][+offset]``, see `parse_map`; replace the
+            column
         time_shift : signal -> s or "auto"
         resample : s
         remove_offset : signals whose beginning becomes 0
@@ -160,7 +166,7 @@ class Preparation(BaseModel):
         ------
         MeasurementError : an item is misspelt, a signal is unknown or comes twice
         """
-        parsed = [parse_map(item) for item in items]
+        parsed = [parse_map(item, labels) for item in items]
         columns = self.columns | dict(parsed)
         if len(dict(parsed)) < len(parsed):
             raise MeasurementError("--map names a signal twice; map each signal once")
@@ -175,13 +181,15 @@ class Preparation(BaseModel):
         return check_preparation(tree, "the command line")
 
 
-def parse_map(text: str) -> tuple[str, SignalColumn]:
+def parse_map(text: str, labels: Container[str] = ()) -> tuple[str, SignalColumn]:
     """Read one ``--map`` item, ``signal=column[:unit][*scale][+offset]``.
 
     Parameters
     ----------
     text : str; `scale` may be negative (a sign) or a gear ratio, `offset` is in the signal's SI
         unit and is added last
+    labels : columns of the file, where they are known; what is as a whole the name of one is
+        that column, whatever signs are in it
 
     Returns
     -------
@@ -199,14 +207,19 @@ def parse_map(text: str) -> tuple[str, SignalColumn]:
         )
     if match["signal"] not in DIMENSIONS:
         raise MeasurementError(f"--map {text!r}: {unknown_signal(match['signal'])}")
-    scale = float(match["scale"] or 1.0)
+    whole = text.partition("=")[2].strip()
+    if whole in labels:
+        return match["signal"], SignalColumn(column=whole)
+    scale, offset = float(match["scale"] or 1.0), float(match["offset"] or 0.0)
+    if not (isfinite(scale) and isfinite(offset)):
+        raise MeasurementError(f"--map {text!r}: a number in it is too large; write a smaller one")
     if scale == 0.0:
         raise MeasurementError(f"--map {text!r}: a scale of 0 would leave nothing of the signal")
     return match["signal"], SignalColumn(
         column=match["column"],
         unit=match["unit"],
         scale=scale,
-        offset=float(match["offset"] or 0.0),
+        offset=offset,
     )
 
 
@@ -252,14 +265,14 @@ def check_preparation(tree: object, source: str) -> Preparation:
     raise MeasurementError(f"{source}: {sentence}")
 
 
-def read_preparations(path: Path, data_name: str) -> tuple[Preparation, ...]:
+def read_preparations(path: Path, data: Path) -> tuple[Preparation, ...]:
     """Read how a file of measurements is prepared.
 
     Parameters
     ----------
     path : TOML file with one preparation, or the JSON of a comparison
-    data_name : name of the file of measurements; a comparison has a preparation for each run and
-        each piece of it
+    data : the file of measurements; a comparison has a preparation for each run and each piece
+        of it
 
     Returns
     -------
@@ -287,29 +300,42 @@ def read_preparations(path: Path, data_name: str) -> tuple[Preparation, ...]:
     except ValueError as error:
         kind = "JSON" if path.suffix.lower() == ".json" else "TOML"
         raise MeasurementError(f"{source}: this is not valid {kind}: {error}") from None
-    return _of_comparison(tree, source, data_name)
+    return _of_comparison(tree, source, data)
 
 
-def _of_comparison(tree: object, source: str, data_name: str) -> tuple[Preparation, ...]:
-    """Preparations of one file of measurements in the JSON of a comparison."""
-    files = tree.get("files") if isinstance(tree, dict) else None
-    if not isinstance(files, list) or not all(isinstance(one, dict) for one in files):
+def _of_comparison(tree: object, source: str, data: Path) -> tuple[Preparation, ...]:
+    """Preparations of one file of measurements in the JSON of a comparison.
+
+    The file is that of the same path; where there is none, as in another folder, that of the same
+    name.
+    """
+    files = tree.get("files") if isinstance(tree, dict) and tree.get("schema") == COMPARISON else 0
+    if not isinstance(files, list) or not all(
+        isinstance(one, dict) and {"source", "preparation"} <= one.keys() for one in files
+    ):
         raise MeasurementError(
-            f"{source}: this is not the JSON of a comparison; write one with compare --json"
+            f"{source}: this is not the JSON of a comparison that says how each file was read "
+            f"({COMPARISON}); write one with compare --json"
         )
-    names = [str(one.get("name", "")) for one in files]
-    # a run and a piece carry more behind the name: file.csv#2[0:10]
-    own = [
-        check_preparation(one.get("preparation", {}), f"{source}: {name}")
-        for one, name in zip(files, names, strict=True)
-        if name.startswith(data_name) and name[len(data_name) :][:1] in ("", "#", "[")
+    paths = list(dict.fromkeys(str(one["source"]) for one in files))
+    same = [path for path in paths if path == str(data)] or [
+        path for path in paths if Path(path).name == data.name
     ]
-    if not own:
+    if not same:
         raise MeasurementError(
-            f"{source}: there is nothing about {data_name} (found: {', '.join(names) or 'none'}); "
+            f"{source}: there is nothing about {data.name} (found: {', '.join(paths) or 'none'}); "
             "name one of these files, or compare it without this preparation"
         )
-    return tuple(own)
+    if len(same) > 1:
+        raise MeasurementError(
+            f"{source}: it holds several files called {data.name} ({', '.join(same)}); name one of "
+            "them by this path"
+        )
+    return tuple(
+        check_preparation(one["preparation"], f"{source}: {one.get('name', same[0])}")
+        for one in files
+        if one["source"] == same[0]
+    )
 
 
 def _refused(sentence: str) -> PydanticCustomError:

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from os.path import exists, isfile
 from pathlib import Path
 from typing import Literal
@@ -13,7 +12,7 @@ import numpy as np
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.measurement.columns import Column, Layout, find_layout
-from elastic_tendon.measurement.formats import Report, open_source, silent
+from elastic_tendon.measurement.formats import Report, Source, open_source, silent
 from elastic_tendon.measurement.preparation import (
     Preparation,
     SignalColumn,
@@ -21,8 +20,8 @@ from elastic_tendon.measurement.preparation import (
     preparation_json,
     read_preparations,
 )
-from elastic_tendon.measurement.recording import MINIMUM_SAMPLES, Measurement
-from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Run, read_runs
+from elastic_tendon.measurement.recording import MINIMUM_SAMPLES, Measurement, window_text
+from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Label, Run, read_runs
 from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
 
 # s between the samples of a static curve: the sweep is slow against every motion of a joint
@@ -101,27 +100,83 @@ def read_prepared(
     """
     path, window = _split_window(data)
     written, notes = _written_preparations(path, mapping)
+    source = _open(path)
+    labels = {
+        label
+        for group in source.groups
+        for column in group.columns
+        for label in (column, group.label(column))
+    }
     items = [item for item in mapping if not _is_file(item)]
-    prepared: list[Preparation] = []
-    for one in written:
-        # a window asked for comes before those written down
-        kept = one if window is None else one.model_copy(update={"window": None})
-        merged = kept.merged(
-            items, time_shift=time_shift, resample=resample, remove_offset=remove_offset
+    merged = [
+        one.merged(
+            items,
+            labels=labels,
+            time_shift=time_shift,
+            resample=resample,
+            remove_offset=remove_offset,
         )
-        if merged not in prepared:
-            prepared.append(merged)
+        for one in written
+    ]
     return [
         replace(measurement, notes=(*notes, *measurement.notes))
-        for preparation in prepared
-        for measurement in read_measurements(
-            data,
+        for preparation in _for_window(merged, window, data)
+        for measurement in _read(
+            source,
+            _Asked(str(path), data, window),
             preparation,
             interpolation=interpolation,
             joint_required=joint_required,
             report=report,
         )
     ]
+
+
+def _for_window(
+    written: Sequence[Preparation], window: tuple[float, float] | None, data: str
+) -> list[Preparation]:
+    """Preparations for a window that is asked for, which comes before those written down.
+
+    Pieces of a run that were prepared alike are one recording again; of pieces prepared
+    differently, such as each with an offset of its own, the parts within the window are read.
+
+    Raises
+    ------
+    MeasurementError : they say two things about one stretch, or nothing about the window
+    """
+    distinct = [one for i, one in enumerate(written) if one not in written[:i]]
+    if window is None:
+        return distinct
+    distinct = [one for one in distinct if _shared(one, window)] or distinct
+    anywhere = [one.model_copy(update={"window": None}) for one in distinct]
+    found: list[Preparation] = []
+    for one, bare in zip(distinct, anywhere, strict=True):
+        alike = all(other == bare for other in anywhere if other.runs == bare.runs)
+        kept = bare.model_copy(update={"window": window if alike else _shared(one, window)})
+        if kept.window is not None and kept not in found:
+            found.append(kept)
+    for i, one in enumerate(found):
+        if any(one.runs == other.runs and _shared(one, other.window) for other in found[:i]):
+            raise MeasurementError(
+                f"{data}: what is written down says two ways to read a part of this window; "
+                "choose one that lies within one piece"
+            )
+    if not found:
+        raise MeasurementError(
+            f"{data}: what is written down says nothing about this window; choose one that "
+            "overlaps a piece, or read the file without --map"
+        )
+    return found
+
+
+def _shared(
+    preparation: Preparation, window: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    """What a preparation's window has in common with another."""
+    first, last = preparation.window or (-np.inf, np.inf)
+    start, end = window or (-np.inf, np.inf)
+    common = max(first, start), min(last, end)
+    return common if common[0] < common[1] else None
 
 
 def _is_file(item: str) -> bool:
@@ -138,10 +193,10 @@ def _written_preparations(
             f"--map names two preparations, {files[0]} and {files[1]}; put both in one file"
         )
     if files:
-        return read_preparations(files[0], path.name), ()
+        return read_preparations(files[0], path), ()
     beside = Path(f"{path}.toml")
     if isfile(beside):
-        return read_preparations(beside, path.name), (f"read as {beside.name} beside it says",)
+        return read_preparations(beside, path), (f"read as {beside.name} beside it says",)
     return (Preparation(),), ()
 
 
@@ -177,18 +232,65 @@ def read_measurements(
     preparation = preparation or Preparation()
     if window is not None:
         preparation = preparation.model_copy(update={"window": window})
+    return _read(
+        _open(path),
+        _Asked(str(path), data, window),
+        preparation,
+        interpolation=interpolation,
+        joint_required=joint_required,
+        report=report,
+    )
+
+
+def _open(path: Path) -> Source:
     try:
-        source = open_source(path)
+        return open_source(path)
     except OSError as error:  # such as a name that is too long
         raise MeasurementError(
-            f"{data[:_LONGEST_NAME]}: the file cannot be read ({error.strerror}); check the name"
+            f"{str(path)[:_LONGEST_NAME]}: the file cannot be read ({error.strerror}); "
+            "check the name"
         ) from None
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What the user wrote, ``path[start:end]``, and the window in it."""
+
+    path: str
+    data: str
+    window: tuple[float, float] | None
+
+    def suffix(self, preparation: Preparation) -> str:
+        """The window as the user wrote it, "" where another is read."""
+        asked = self.window is not None and preparation.window == self.window
+        return self.data.removeprefix(self.path) if asked else ""
+
+
+def _read(
+    source: Source,
+    asked: _Asked,
+    preparation: Preparation,
+    *,
+    interpolation: Interpolation,
+    joint_required: bool,
+    report: Report,
+) -> list[Measurement]:
+    """Read the recordings of an opened file as a preparation says."""
     layout = find_layout(source.groups, preparation, source.name, joint_required=joint_required)
     if layout.static:
         _check_static(preparation, layout, source.name)
-    asked = data.removeprefix(str(path)) if window is not None else ""
-    make = partial(_measurements, _Reading(source.name, asked, layout, preparation, interpolation))
-    return [one for run in read_runs(source, layout, preparation, report) for one in make(run)]
+    reading = _Reading(source.name, asked, layout, preparation, interpolation)
+    runs = read_runs(source, layout, preparation, report)
+    short = [run for run in runs if _count(run, layout) < MINIMUM_SAMPLES]
+    if len(short) == len(runs):
+        raise _too_short(runs[0], reading)
+    notes = _short_run_notes([run.label for run in short], cut=any(run.cut for run in short))
+    return [
+        replace(one, notes=(*one.notes, *notes))
+        for run in runs
+        if _count(run, layout) >= MINIMUM_SAMPLES
+        for one in _measurements(reading, run)
+    ]
 
 
 def _check_static(preparation: Preparation, layout: Layout, source: str) -> None:
@@ -228,19 +330,22 @@ def _split_window(data: str) -> tuple[Path, tuple[float, float] | None]:
 
 @dataclass(frozen=True)
 class _Reading:
-    """How a file is read; `asked`: the window as the user wrote it, "" where none was."""
+    """How a file is read."""
 
     source: str
-    asked: str
+    asked: _Asked
     layout: Layout
     preparation: Preparation
     interpolation: Interpolation
 
+    def name(self, run: Run) -> str:
+        """Name of the file, with the run where it has some."""
+        return self.source + (f"#{run.label}" if run.label is not None else "")
+
 
 def _measurements(reading: _Reading, run: Run) -> list[Measurement]:
     """Measurements of one run: one, or several where it has gaps."""
-    name = reading.source + (f"#{run.label}" if run.label is not None else "")
-    _check_count(run, name + reading.asked, reading)
+    name = reading.name(run)
     columns = {one.signal: _resolved(one, run.tracks[one.signal]) for one in reading.layout.signals}
     tracks = {
         one.signal: run.tracks[one.signal].converted(one.factor, columns[one.signal].offset)
@@ -259,23 +364,36 @@ def _measurements(reading: _Reading, run: Run) -> list[Measurement]:
             found.append(measurement)
     if not found:
         raise _nothing_in_common(name, tracks)
-    notes += _gap_notes(found, left_out) if len(parts) > 1 else ()
+    if len(parts) > 1:
+        notes += _gap_notes(found, left_out, reading.preparation.resample)
     return [replace(one, notes=(*one.notes, *notes)) for one in found]
 
 
-def _check_count(run: Run, name: str, reading: _Reading) -> None:
-    """Refuse a run of less than ten samples."""
-    count = min((len(track.time) for track in run.tracks.values()), default=0)
-    if len(run.tracks) == len(reading.layout.signals) and count >= MINIMUM_SAMPLES:
-        return
+def _count(run: Run, layout: Layout) -> int:
+    """Samples of the signal that has the fewest."""
+    if len(run.tracks) < len(layout.signals):
+        return 0
+    return min(len(track.time) for track in run.tracks.values())
+
+
+def _too_short(run: Run, reading: _Reading) -> MeasurementError:
+    """Say why a run of less than ten samples cannot be used."""
+    name = reading.name(run) + reading.asked.suffix(reading.preparation)
+    count = _count(run, reading.layout)
+    held = {signal for signal, track in run.tracks.items() if len(track.time)}
+    empty = [one.label for one in reading.layout.signals if one.signal not in held]
+    if held and empty:
+        return MeasurementError(
+            f"{name}: column {empty[0]} holds no number; fill it, or choose another column"
+        )
     if run.cut:
-        raise MeasurementError(
+        return MeasurementError(
             f"{name}: the window holds {count} samples and needs {MINIMUM_SAMPLES}; the recording "
-            f"runs from {run.span[0]:.10g} s to {run.span[1]:.10g} s"
+            f"runs from {run.span[0]:.15g} s to {run.span[1]:.15g} s"
         )
     step = reading.preparation.resample
     after = "" if step is None else f" after resampling to {step:g} s"
-    raise MeasurementError(
+    return MeasurementError(
         f"{name}: it holds {count or 'no'} samples{after} and needs at least {MINIMUM_SAMPLES}"
     )
 
@@ -314,13 +432,13 @@ def _of_piece(
     time, values = on_one_clock(part, reference, step)
     if len(time) < MINIMUM_SAMPLES:
         return None
-    shown = f"[{time[0]:.10g}:{time[-1]:.10g}]" if run.cut or window is not None else ""
+    shown = window_text(time[0], time[-1]) if run.cut or window is not None else ""
     preparation = _resolved_preparation(reading, run, window, columns)
     told = preparation.time_shift
     shifts = {signal: shift for signal, shift in told.items() if shift != "auto"}
     waiting = {signal: shift for signal, shift in told.items() if shift == "auto"}
     measurement = Measurement(
-        name=name + (reading.asked if window is None and reading.asked else shown),
+        name=name + ((window is None and reading.asked.suffix(reading.preparation)) or shown),
         time=time,
         motor_position=values.pop("motor_position"),
         load_torque=values.pop("load_torque", None),
@@ -328,6 +446,7 @@ def _of_piece(
         interpolation=reading.interpolation,
         notes=(*reading.layout.notes, *_clock_notes(part, reference, step)),
         preparation=preparation.model_copy(update={"time_shift": waiting}),
+        source=reading.asked.path,
     )
     return measurement.shifted(shifts) if shifts else measurement
 
@@ -352,6 +471,7 @@ def _static_measurement(
         notes=(*reading.layout.notes, *notes),
         static=True,
         preparation=_resolved_preparation(reading, run, None, columns),
+        source=reading.asked.path,
     )
 
 
@@ -383,7 +503,7 @@ def _resolved_preparation(
 
 def _nothing_in_common(name: str, tracks: Tracks) -> MeasurementError:
     spans = ", ".join(
-        f"{signal} {track.time[0]:.10g} s to {track.time[-1]:.10g} s"
+        f"{signal} {track.time[0]:.15g} s to {track.time[-1]:.15g} s"
         for signal, track in tracks.items()
     )
     return MeasurementError(
@@ -412,18 +532,42 @@ def _offset_notes(layout: Layout, columns: Mapping[str, SignalColumn]) -> tuple[
     )
 
 
-def _gap_notes(found: Sequence[Measurement], left_out: Sequence[Tracks]) -> tuple[str, ...]:
+def _short_run_notes(labels: Sequence[Label], *, cut: bool) -> tuple[str, ...]:
+    if not labels:
+        return ()
+    names = ", ".join(map(str, labels[:_MOST_NAMES]))
+    more = ", ..." if len(labels) > _MOST_NAMES else ""
+    window = " in the window" if cut else ""
+    return (
+        f"{len(labels)} runs with less than {MINIMUM_SAMPLES} samples{window} were left out: "
+        f"{names}{more}",
+    )
+
+
+def _gap_notes(
+    found: Sequence[Measurement], left_out: Sequence[Tracks], resample: float | None
+) -> tuple[str, ...]:
+    blanks = " or long blanks" if resample is not None else ""
     notes = [
-        f"the recording has gaps and was split into {len(found) + len(left_out)} pieces, each with "
-        "an initial state of its own"
+        f"the recording has gaps{blanks} and was split into {len(found) + len(left_out)} pieces, "
+        "each with an initial state of its own"
     ]
     if left_out:
         count = sum(max(len(track.time) for track in part.values()) for part in left_out)
+        seconds = sum(_length(part) for part in left_out)
         notes.append(
             f"{len(left_out)} pieces with less than {MINIMUM_SAMPLES} samples of every signal were "
-            f"left out, {count} samples"
+            f"left out, {count} samples over {seconds:.3g} s"
         )
     return tuple(notes)
+
+
+def _length(part: Tracks) -> float:
+    """From the first sample of any signal to the last, s."""
+    clocks = [track.time for track in part.values() if len(track.time)]
+    if not clocks:
+        return 0.0
+    return float(max(clock[-1] for clock in clocks) - min(clock[0] for clock in clocks))
 
 
 def _clock_notes(part: Tracks, reference: str, resample: float | None) -> tuple[str, ...]:

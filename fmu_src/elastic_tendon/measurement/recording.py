@@ -22,6 +22,18 @@ Array = NDArray[np.float64]
 MINIMUM_SAMPLES = 10
 
 
+def window_text(start: float | None, end: float | None) -> str:
+    """Write ``[start:end]``, s, so that reading it cuts out the same samples; None: left open."""
+    # 15 digits suffice for times since 1970, unless they round to the wrong side of a sample
+    low = "" if start is None else f"{start:.15g}"
+    high = "" if end is None else f"{end:.15g}"
+    if start is not None and float(low) > start:
+        low = repr(float(start))
+    if end is not None and float(high) < end:
+        high = repr(float(end))
+    return f"[{low}:{high}]"
+
+
 @dataclass(frozen=True)
 class Measurement:
     """One recorded experiment.
@@ -39,6 +51,7 @@ class Measurement:
     notes : what was ignored, converted, split or averaged on reading, one sentence each
     static : a static curve: the motor is held at 0 and the load passes through it slowly
     preparation : what made these samples of the file; reading it so gives them again
+    source : path of the file as it was given; "" where the samples are from no file
     """
 
     name: str
@@ -50,6 +63,7 @@ class Measurement:
     notes: tuple[str, ...] = field(default=())
     static: bool = False
     preparation: Preparation = field(default_factory=Preparation)
+    source: str = ""
 
     @cached_property
     def inputs(self) -> dict[str, Array]:
@@ -152,12 +166,12 @@ class Measurement:
         lower = self.time[0] if start is None else start
         upper = self.time[-1] if end is None else end
         keep = (self.time >= lower) & (self.time <= upper)
-        text = f"[{'' if start is None else f'{start:g}'}:{'' if end is None else f'{end:g}'}]"
+        text = window_text(start, end)
         if np.count_nonzero(keep) < MINIMUM_SAMPLES:
             raise MeasurementError(
                 f"{self.name}{text}: the window holds {np.count_nonzero(keep)} samples and needs "
-                f"{MINIMUM_SAMPLES}; the recording runs from {self.time[0]:g} s to "
-                f"{self.time[-1]:g} s"
+                f"{MINIMUM_SAMPLES}; the recording runs from {self.time[0]:.15g} s "
+                f"to {self.time[-1]:.15g} s"
             )
         preparation = self.preparation.model_copy(update={"window": (float(lower), float(upper))})
         return replace(self.samples(keep), name=self.name + text, preparation=preparation)

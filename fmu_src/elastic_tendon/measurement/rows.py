@@ -286,7 +286,7 @@ def _label(cell: object) -> int | str:
 
 
 def _seconds(value: float) -> str:
-    return f"{value:.10g} s"
+    return f"{value:.15g} s"
 
 
 def _joined(parts: list[Array]) -> Array:

@@ -31,12 +31,18 @@ class Group:
     columns : names, each once
     units : column -> unit as the file itself says it; columns without one are absent
     rows : int, or None where it is not known before reading
+    bracketed_units : false where brackets in names are places in a message, such as a joint's
     """
 
     name: str
     columns: tuple[str, ...]
     units: Mapping[str, str] = field(default_factory=dict)
     rows: int | None = None
+    bracketed_units: bool = True
+
+    def label(self, column: str) -> str:
+        """How a preparation calls a column among those of other groups."""
+        return f"{self.name}/{column}" if self.name else column
 
 
 class Source(Protocol):
