@@ -76,7 +76,7 @@ def test_mapped_column(column: str, item: str, factor: float) -> None:
     [
         ((), (), {}, r"no column joint_position_rad \(found: time_s, motor_position_rad\)"),
         (("Joint_Position_rad",), (), {}, r"--map joint_position=Joint_Position_rad$"),
-        (("Joint_Position [deg]",), (), {}, r"--map joint_position=Joint_Position \[deg\]$"),
+        (("Joint_Position [deg]",), (), {}, r'--map joint_position="Joint_Position \[deg\]"$'),
         # not that of another signal, however near it is
         (("motor_torque_Nm",), (), {}, "with --map joint_position=COLUMN$"),
         (
@@ -98,7 +98,14 @@ def test_mapped_column(column: str, item: str, factor: float) -> None:
         ),
         (("q",), ("joint_position=q:furlong",), {}, "'furlong', which is no unit of angle"),
         (("q",), ("joint_position=qq",), {}, "there is no column qq"),
-        (("joint_position_rad", "load_torque_N"), (), {}, "'N', which is no unit of torque"),
+        (("joint_position_rad", "load_torque [N]"), (), {}, "'N', which is no unit of torque"),
+        (("joint_position_deg_filtered",), (), {}, "=joint_position_deg_filtered:deg$"),
+        (("joint_position_filtered",), (), {}, "=joint_position_filtered:UNIT$"),
+        (("joint_position_grad",), (), {}, "there is no column joint_position_rad"),
+        (("joint_position [grad]",), (), {}, "'grad', which is not known"),
+        (("q$ [deg]",), ("joint_position=q",), {}, "--map joint_position=COLUMN$"),
+        (("T_MS",), ("joint_position=T_MS", "time=T_MS"), {}, "'MS', which is no unit of time"),
+        (("enc",), ("joint_position=enc", "load_torque=enc"), {}, "enc is read as joint_position "),
     ],
 )
 def test_doubt_is_refused(
@@ -172,3 +179,44 @@ def test_static_curve_with_time_and_without_motor_is_refused() -> None:
     group = Group("", ("time_s", "joint_deflection_rad", "joint_torque_Nm"))
     with pytest.raises(MeasurementError, match="beside the time, but no motor position"):
         find_layout([group], Preparation(), "curve.csv")
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [
+        ("Load_Torque_Nm", "load_torque=Load_Torque_Nm"),
+        ("load torque [Nm]", 'load_torque="load torque [Nm]"'),
+        ("load_torque_Nm_filt", "load_torque=load_torque_Nm_filt:Nm"),
+        ("load_torque_act", "load_torque=load_torque_act:UNIT"),
+        ("load_torque_in", "load_torque=load_torque_in:UNIT"),
+        ("load_torque_L", "load_torque=load_torque_L:UNIT"),
+        ("load torque `N`", "load_torque='load torque `N`:UNIT'"),
+    ],
+)
+def test_load_that_is_nearly_named_is_refused(name: str, advice: str) -> None:
+    with pytest.raises(MeasurementError, match="simulated without load") as refused:
+        layout("joint_position_rad", name)
+    assert f"--map {advice}, or rename" in str(refused.value)
+    used = layout("joint_position_rad", name, items=(f"joint_torque={name}:Nm",))
+    assert "joint_torque" in {one.signal for one in used.signals}
+
+
+def test_suffix_that_is_no_unit_of_a_signal_makes_another_quantity() -> None:
+    found = layout("joint_position_rad", "joint_torque_in", "motor_torque_act")
+    assert found.notes == ("not used: joint_torque_in, motor_torque_act",)
+
+
+def test_unit_that_nobody_says_is_noted_as_assumed() -> None:
+    found = layout("enc", items=("joint_position=enc",))
+    assert found.notes == ("joint_position was read from enc in rad, assumed",)
+
+
+@pytest.mark.parametrize("name", ["data[1]", "position[motor]"])
+def test_brackets_of_a_place_are_no_unit(name: str) -> None:
+    group = Group("", (*BASE, name), bracketed_units=False)
+    found = find_layout([group], Preparation().merged([f"joint_position={name}"]), "run.mcap")
+    assert joint(found) == (name, 1.0, "rad")
+
+
+def test_number_in_brackets_is_no_unit() -> None:
+    assert joint(layout("data[1]", items=("joint_position=data[1]",)))[2] == "rad"

@@ -8,6 +8,8 @@ from elastic_tendon.measurement.units import Unit, parse_unit
 
 KNOWN = {
     "s": ("time", 1.0),
+    "sec": ("time", 1.0),
+    "MIN": ("time", 60.0),
     "ms": ("time", 1e-3),
     "us": ("time", 1e-6),
     "µs": ("time", 1e-6),
@@ -18,10 +20,16 @@ KNOWN = {
     "deg": ("angle", pi / 180),
     "°": ("angle", pi / 180),
     "Deg": ("angle", pi / 180),
+    "DEG": ("angle", pi / 180),
+    "Degrees": ("angle", pi / 180),
+    "º": ("angle", pi / 180),
     "turn": ("angle", 2 * pi),
     "arcmin": ("angle", pi / 180 / 60),
     "Nm": ("torque", 1.0),
     "N.m": ("torque", 1.0),
+    "N-m": ("torque", 1.0),
+    "N•m": ("torque", 1.0),
+    "N×m": ("torque", 1.0),
     "N·m": ("torque", 1.0),
     "mNm": ("torque", 1e-3),
     "mN*m": ("torque", 1e-3),
@@ -59,6 +67,16 @@ def test_unit_of_something_else(text: str) -> None:
     unit = parse_unit(text)
     assert unit is not None
     assert unit.dimension == ""
+
+
+# a gradian to some, a degree to others; prefixes that only a slip of the shift key makes
+@pytest.mark.parametrize(
+    "text",
+    ["grad", "Grad", "gon", "grade", "Mrad", "Gs", "Ts", "MNm", "dNm", "year", "a", "eV", "J"],
+)
+def test_what_nobody_records_in_is_not_known(text: str) -> None:
+    unit = parse_unit(text)
+    assert unit is None or unit.dimension == ""
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,12 @@
 
 import difflib
 import re
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.measurement.formats.base import Group
+from elastic_tendon.measurement.formats.base import Group, label
 from elastic_tendon.measurement.preparation import DIMENSIONS, Preparation, SignalColumn
 from elastic_tendon.measurement.units import EXAMPLES, USUAL, parse_unit, usual_name
 
@@ -35,17 +36,20 @@ class Column:
     name: str
     prepared: SignalColumn
     factor: float
+    assumed: bool  # neither the preparation nor the name nor the file says the unit
 
     @property
     def label(self) -> str:
         """Name by which a preparation finds the column."""
-        return _label(self.group, self.name)
+        return label(self.group, self.name)
 
     def note(self) -> str | None:
         """What was done to the column, None where it is taken as it stands."""
         done = self.prepared
         usual = next(iter(USUAL[DIMENSIONS[self.signal]]))
         steps = [f" in {done.unit}"] if done.unit != usual else []
+        if self.assumed:
+            steps = [f" in {done.unit}, assumed"]
         if done.sign * done.scale != 1.0:
             steps.append(f", times {done.sign * done.scale:g}")
         if done.offset != 0.0:
@@ -118,9 +122,11 @@ def find_layout(
             for signal in DIMENSIONS
             if signal not in ("time", "joint_deflection")
         ]
+        search.check_load(found)
         used = {column.group for column in found if column is not None}
         times = {group: search.time(group) for group in sorted(used)}
     signals = tuple(one for one in found if one is not None and one.signal != _UNUSED)
+    _check_distinct([*times.values(), *signals], source)
     runs = frozenset(
         group.name
         for group in groups
@@ -162,7 +168,7 @@ class _Search:
         if all(map(self._mentioned, STATIC)) and not self._mentioned("motor_position"):
             raise MeasurementError(
                 f"{self.source}: there are a deflection and a torque beside the time, but no "
-                f"motor position; name it with --map {required[0]}=COLUMN, or, where the motor was "
+                f"motor position; name it with {_advice(required[0])}, or, where the motor was "
                 "held, save the file without the time to have it read as a static curve"
             )
 
@@ -179,12 +185,11 @@ class _Search:
         elif signal == _UNUSED:
             return None
         else:
-            found = self._by_name(signal, self.groups, mapped or SignalColumn())
+            found = self._by_name(signal, self.groups, mapped, required=required)
         if len(found) > 1:
             names = " and ".join(column.label for column in found)
             raise MeasurementError(
-                f"{self.source}: {signal} comes twice, as {names}; choose with "
-                f"--map {signal}=COLUMN"
+                f"{self.source}: {signal} comes twice, as {names}; choose with {_advice(signal)}"
             )
         if not found and (required or mapped is not None):
             raise self._missing(signal)
@@ -203,45 +208,71 @@ class _Search:
             everywhere = self._mapped("time", mapped, mapped.column)
             found = [column for column in everywhere if column.group == group]
             mapped = None  # what holds for that column need not hold for one of another name
-        found = found or self._by_name("time", [group], mapped or SignalColumn())
+        found = found or self._by_name("time", [group], mapped, required=True)
         if len(found) == 1:
             return found[0]
         if not found and not group:
             raise self._missing("time")
         names = " and ".join(column.label for column in found)
         fault = f"time comes twice, as {names}" if found else f"group {group} has no column time_s"
-        raise MeasurementError(f"{self.source}: {fault}; name the right one with --map time=COLUMN")
+        raise MeasurementError(f"{self.source}: {fault}; name the right one with {_advice('time')}")
 
     def _mentioned(self, signal: str) -> bool:
         mapped = self.preparation.columns.get(signal)
         named = (signal, False) in self.named or (signal, True) in self.named
         return named or (mapped is not None and mapped.column is not None)
 
-    def _places(self, label: str) -> list[tuple[str, str]]:
+    def _places(self, wanted: str) -> list[tuple[str, str]]:
         """Group and name of the columns that a label may mean."""
-        exact = [(key, label) for key, group in self.groups.items() if label in group.columns]
+        exact = [(key, wanted) for key, group in self.groups.items() if wanted in group.columns]
         return exact or [
-            (key, label.removeprefix(f"{key}/"))
+            (key, wanted.removeprefix(f"{key}/"))
             for key, group in self.groups.items()
-            if label.startswith(f"{key}/") and label.removeprefix(f"{key}/") in group.columns
+            if wanted.startswith(f"{key}/") and wanted.removeprefix(f"{key}/") in group.columns
         ]
 
-    def _mapped(self, signal: str, mapped: SignalColumn, label: str) -> list[Column]:
-        places = self._places(label)
+    def _mapped(self, signal: str, mapped: SignalColumn, wanted: str) -> list[Column]:
+        places = self._places(wanted)
         if not places:
             raise self._missing(signal)
         return [self._column(signal, group, name, mapped) for group, name in places]
 
-    def _by_name(self, signal: str, groups: Iterable[str], prepared: SignalColumn) -> list[Column]:
-        """Columns called by the signal, those that say they are measured first."""
+    def check_load(self, found: Sequence[Column | None]) -> None:
+        """Refuse a file that seems to have a load which is not found.
+
+        Without it the model would be simulated without load, which nobody asked for.
+        """
+        if any(column is not None and column.signal == "load_torque" for column in found):
+            return
+        used = {(column.group, column.name) for column in found if column is not None}
+        for group in self.groups.values():
+            for name in group.columns:
+                letters = re.sub(r"[^a-z]", "", name.lower())
+                if "loadtorque" in letters and (group.name, name) not in used:
+                    raise MeasurementError(
+                        f"{self.source}: column {label(group.name, name)} seems to be the load "
+                        "torque, without which the model would be simulated without load; name it "
+                        f"with {self._advice_for('load_torque', group, name)}, or rename it in the "
+                        "file if it is something else"
+                    )
+
+    def _by_name(
+        self, signal: str, groups: Iterable[str], mapped: SignalColumn | None, *, required: bool
+    ) -> list[Column]:
+        """Columns called by the signal, those that say they are measured first.
+
+        Behind the name of a signal that need not be there, what is no unit of it makes another
+        quantity, such as motor_torque_in, which is no inch.
+        """
+        dimension = None if required else DIMENSIONS[signal]
         fault: MeasurementError | None = None
         for measured in (True, False):
             found = []
             for group, name, suffix in self.named.get((signal, measured), ()):
-                if group not in groups or (suffix and not _is_unit(suffix)):
+                if group not in groups or (suffix and not _is_unit(suffix, dimension)):
                     continue  # such as joint_position_filtered: another quantity
                 try:
-                    found.append(self._column(signal, group, name, prepared))
+                    found.append(self._column(signal, group, name, mapped or SignalColumn()))
                 except MeasurementError as error:
                     fault = fault or error
             if found:
@@ -257,89 +288,122 @@ class _Search:
         ------
         MeasurementError : name and file contradict each other, or the unit does not fit
         """
-        own = _unit_in(name, signal)
+        own = self._unit_in(self.groups[group], name, signal)
         declared = self.groups[group].units.get(name, "").strip()
-        label = _label(group, name)
+        called = label(group, name)
         unit = prepared.unit or own or declared
         if not prepared.unit and own and declared:
             said, written = parse_unit(declared), parse_unit(own)
             if said is not None and said.dimension and said != written:
                 raise MeasurementError(
-                    f"{self.source}: column {label} is in {own} by its name and in {declared} by "
-                    f"the file; say which with --map {signal}={label}:{own}"
+                    f"{self.source}: column {called} is in {own} by its name and in {declared} by "
+                    f"the file; say which with {_advice(signal, called, usual_name(declared))}"
                 )
         if not unit and prepared.column is None:
             example = EXAMPLES[DIMENSIONS[signal]].split(" ")[-1]
             raise MeasurementError(
-                f"{self.source}: column {label} does not say in which unit it is; say it with "
-                f"--map {signal}={label}:{example} or the like"
+                f"{self.source}: column {called} does not say in which unit it is; say it with "
+                f"{_advice(signal, called, example)} or the like"
             )
+        assumed = not unit
         unit = usual_name(unit) if unit else next(iter(USUAL[DIMENSIONS[signal]]))
-        factor = _factor(unit, signal, label, self.source)
-        resolved = prepared.model_copy(update={"column": label, "unit": unit})
-        return Column(signal, group, name, resolved, factor * prepared.sign * prepared.scale)
+        factor = _factor(unit, signal, called, self.source)
+        resolved = prepared.model_copy(update={"column": called, "unit": unit})
+        factor *= prepared.sign * prepared.scale
+        return Column(signal, group, name, resolved, factor, assumed)
 
     def _missing(self, signal: str) -> MeasurementError:
         mapped = self.preparation.columns.get(signal)
         wanted = mapped.column if mapped is not None else None
         wanted = wanted or f"{signal}_{next(iter(USUAL[DIMENSIONS[signal]]))}"
         labels = [
-            _label(group.name, name) for group in self.groups.values() for name in group.columns
+            label(group.name, name) for group in self.groups.values() for name in group.columns
         ]
-        column = self._near(signal, wanted) or "COLUMN"
+        advice = self._near(signal, wanted) or _advice(signal)
         shown = ", ".join(labels[:_MOST_NAMES]) + (", ..." if len(labels) > _MOST_NAMES else "")
         return MeasurementError(
             f"{self.source}: there is no column {wanted} (found: {shown}); name the right one "
-            f"with --map {signal}={column}"
+            f"with {advice}"
         )
 
     def _near(self, signal: str, wanted: str) -> str | None:
-        """Label of the column that is most likely meant, never one named as another signal."""
-        free: dict[str, str] = {}
+        """Advice with the column most likely meant, never one named as another signal."""
+        free: dict[str, tuple[Group, str]] = {}
         for group in self.groups.values():
             for name in group.columns:
                 own = _NAMED.fullmatch(name.strip().lower())
                 if own is not None and own["signal"] == signal and name not in (wanted, signal):
-                    return _label(group.name, name)
+                    return self._advice_for(signal, group, name)
                 if own is None:
-                    label = _label(group.name, name)
-                    free[label.lower()] = label
+                    free[label(group.name, name).lower()] = group, name
         near = difflib.get_close_matches(wanted.lower(), list(free), n=1, cutoff=0.8)
-        return free[near[0]] if near else None
+        return self._advice_for(signal, *free[near[0]]) if near else None
+
+    def _advice_for(self, signal: str, group: Group, name: str) -> str:
+        """How to say that a column is the signal, with a unit where it would not be found."""
+        said = parse_unit(self._unit_in(group, name, signal) or group.units.get(name, ""))
+        known = said is not None and said.dimension == DIMENSIONS[signal]
+        words = re.split(r"[\W_]+", name)
+        usual = [word for word in map(usual_name, words) if word in USUAL[DIMENSIONS[signal]]]
+        unit = "" if known else next(iter(usual), "UNIT")
+        return _advice(signal, label(group.name, name), unit)
+
+    def _unit_in(self, group: Group, name: str, signal: str) -> str | None:
+        """Unit that a column's name carries.
+
+        A signal's own name may carry any unit; behind another name only the usual ones are taken
+        for units, as ``enc_deg``, and in capitals only where they are no other's: ``T_MS`` is
+        refused as not known.
+        """
+        if match := _BRACKET.fullmatch(name):
+            text = match["unit"].strip()
+            # data[1] is a place
+            return None if not text or text.isdecimal() or not group.bracketed_units else text
+        own = _NAMED.fullmatch(name)
+        if own is not None and own["suffix"] and _is_unit(own["suffix"]):
+            return own["suffix"]
+        match = _SUFFIX.fullmatch(name)
+        usual = {unit.lower() for unit in USUAL[DIMENSIONS[signal]]}
+        return match["unit"] if match and usual_name(match["unit"]).lower() in usual else None
 
 
-def _label(group: str, name: str) -> str:
-    return f"{group}/{name}" if group else name
+def _advice(signal: str, column: str = "COLUMN", unit: str = "") -> str:
+    """The option that names a signal's column, quoted where a shell needs it."""
+    item = f"{column}:{unit}" if unit else column
+    if not re.fullmatch(r"[\w./:+-]+", item):
+        # double quotes also serve where there are no single ones
+        item = shlex.quote(item) if re.search(r'["$`\\!]', item) else f'"{item}"'
+    return f"--map {signal}={item}"
 
 
-def _is_unit(suffix: str) -> bool:
-    return _UNIT_SUFFIX.fullmatch(suffix) is not None and parse_unit(suffix) is not None
+def _check_distinct(columns: Sequence[Column], source: str) -> None:
+    """Refuse a column that is read as two signals."""
+    signals: dict[tuple[str, str], str] = {}
+    for column in columns:
+        other = signals.setdefault((column.group, column.name), column.signal)
+        if other != column.signal:
+            raise MeasurementError(
+                f"{source}: column {column.label} is read as {other} and as {column.signal}; map "
+                "each signal to a column of its own"
+            )
 
 
-def _unit_in(name: str, signal: str) -> str | None:
-    """Unit that a column's name carries.
-
-    A signal's own name may carry any unit; behind another name only the usual ones are taken for
-    units, as ``enc_deg``.
-    """
-    if match := _BRACKET.fullmatch(name):
-        return match["unit"].strip() or None
-    own = _NAMED.fullmatch(name)
-    if own is not None and own["suffix"] and _is_unit(own["suffix"]):
-        return own["suffix"]
-    match = _SUFFIX.fullmatch(name)
-    return match["unit"] if match and match["unit"] in USUAL[DIMENSIONS[signal]] else None
+def _is_unit(suffix: str, dimension: str | None = None) -> bool:
+    """Whether it is a unit, of this dimension where one is given."""
+    if _UNIT_SUFFIX.fullmatch(suffix) is None or (unit := parse_unit(suffix)) is None:
+        return False
+    return dimension in (None, unit.dimension)
 
 
-def _factor(unit: str, signal: str, label: str, source: str) -> float:
+def _factor(unit: str, signal: str, called: str, source: str) -> float:
     dimension = DIMENSIONS[signal]
     parsed = parse_unit(unit)
     if parsed is not None and parsed.dimension == dimension:
         return parsed.factor
     known = "which is not known" if parsed is None else f"which is no unit of {dimension}"
     raise MeasurementError(
-        f"{source}: column {label} is given in {unit!r}, {known}; {signal} needs a unit of "
-        f"{dimension} such as {EXAMPLES[dimension]}, say it with --map {signal}={label}:UNIT"
+        f"{source}: column {called} is given in {unit!r}, {known}; {signal} needs a unit of "
+        f"{dimension} such as {EXAMPLES[dimension]}, say it with {_advice(signal, called, 'UNIT')}"
     )
 
 
@@ -349,7 +413,7 @@ def _notes(
     used = {(column.group, column.name) for column in columns}
     used |= {(group, RUN) for group in runs}
     extra = [
-        _label(group.name, name)
+        label(group.name, name)
         for group in groups
         for name in group.columns
         if (group.name, name) not in used

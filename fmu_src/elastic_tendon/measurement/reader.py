@@ -13,6 +13,7 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.measurement.columns import Column, Layout, find_layout
 from elastic_tendon.measurement.formats import Report, Source, open_source, silent
+from elastic_tendon.measurement.formats.base import label
 from elastic_tendon.measurement.preparation import (
     Preparation,
     SignalColumn,
@@ -102,10 +103,10 @@ def read_prepared(
     written, notes = _written_preparations(path, mapping)
     source = _open(path)
     labels = {
-        label
+        name
         for group in source.groups
         for column in group.columns
-        for label in (column, group.label(column))
+        for name in (column, label(group.name, column))
     }
     items = [item for item in mapping if not _is_file(item)]
     merged = [

@@ -30,8 +30,17 @@ EXAMPLES = {
     "speed": "rad_per_s or rpm",
 }
 
-_PLAIN = str.maketrans({"°": "deg", "µ": "u", "μ": "u", "·": "*", "⋅": "*"})
-_NEWTON_METRE = re.compile(r"([mukM]?)N[.* ]?([cmk]?)m")
+_PLAIN = str.maketrans(
+    {"°": "deg", "º": "deg", "µ": "u", "μ": "u", "·": "*", "⋅": "*", "•": "*", "×": "*"}
+)
+_NEWTON_METRE = re.compile(r"([muk]?)N[.* -]?([cmk]?)m")
+# lower case -> unit, for words that mean nothing else in capitals
+_WORDS = {
+    **{word: word for word in ("rad", "deg", "rpm", "min")},
+    **dict.fromkeys(("degree", "degrees"), "deg"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+    **dict.fromkeys(("sec", "second", "seconds"), "s"),
+}
 # words and operators, exponents of one figure: nothing that pint could calculate with for long
 _WORD = r"[A-Za-z][A-Za-z_]*(?:\^-?\d)?"
 _EXPRESSION = re.compile(rf"{_WORD}(?:[*/. ]{_WORD}){{0,5}}")
@@ -44,6 +53,15 @@ _DIMENSIONS: dict[tuple[float, ...], str] = {
     (0, 0, -1, 1): "speed",
 }
 _BASES = ("kilogram", "meter", "second", "radian")
+# what recordings are written in, by pint's names; more would misread words: "grad" is a gradian to
+# some and a degree to others, "Grad" a thousand million radians, "act" of a carat
+_MEANT = {
+    *("second", "minute", "hour", "day", "radian", "degree", "turn", "arcminute", "arcsecond"),
+    *("revolutions_per_minute", "revolutions_per_second", "meter", "inch", "foot", "newton"),
+    *("dyne", "force_gram", "force_kilogram", "force_pound", "force_ounce", "foot_pound"),
+}
+_PREFIXES = ("", "micro", "milli", "kilo")
+_PREFIXED = (("nano", "second"), ("centi", "meter"))
 
 
 @dataclass(frozen=True)
@@ -78,7 +96,7 @@ def usual_name(text: str) -> str:
     if match := _NEWTON_METRE.fullmatch(plain):
         return f"{match[1]}N{match[2]}m"
     plain = plain.replace("/", "_per_")
-    return plain.lower() if plain.lower() in ("rad", "deg", "rpm") else plain
+    return _WORDS.get(plain.lower(), plain)
 
 
 @lru_cache
@@ -88,15 +106,23 @@ def _ask_pint(text: str) -> Unit | None:
     from pint import PintError
 
     expression = text.translate(_PLAIN).replace("_per_", "/").replace(".", "*").replace("^", "**")
-    expression = re.sub(r"\b([mukM]?)N([cmk]?)m\b", r"\1N*\2m", expression)
+    expression = re.sub(r"\b([muk]?)N([cmk]?)m\b", r"\1N*\2m", expression)
     registry = _registry()
     try:
         quantity: Any = registry.Quantity(1.0, registry.parse_units(expression)).to_base_units()
     except (PintError, ValueError, TypeError, AttributeError, SyntaxError):
         return None
+    meant = all(_is_meant(word) for word in re.findall("[A-Za-z_]+", expression))
     bases = {str(name): float(power) for name, power in quantity.unit_items()}
     exponents = tuple(bases.pop(name, 0.0) for name in _BASES)
-    return Unit("" if bases else _DIMENSIONS.get(exponents, ""), float(quantity.magnitude))
+    dimension = "" if bases else _DIMENSIONS.get(exponents, "")
+    return Unit(dimension, float(quantity.magnitude)) if meant or not dimension else None
+
+
+def _is_meant(word: str) -> bool:
+    """Whether a word is one of the units in use, with one of the prefixes in use."""
+    prefix, unit, _ = _registry().parse_unit_name(word)[0]
+    return unit in _MEANT and (prefix in _PREFIXES or (prefix, unit) in _PREFIXED)
 
 
 @lru_cache(maxsize=1)

@@ -147,6 +147,11 @@ def test_a_column_without_a_name_gets_its_number(write) -> None:
         (f"{HEADER}\n{rows(20)}0.2,1\n", ["row 22 holds 2 values", "3 names"]),
         (f"{HEADER}\n{rows(20)}0.2,1,0.5,0.5\n", ["row 22 holds 4 values"]),
         (f"{HEADER}\n0,1,2,3.5\n{rows(20)}", ["row 2 holds 4 values"]),
+        # as many separators in all as there should be
+        (f"{HEADER}\n{rows(20)}0.2,1,0.5,7\n0.21,1\n{rows(3)}", ["row 22 holds 4 values"]),
+        (f"{HEADER}\n{rows(20)}0.2,1\n0.21,1,0.5,7\n", ["row 22 holds 2 values"]),
+        (f"{HEADER}\n0.2,1\n{rows(20)}0.21,1,0.5,7\n", ["row 2 holds 2 values"]),
+        (f"sep=,\n{HEADER}\n{rows(20)}", ["row 1", "'sep=,'", "remove"]),
         (f"{HEADER}\n{rows(20)}0.2,1,0.5,\n", ["row 22 holds 4 values"]),
         (f"{HEADER}\n{rows(20)}".replace("3,-1.5", "3,-1\0.5"), ["row 5", "NUL"]),
         (f"{HEADER}\0\n{rows(3)}", ["no text"]),

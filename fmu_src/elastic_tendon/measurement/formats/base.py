@@ -40,10 +40,6 @@ class Group:
     rows: int | None = None
     bracketed_units: bool = True
 
-    def label(self, column: str) -> str:
-        """How a preparation calls a column among those of other groups."""
-        return f"{self.name}/{column}" if self.name else column
-
 
 class Source(Protocol):
     """An opened file."""
@@ -78,6 +74,11 @@ class Source(Protocol):
         ------
         MeasurementError : the file is damaged; the message names it, and the row where it can
         """
+
+
+def label(group: str, column: str) -> str:
+    """Name by which a preparation finds a column."""
+    return f"{group}/{column}" if group else column
 
 
 def silent(text: str, share: float) -> None:

@@ -59,7 +59,8 @@ def open_file(path: Path) -> "RosbagSource":
                 first = first or _stamp(message)
             if columns:
                 rows = bag.topics[topic].msgcount
-                groups.append(Group(topic, (_TIME, *columns), {_TIME: "s"}, rows))
+                names = (_TIME, *columns)
+                groups.append(Group(topic, names, {_TIME: "s"}, rows, bracketed_units=False))
             if first:
                 stamped.add(topic)
     return RosbagSource(path, check_columns(path, groups), frozenset(stamped))

@@ -85,6 +85,11 @@ def _check_header(path: Path, header: bytes, row: int) -> None:
         raise MeasurementError(
             f"{path.name}: its lines end with a carriage return alone; save it with line feeds"
         )
+    if header.lower().startswith(b"sep="):
+        raise MeasurementError(
+            f"{path.name}: row {row} is {header.decode('latin-1').strip()!r}, which only "
+            "spreadsheets read; remove this row, so that the first one names the columns"
+        )
     if header.lstrip()[:1] in (b"#", b"%"):
         raise MeasurementError(
             f"{path.name}: row {row} is a comment; the first row must be the header that names the "
