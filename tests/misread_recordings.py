@@ -183,6 +183,9 @@ MISREADINGS = {
     "motor in mrad": Misreading(scaled(motor_position=1e3), "mrad", needs_motor=True),
     "joint before a gear of 16": Misreading(scaled(joint_position=16.0), "ratio", needs_motor=True),
     "motor before a gear of 16": Misreading(scaled(motor_position=16.0), "ratio", needs_motor=True),
+    "motor before a gear of 50": Misreading(scaled(motor_position=50.0), "ratio", needs_motor=True),
+    "load in N·cm": Misreading(scaled(load_torque=1e2), "N·cm", needs_load=True),
     "load in mN·m": Misreading(scaled(load_torque=1e3), "mN·m", needs_load=True),
     "time in ms": Misreading(scaled(time=1e3), "milliseconds"),
+    "time in µs": Misreading(scaled(time=1e6), "microseconds"),
 }

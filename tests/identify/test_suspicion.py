@@ -9,6 +9,7 @@ import pytest
 
 import elastic_tendon
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.identify.readings import ratio_of_pulleys
 from elastic_tendon.identify.suspicion import refuse_suspicious, suspicions
 from elastic_tendon.measurement import Measurement, read_measurement
 from elastic_tendon.measurement.preparation import Preparation
@@ -19,6 +20,8 @@ from misread_recordings import MISREADINGS, scaled, swapped, truth_case
 PACKAGE = Path(elastic_tendon.__file__).parent
 REAL_DATA = Path(__file__).parents[3] / "shared" / "data"
 LOADED = 5  # seed of a recording whose motor and load move
+STIFFNESS = 41.7  # N·m/rad, of the actuator whose static curves are read
+SPRINGS = re.compile("stiffness|pretension_force")
 HIDDEN_EFFECTS = (8, 27, 35)  # seeds of such recordings with an effect the model lacks
 
 
@@ -75,6 +78,42 @@ def test_the_number_of_a_gear_is_told(loaded) -> None:
     (sentence,) = suspicions(model, scaled(joint_position=16.0)(recording))
     assert "gear ratio of 16 " in sentence
     assert "joint_position=COLUMN*0.0625" in sentence
+
+
+def test_undamped_joint_is_not_followed_through_weeks(loaded) -> None:
+    model, recording = loaded
+    undamped = model.with_values({path: 0.0 for path in model.values() if path.endswith("damping")})
+    (sentence,) = suspicions(undamped, scaled(time=1e6)(recording))
+    assert "microseconds" in sentence
+
+
+@pytest.mark.parametrize("ratio", [45.0, 50.0, 60.0, 64.0])
+def test_a_gear_of_nearly_a_units_factor_is_no_unit(loaded, ratio) -> None:
+    model, recording = loaded
+    (sentence,) = suspicions(model, scaled(motor_position=ratio)(recording))
+    assert f"gear ratio of {ratio:g} " in sentence
+    assert "degrees" not in sentence
+    assert f"motor_position=COLUMN*{1.0 / ratio:g}" in sentence
+
+
+@pytest.mark.parametrize("seed", [8, 27])
+def test_unit_and_gear_are_both_told_where_the_model_is_too_wrong_to_tell(seed) -> None:
+    case = truth_case(seed)
+    (sentence,) = suspicions(case.model, scaled(motor_position=50.0)(case.measurement))
+    assert "; or the motor position looks as if " in sentence
+    assert "degrees" in sentence
+    assert "gear ratio of " in sentence
+    (degrees,) = suspicions(case.model, MISREADINGS["motor in degrees"].misread(case.measurement))
+    assert "degrees" in degrees
+
+
+def test_a_joint_position_as_seen_from_the_motor_is_told(loaded) -> None:
+    model, recording = loaded
+    share = ratio_of_pulleys(model)
+    joint = recording.signals["joint_position"] - share * recording.motor_position
+    (sentence,) = suspicions(model, replace(recording, signals={"joint_position": joint}))
+    assert "the deflection, joint less motor" in sentence
+    assert "the motor position to that column in the file" in sentence
 
 
 def test_constant_offset_between_encoders_is_no_misreading(loaded) -> None:
@@ -202,6 +241,34 @@ def test_static_curves_read_wrongly_are_told(deflection_by, torque_by, cure) -> 
 @pytest.mark.parametrize("torque_by", [0.3, 1.0, 3.0])
 def test_other_static_curves_are_not_suspected(torque_by) -> None:
     assert suspicions(*static_curve(1.0, torque_by)) == ()
+
+
+@pytest.mark.parametrize("stiffness", [0.4, 10.0, 31.6])
+def test_swapped_columns_of_a_static_curve_are_told(stiffness) -> None:
+    model, curve = static_curve(1.0, 1.0)
+    factor = stiffness / STIFFNESS
+    values = {path: factor * v for path, v in model.values().items() if SPRINGS.search(path)}
+    model = model.with_values(values)
+    deflection = curve.signals["joint_position"]
+    torque = characteristic_torque(deflection, model.transmission)
+    right = replace(curve, load_torque=-torque)
+    assert suspicions(model, right) == ()
+    swapped_columns = replace(curve, signals={"joint_position": torque}, load_torque=-deflection)
+    (sentence,) = suspicions(model, swapped_columns)
+    assert "deflection and torque look as if they were swapped" in sentence
+    assert "--map joint_deflection=COLUMN:rad --map joint_torque=COLUMN:Nm" in sentence
+
+
+@pytest.mark.parametrize("count", [12, 40, 200])
+def test_a_static_curve_in_no_order_is_told(count) -> None:
+    model, curve = static_curve(1.0, 1.0)
+    rows = np.linspace(0, 199, count).astype(int)
+    assert suspicions(model, curve.samples(rows)) == ()
+    shuffled = curve.samples(np.random.default_rng(2).permutation(rows))
+    shuffled = replace(shuffled, time=curve.time[:count])
+    (sentence,) = suspicions(model, shuffled)
+    assert "the rows of the static curve jump to and fro" in sentence
+    assert "sort them by the deflection" in sentence
 
 
 # ---- recordings that came with the program or from real machines ----------------------------

@@ -7,9 +7,22 @@ from math import copysign, log, pi
 
 import numpy as np
 
-from elastic_tendon.identify.readings import POSITIONS, UNITS, WORDS, Reading, unit_readings
+from elastic_tendon.identify.readings import (
+    GAIN,
+    POSITIONS,
+    TIMES,
+    UNITS,
+    WELL_IF_STRANGE,
+    WORDS,
+    Reading,
+    declared_factor,
+    ratio_of_pulleys,
+    unit_readings,
+)
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.recording import Array
 from elastic_tendon.parameters import Model
+from elastic_tendon.transmission import characteristic_torque
 
 MOST_TURNS = 2.0  # of a joint that tendons move
 # by how much largest deflection and load of the springs (16) are passed at most: they are often
@@ -22,6 +35,7 @@ SPEED_STRETCHES = 200  # over which a speed is a mean, so that no noise makes on
 # by how much the stiffness of a static curve may be off; the closest misreading counts then
 FAR_STIFFNESS = 20.0
 CLOSE_STIFFNESS = 4.0
+JUMPY = 1.0  # ratio of von Neumann above which rows are in no order
 STRAIGHT = 0.7  # least correlation of torque and deflection of a static curve
 
 
@@ -57,18 +71,22 @@ def _travel(measurement: Measurement) -> str:
 
 
 def _deflection(model: Model, measurement: Measurement) -> str:
-    radii = model.transmission
-    ratio = radii.motor_pulley_radius / radii.joint_pulley_radius
     joint = measurement.signals["joint_position"]
-    travel = float(np.ptp(joint - ratio * measurement.motor_position))
-    springs = radii.upper_spring.max_deflection + radii.lower_spring.max_deflection
-    times = travel / (springs / radii.joint_pulley_radius)
+    travel = float(np.ptp(joint - ratio_of_pulleys(model) * measurement.motor_position))
+    times = travel / _largest_travel(model)
     if times <= FAR_DEFLECTION:
         return ""
     return (
         f"the deflection between motor and joint spans {travel:.3g} rad, {times:.3g} times what "
         f"the springs bear; {_angle_advice(times, measurement)}"
     )
+
+
+def _largest_travel(model: Model) -> float:
+    """Deflection that the springs bear from one end to the other, rad."""
+    radii = model.transmission
+    springs = radii.upper_spring.max_deflection + radii.lower_spring.max_deflection
+    return springs / radii.joint_pulley_radius
 
 
 def _angle_advice(times: float, measurement: Measurement) -> str:
@@ -83,7 +101,7 @@ def _read_in(unit: str, signals: Sequence[str], measurement: Measurement) -> str
     """Advice to read columns in a unit."""
     for reading in unit_readings(measurement, signals):
         if reading.unit == unit:
-            return f"read it with {reading.cure(measurement.preparation)}"
+            return reading.cure(measurement.preparation)
     return "give another unit with --map"
 
 
@@ -98,9 +116,13 @@ def _load(model: Model, measurement: Measurement) -> str:
     if load <= FAR_LOAD * largest:
         return ""
     signals = ("joint_torque",) if measurement.static else ("load_torque",)
+    advice = ", ".join(
+        f"if it is in {WORDS[unit]} {_read_in(unit, signals, measurement)}"
+        for unit in ("mNm", "Ncm")
+    )
     return (
         f"the load torque reaches {load:.3g} N·m, {load / largest:.3g} times what the springs "
-        f"bear; if it is in mN·m {_read_in('mNm', signals, measurement)}"
+        f"bear; {advice}"
     )
 
 
@@ -122,10 +144,12 @@ def _duration(measurement: Measurement) -> str:
     step = float(np.median(np.diff(measurement.time)))
     if duration <= LONG_DURATION or step < LONG_STEP:
         return ""
+    shorter = ("ms", "us", "ns")
+    unit = next((one for one in shorter if step * TIMES[one] < LONG_STEP), shorter[-1])
     return (
         f"the recording lasts {duration / 60.0:.3g} minutes in steps of {step:.3g} s, and the "
-        "model does not explain it; if the time is in milliseconds "
-        + _read_in("ms", ("time",), measurement)
+        f"model does not explain it; if the time is in {WORDS[unit]} "
+        + _read_in(unit, ("time",), measurement)
     )
 
 
@@ -142,11 +166,17 @@ def static_suspicion(model: Model, measurement: Measurement) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of at most one sentence: sign or unit of torque or deflection look wrong
+    tuple of at most one sentence: order of the rows, columns, sign or unit look wrong
     """
     deflection, load = measurement.signals["joint_position"], measurement.load_torque
     if load is None or np.ptp(deflection) == 0.0 or np.ptp(load) == 0.0:
         return ()
+    if min(_jumpiness(deflection), _jumpiness(load)) > JUMPY:
+        return (
+            f"{measurement.name}: the rows of the static curve jump to and fro; as they are taken "
+            "in the order in which they were measured, sort them by the deflection or bring them "
+            "into that order",
+        )
     correlation = float(np.corrcoef(deflection, load)[0, 1])
     if abs(correlation) < STRAIGHT:
         return ()
@@ -154,16 +184,51 @@ def static_suspicion(model: Model, measurement: Measurement) -> tuple[str, ...]:
     springs = radii.upper_spring.combined_stiffness + radii.lower_spring.combined_stiffness
     expected = radii.joint_pulley_radius**2 * springs
     found = float(np.std(load) / np.std(deflection))
+    swapped = _static_swapped(model, measurement, found / expected)
+    if swapped:
+        return (f"{measurement.name}: {swapped}",)
     readings = _static_readings(measurement, found / expected)
     if correlation < 0.0:
         readings = _with_opposite_torque(readings)
     if not readings:
         return ()
-    cures = " ".join(one.cure(measurement.preparation) for one in readings)
+    cures = " ".join(one.options(measurement.preparation) for one in readings)
     return (
         f"{measurement.name}: {' and '.join(one.what for one in readings)}: against the deflection "
         f"the joint torque falls by {copysign(found, correlation):.3g} N·m/rad, the model's by "
         f"{expected:.3g} N·m/rad; read it with {cures}",
+    )
+
+
+def _jumpiness(values: Array) -> float:
+    """Mean square of the steps over the variance, von Neumann's ratio: 2 where rows are shuffled.
+
+    Eight rows for each cycle of a sweep have 0.6, more rows less.
+    """
+    return float(np.mean(np.diff(values) ** 2) / np.var(values))
+
+
+def _static_swapped(model: Model, measurement: Measurement, stiffness_ratio: float) -> str:
+    """Whether torque and deflection are in each other's place, by the model's own curve."""
+    columns = ("joint_deflection", "joint_torque")
+    si = all(declared_factor(measurement.preparation, one) == 1.0 for one in columns)
+    deflection, load = measurement.signals["joint_position"], measurement.load_torque
+    if not si or load is None or 1.0 / CLOSE_STIFFNESS <= stiffness_ratio <= CLOSE_STIFFNESS:
+        return ""
+
+    def unexplained(bent: Array, torque: Array) -> float:
+        error = torque - characteristic_torque(bent, model.transmission)
+        return float(np.std(error) / np.std(torque))
+
+    declared, swapped = unexplained(deflection, -load), unexplained(-load, deflection)
+    if swapped > WELL_IF_STRANGE or declared < GAIN * swapped:
+        return ""
+    if float(np.ptp(load)) > FAR_DEFLECTION * _largest_travel(model):
+        return ""
+    reading = Reading("deflection and torque look as if they were swapped", {}, swapped=columns)
+    return (
+        f"{reading.what}: as declared the model's torque errs by {declared:.3g} times its spread, "
+        f"read so by {swapped:.3g} times; {reading.cure(measurement.preparation)}"
     )
 
 

@@ -14,8 +14,9 @@ from elastic_tendon.parameters import Model
 # by how much less a reading must leave unexplained than what is declared
 GAIN = 3.0
 # share of the joint's spread that a reading may leave unexplained; a gear's ratio is fitted, and
-# whatever moves with the motor a little would be called a gear
-WELL, WELL_WITH_GEAR = 0.5, 0.2
+# whatever moves with the motor a little would be called a gear; a joint that is held would be
+# called a deflection
+WELL, WELL_IF_STRANGE = 0.5, 0.2
 # a recording that is taken for a thousand times too slow has the joint at rest on the motor, and
 # where the load is small that explains it rather well; so less is asked, but only of steps that
 # no sampling in ms would have as seconds
@@ -23,8 +24,8 @@ TIME_GAIN, LONG_STEP = 1.5, 0.1  # 1, s
 
 # what a column may be in, as people write it, and that in SI
 ANGLES = {"deg": pi / 180.0, "mrad": 1e-3, "rad": 1.0}
-TORQUES = {"mNm": 1e-3, "Nm": 1.0}
-TIMES = {"ms": 1e-3, "s": 1.0}
+TORQUES = {"mNm": 1e-3, "Ncm": 1e-2, "Nm": 1.0}
+TIMES = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 UNITS: Mapping[str, Mapping[str, float]] = {
     "motor_position": ANGLES,
     "joint_position": ANGLES,
@@ -34,17 +35,21 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "motor_torque": TORQUES,
     "time": TIMES,
 }
+# units of what a static curve's columns are where they are swapped
+SI = {"joint_deflection": "rad", "joint_torque": "Nm"}
 WORDS = {
     "deg": "degrees",
     "mrad": "mrad",
     "rad": "radians",
     "mNm": "mN·m",
+    "Ncm": "N·cm",
     "Nm": "N·m",
+    "ns": "nanoseconds",
+    "us": "microseconds",
     "ms": "milliseconds",
     "s": "seconds",
 }
 POSITIONS = ("joint_position", "motor_position")
-WHOLE = 0.03  # a ratio this close to a whole number is taken for it
 LEAST_GEAR = 1.5  # pulleys that differ less from the model's are no gear
 
 
@@ -52,16 +57,18 @@ LEAST_GEAR = 1.5  # pulleys that differ less from the model's are no gear
 class Reading:
     """Another way to read a recording.
 
-    `what` says in a clause what looks wrong; `factors` (signal -> factor) and `swapped` (motor
-    and joint position) make the recording that it would be; `unit` is what the columns are in
-    then, None: as declared. It is suspected where it leaves `gain` times less unexplained, and no
-    more than `well` of the joint's spread.
+    `what` says in a clause what looks wrong; `factors` (signal -> factor), `swapped` (two
+    signals) and `motor_share` (of the motor position, which the joint position lacks) make
+    the recording that it would be; `unit` is what the columns are in then, None: as declared. It
+    is suspected where it leaves `gain` times less unexplained, and no more than `well` of the
+    joint's spread.
     """
 
     what: str
     factors: Mapping[str, float]
     unit: str | None = None
-    swapped: bool = False
+    swapped: tuple[str, ...] = ()
+    motor_share: float = 0.0
     gain: float = GAIN
     well: float = WELL
 
@@ -72,7 +79,8 @@ class Reading:
         if self.swapped:
             motor, joint = joint, motor
         signals |= {name: self.factors.get(name, 1.0) * values for name, values in signals.items()}
-        signals["joint_position"] = self.factors.get("joint_position", 1.0) * joint
+        joint = self.factors.get("joint_position", 1.0) * joint + self.motor_share * motor
+        signals["joint_position"] = joint
         return replace(
             measurement,
             time=self.factors.get("time", 1.0) * measurement.time,
@@ -82,11 +90,21 @@ class Reading:
         )
 
     def cure(self, preparation: Preparation) -> str:
+        """What to do to read it so, given how it was read."""
+        if self.motor_share:
+            share = f"{self.motor_share:.4g} times " if self.motor_share != 1.0 else ""
+            return f"add {share}the motor position to that column in the file"
+        return f"read it with {self.options(preparation)}"
+
+    def options(self, preparation: Preparation) -> str:
         """Options of the command line that read it so, given how it was read."""
         if self.swapped:
-            first, second = (preparation.columns.get(one, SignalColumn()) for one in POSITIONS)
-            columns = dict(zip(POSITIONS, (second, first), strict=True))
-            items = [_item(signal, column, 1.0, None) for signal, column in columns.items()]
+            columns = [preparation.columns.get(one, SignalColumn()) for one in self.swapped]
+            units = [SI.get(one) for one in self.swapped]
+            items = [
+                _item(signal, column, 1.0, unit)
+                for signal, column, unit in zip(self.swapped, columns[::-1], units, strict=True)
+            ]
         else:
             items = [
                 _item(signal, preparation.columns.get(signal, SignalColumn()), factor, self.unit)
@@ -116,7 +134,7 @@ def readings_of(measurement: Measurement) -> tuple[Reading, ...]:
         for one in (*POSITIONS, *loads)
     ]
     return (
-        Reading("motor and joint position look as if they were swapped", {}, swapped=True),
+        Reading("motor and joint position look as if they were swapped", {}, swapped=POSITIONS),
         *signs,
         *unit_readings(measurement, ("joint_position",)),
         *unit_readings(measurement, ("motor_position",)),
@@ -187,7 +205,7 @@ def time_readings(measurement: Measurement) -> tuple[Reading, ...]:
     return tuple(
         replace(one, gain=TIME_GAIN)
         for one in unit_readings(measurement, ("time",))
-        if one.unit != "ms" or step >= LONG_STEP
+        if one.factors["time"] > 1.0 or step >= LONG_STEP
     )
 
 
@@ -199,31 +217,62 @@ def declared_factor(preparation: Preparation, signal: str) -> float | None:
     return next((one for one in UNITS[signal].values() if isclose(one, factor)), None)
 
 
-def gear_reading(model: Model, measurement: Measurement) -> Reading | None:
+def deflection_reading(model: Model) -> Reading:
+    """The reading in which the joint position was recorded as seen from the motor."""
+    return Reading(
+        "the joint position looks as if it were the deflection, joint less motor",
+        {},
+        motor_share=ratio_of_pulleys(model),
+        well=WELL_IF_STRANGE,
+    )
+
+
+def ratio_of_pulleys(model: Model) -> float:
+    """Joint rotation for a rotation of the motor without load, 1/n_t of (10)."""
+    radii = model.transmission
+    return radii.motor_pulley_radius / radii.joint_pulley_radius
+
+
+def gear_slope(model: Model, measurement: Measurement) -> float | None:
+    """How far the joint turns for what the pulleys make of the motor's motion.
+
+    Parameters
+    ----------
+    model : Model
+    measurement : Measurement
+
+    Returns
+    -------
+    float, least squares beside the load; None where that is no gear, or nothing moves
+    """
+    reflected = measurement.motor_position * ratio_of_pulleys(model)
+    if np.ptp(reflected) == 0.0:
+        return None
+    load = measurement.load_torque
+    columns = [reflected, np.ones_like(reflected), *([] if load is None else [load])]
+    joint = measurement.signals["joint_position"]
+    slope = float(np.linalg.lstsq(np.column_stack(columns), joint)[0][0])
+    return slope if is_gear(slope) else None
+
+
+def is_gear(slope: float) -> bool:
+    """Whether a joint that turns so far for what the pulleys make of the motor has a gear."""
+    return slope != 0.0 and max(abs(slope), 1.0 / abs(slope)) >= LEAST_GEAR
+
+
+def gear_reading(slope: float) -> Reading:
     """The reading in which a gear between motor and joint was not taken into account.
 
-    The larger of the two is taken for the one that counts before the gear.
+    Parameters
+    ----------
+    slope : how far the joint turns for what the pulleys make of the motor's motion, not 0; the
+        larger of the two is taken for the one that counts before the gear
     """
-    radii = model.transmission
-    reflected = measurement.motor_position * radii.motor_pulley_radius / radii.joint_pulley_radius
-    variance = float(np.var(reflected))
-    if variance == 0.0:
-        return None
-    joint = measurement.signals["joint_position"]
-    slope = float(np.mean((joint - np.mean(joint)) * (reflected - np.mean(reflected)))) / variance
-    if slope == 0.0 or max(abs(slope), 1.0 / abs(slope)) < LEAST_GEAR:
-        return None
     signal = "joint_position" if abs(slope) > 1.0 else "motor_position"
     ratio = max(abs(slope), 1.0 / abs(slope))
-    nearest = round(ratio)
-    ratio = float(nearest) if abs(ratio / nearest - 1.0) < WHOLE else float(f"{ratio:.3g}")
-    sign = 1.0 if slope > 0.0 else -1.0
-    ratio_of_pulleys = radii.motor_pulley_radius / radii.joint_pulley_radius
     return Reading(
         f"the {name(signal)} looks as if a gear ratio of {ratio:g} was not taken into account"
-        + (" and its sign were opposite" if sign < 0.0 else "")
-        + f" (the joint moves {slope * ratio_of_pulleys:.3g} rad for each rad of the motor, the "
-        f"pulleys give {ratio_of_pulleys:.3g})",
-        {signal: sign / ratio},
-        well=WELL_WITH_GEAR,
+        + (" and its sign were opposite" if slope < 0.0 else ""),
+        {signal: copysign(1.0 / ratio, slope)},
+        well=WELL_IF_STRANGE,
     )

@@ -20,7 +20,11 @@ from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.plausibility import implausible, static_suspicion
 from elastic_tendon.identify.readings import (
     Reading,
+    deflection_reading,
     gear_reading,
+    gear_slope,
+    is_gear,
+    ratio_of_pulleys,
     readings_of,
     time_readings,
     torque_readings,
@@ -34,7 +38,12 @@ SAMPLES = 2000  # of the excerpt; one simulation of it takes about a millisecond
 FINE = 0.02  # a recording that leaves no more as declared is not looked into
 # shorter pieces are explained by their initial state under almost any reading
 FEWEST, PERIODS = 100, 4.0  # samples, natural periods of the joint
+SELDOM = 10.0  # natural periods between samples
 LIKE = 1.5  # of readings this close the one that comes first in the table is told
+CLEARLY = 3.0  # a gear that leaves this much less unexplained than a unit is told alone
+# a gear's ratio is sought this far about what the motion's slope says, and to this share
+FAR_RATIO, SHARP = 3.0, 1e-4
+WHOLE = 0.03  # a ratio this close to a whole number or to a unit may be that
 # the same for a measured torque, which holds friction as well
 TORQUE_BADLY, TORQUE_WELL = 0.5, 0.3
 
@@ -66,7 +75,7 @@ def suspicions(model: Model, measurement: Measurement) -> tuple[str, ...]:
     excerpt = liveliest(measurement, SAMPLES)
     declared = _unexplained(model, excerpt)
     found = _misread(model, excerpt, declared)
-    if found is not None:
+    if found:
         return (_sentence(measurement, found, declared),)
     return (
         *implausible(model, measurement, explained=declared <= FINE),
@@ -91,37 +100,112 @@ def refuse_suspicious(model: Model, measurements: Sequence[Measurement]) -> None
             raise MeasurementError(f"{sentence}; if the file is right, add --as-declared")
 
 
-def _misread(model: Model, excerpt: Measurement, declared: float) -> _Trial | None:
-    """The reading that explains an excerpt far better than what is declared, if there is one."""
+def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Trial, ...]:
+    """The reading that explains an excerpt far better than what is declared, if there is one.
+
+    Two where a unit and the ratio of a gear cannot be told apart.
+    """
     if declared <= FINE:
-        return None
+        return ()
     # a duration in a wrong unit says nothing, so readings of time are tried in any case
     table, gear = time_readings(excerpt), None
     if _is_long(model, excerpt):
-        table, gear = readings_of(excerpt), gear_reading(model, excerpt)
-    trials = [
-        _Trial(reading, _unexplained(model, reading.apply(excerpt)))
-        for reading in (table if gear is None else (*table, gear))
-    ]
-    good = [
-        one
-        for one in trials
-        if one.unexplained <= one.reading.well and declared >= one.reading.gain * one.unexplained
-    ]
-    if not good:
+        table = (*readings_of(excerpt), deflection_reading(model))
+        gear = _gear(model, excerpt)
+    trials = [_Trial(reading, _left_by(model, excerpt, reading)) for reading in table]
+    good = [one for one in trials if _explains(one, declared)]
+    if gear is None:
+        return (_first_of_best(good),) if good else ()
+    told = [*good, gear] if _explains(gear, declared) else good
+    return _beside_gear(_first_of_best(told), gear, good) if told else ()
+
+
+def _left_by(model: Model, excerpt: Measurement, reading: Reading) -> float:
+    """What a reading leaves unexplained, a share of the spread of what it makes of the column."""
+    read = reading.apply(excerpt)
+    if "time" in reading.factors and not _is_long(model, read):
+        return math.inf  # its initial state would explain it
+    unexplained = _unexplained(model, read)
+    if reading.motor_share:
+        # a joint that is held shows no deflection of its own to explain
+        spread = float(np.std(excerpt.signals["joint_position"]))
+        unexplained *= float(np.std(read.signals["joint_position"])) / spread
+    return unexplained
+
+
+def _explains(trial: _Trial, declared: float) -> bool:
+    reading = trial.reading
+    return trial.unexplained <= reading.well and declared >= reading.gain * trial.unexplained
+
+
+def _first_of_best(trials: Sequence[_Trial]) -> _Trial:
+    best = min(one.unexplained for one in trials)
+    return next(one for one in trials if one.unexplained <= max(LIKE * best, FINE))
+
+
+def _beside_gear(best: _Trial, gear: _Trial, others: Sequence[_Trial]) -> tuple[_Trial, ...]:
+    """The best reading, beside the gear or a unit of the same column that may be meant as well."""
+    ((signal, by_gear),) = gear.reading.factors.items()
+    unit = (
+        best
+        if best is not gear
+        else next(
+            (one for one in others if set(one.reading.factors) == {signal} and one.reading.unit),
+            None,
+        )
+    )
+    if unit is None or set(unit.reading.factors) != {signal} or unit.reading.unit is None:
+        return (best,)
+    if gear.unexplained <= unit.unexplained / CLEARLY:
+        return (gear,)
+    if abs(by_gear / unit.reading.factors[signal] - 1.0) <= WHOLE:
+        return (unit,)
+    first, second = sorted((unit, gear), key=lambda one: one.unexplained)
+    return first, second
+
+
+def _gear(model: Model, excerpt: Measurement) -> _Trial | None:
+    """The gear whose ratio explains an excerpt best; a whole number where that does as well."""
+    from scipy.optimize import minimize_scalar
+
+    slope = gear_slope(model, excerpt)
+    if slope is None:
         return None
-    best = min(one.unexplained for one in good)
-    return next(one for one in good if one.unexplained <= max(LIKE * best, FINE))
+
+    def trial(ratio: float) -> _Trial:
+        by = math.copysign(ratio if abs(slope) > 1.0 else 1.0 / ratio, slope)
+        reading = gear_reading(by)
+        return _Trial(reading, _unexplained(model, reading.apply(excerpt)))
+
+    start = max(abs(slope), 1.0 / abs(slope))
+    # where the motor counts before the gear, what is left is nearly a parabola over 1 / ratio
+    found = minimize_scalar(
+        lambda inverse: min(trial(1.0 / inverse).unexplained ** 2, 1e9),
+        bounds=(1.0 / (FAR_RATIO * start), 1.0 / max(start / FAR_RATIO, 1.0)),
+        method="bounded",
+        options={"xatol": SHARP / start},
+    )
+    ratio = 1.0 / float(found.x)
+    if not is_gear(ratio):
+        return None
+    rounded = [float(f"{ratio:.4g}")]
+    if abs(ratio / round(ratio) - 1.0) <= WHOLE:
+        rounded.insert(0, float(round(ratio)))
+    return _first_of_best([trial(one) for one in rounded])
 
 
 def _is_long(model: Model, excerpt: Measurement) -> bool:
     """Whether an excerpt, as declared, shows more than its initial state."""
+    duration = float(excerpt.time[-1] - excerpt.time[0])
+    return len(excerpt.time) >= FEWEST and duration >= PERIODS * _period(model)
+
+
+def _period(model: Model) -> float:
+    """Natural period of the joint on both springs, s."""
     radii = model.transmission
     springs = radii.upper_spring.combined_stiffness + radii.lower_spring.combined_stiffness
     stiffness = radii.joint_pulley_radius**2 * springs
-    period = 2.0 * math.pi * math.sqrt(model.link.inertia / stiffness)
-    duration = float(excerpt.time[-1] - excerpt.time[0])
-    return len(excerpt.time) >= FEWEST and duration >= PERIODS * period
+    return 2.0 * math.pi * math.sqrt(model.link.inertia / stiffness)
 
 
 def _unexplained(model: Model, excerpt: Measurement) -> float:
@@ -131,8 +215,7 @@ def _unexplained(model: Model, excerpt: Measurement) -> float:
     joint far off at the start: the better counts of the recording as it stands and without the
     mean deflection.
     """
-    radii = model.transmission
-    ratio = radii.motor_pulley_radius / radii.joint_pulley_radius
+    ratio = ratio_of_pulleys(model)
     joint = excerpt.signals["joint_position"]
     spread = float(np.std(joint))
     if spread == 0.0:
@@ -149,19 +232,24 @@ def _unexplained(model: Model, excerpt: Measurement) -> float:
 def _trajectory(model: Model, excerpt: Measurement, offset: float) -> Trajectory | None:
     """Simulated excerpt whose joint position is less by an offset (rad); None where it fails."""
     joint = excerpt.signals["joint_position"] - offset
-    moved = replace(excerpt, signals={"joint_position": joint})
+    # a joint seen that seldom rests at every sample; still slower would only take longer
+    step = float(np.median(np.diff(excerpt.time)))
+    faster = min(SELDOM * _period(model) / step, 1.0)
+    moved = replace(excerpt, time=faster * excerpt.time, signals={"joint_position": joint})
     try:
         return simulate_measurement(model, moved, estimate_initial_state(model, moved))
     except SimulationError:
         return None
 
 
-def _sentence(measurement: Measurement, found: _Trial, declared: float) -> str:
-    cure = found.reading.cure(measurement.preparation)
-    return (
-        f"{measurement.name}: {found.reading.what}: as declared the model errs by {declared:.3g} "
-        f"times the signal's spread, read so by {found.unexplained:.3g} times; read it with {cure}"
-    )
+def _sentence(measurement: Measurement, found: Sequence[_Trial], declared: float) -> str:
+    clauses = [
+        f"{one.reading.what}: as declared the model errs by {declared:.3g} times the signal's "
+        f"spread, read so by {one.unexplained:.3g} times; "
+        f"{one.reading.cure(measurement.preparation)}"
+        for one in found
+    ]
+    return f"{measurement.name}: " + "; or ".join(clauses)
 
 
 # ---- torques measured beside the joint position ---------------------------------------------
@@ -193,5 +281,5 @@ def _torque_suspicion(
     for reading in torque_readings(excerpt, signal):
         read = unexplained(reading.factors[signal])
         if read <= TORQUE_WELL:
-            return _sentence(measurement, _Trial(reading, read), declared)
+            return _sentence(measurement, [_Trial(reading, read)], declared)
     return ""
