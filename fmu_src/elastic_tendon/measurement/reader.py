@@ -26,7 +26,7 @@ from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Label, Run, read_ru
 from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
 
 # s between the samples of a static curve: the sweep is slow against every motion of a joint
-STATIC_STEP = 10.0
+STATIC_STEP = 1000.0
 
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")
 # s at the beginning that "start" takes for rest
