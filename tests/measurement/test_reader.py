@@ -20,6 +20,7 @@ from elastic_tendon.measurement import (
     read_measurement,
     read_measurements,
     read_prepared,
+    reader,
     rows,
 )
 from elastic_tendon.measurement.preparation import COMPARISON, check_preparation, preparation_json
@@ -551,7 +552,7 @@ def test_static_curve_is_a_slow_sweep_of_the_load(tmp_path: Path) -> None:
     assert found.signals["joint_position"] == pytest.approx(deflection)
     assert found.load_torque == pytest.approx(16.0 * deflection)
     assert not np.any(found.motor_position)
-    assert np.array_equal(found.time, 10.0 * np.arange(40))
+    assert np.array_equal(found.time, reader.STATIC_STEP * np.arange(40))
     (again,) = read_measurements(data, found.preparation)
     assert_same_samples(again, found)
 
@@ -670,7 +671,7 @@ BAD_TABLES: dict[str, tuple[Callable[[pd.DataFrame], pd.DataFrame], str]] = {
     ),
     "rows of nothing": (
         lambda frame: pd.concat([frame.iloc[:30], 0.0 * frame.iloc[:1] / 0.0, frame.iloc[30:]]),
-        "column time_s, row 32 holds no number; every sample needs a finite number$",
+        "column time_s, row 32 holds no number; every sample needs a finite number; drop the row, ",
     ),
 }
 
@@ -689,3 +690,60 @@ def test_bad_row_outside_the_window_does_not_matter(tmp_path: Path) -> None:
     frame = table(0.01 * np.arange(100))
     frame.loc[80, "joint_position_rad"] = np.nan
     assert len(read_measurements(saved(tmp_path, frame) + "[0:0.5]")[0].time) == 51
+
+
+def test_coarse_times_are_averaged_by_resampling(tmp_path: Path) -> None:
+    fine = 0.001 * np.arange(3000)
+    frame = table(fine).assign(time_s=0.01 * (np.arange(3000) // 10))
+    data = saved(tmp_path, frame)
+    with pytest.raises(MeasurementError, match="or average with --resample STEP"):
+        read_measurements(data)
+    (found,) = read_measurements(data, Preparation(resample=0.01))
+    assert found.signals["joint_position"] == pytest.approx(
+        frame["joint_position_rad"].to_numpy().reshape(-1, 10).mean(axis=1), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("values", [[True, False] * 25, [True, None] * 25])
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_truth_values_are_no_positions(tmp_path: Path, values: list[Any], suffix: str) -> None:
+    frame = table(0.01 * np.arange(50)).assign(motor_position_rad=values)
+    path = str(tmp_path / f"run.{suffix}")
+    frame.to_csv(path, index=False) if suffix == "csv" else frame.to_parquet(path)
+    with pytest.raises(MeasurementError, match="motor_position_rad holds truth values; motor_pos"):
+        read_measurements(path)
+
+
+def test_complex_numbers_are_no_positions(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w") as file:
+        for name, values in table(0.01 * np.arange(50)).items():
+            file[str(name)] = values + (1j if name == "joint_position_rad" else 0.0)
+    with pytest.raises(MeasurementError, match="joint_position_rad holds complex numbers"):
+        read_measurements(str(path))
+
+
+def test_times_with_a_unit_in_each_cell(tmp_path: Path) -> None:
+    time = [f"{0.01 * i:g} sec" for i in range(50)]
+    frame = table(0.01 * np.arange(50)).assign(time_s=time)
+    with pytest.raises(MeasurementError, match=r"holds '0 sec'; .*write plain numbers without a"):
+        read_measurements(saved(tmp_path, frame))
+
+
+def test_labels_of_runs_are_one_where_their_numbers_are(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(60))
+    frame["run"] = ["1.0", "1"] * 15 + ["01"] * 30
+    frame.loc[59, "run"] = "end"
+    found = read_measurements(saved(tmp_path, frame))
+    assert [(one.name, len(one.time)) for one in found] == [("run.csv#1", 30), ("run.csv#01", 29)]
+
+
+def test_duration_of_parquet_is_in_s_whatever_its_name_says(tmp_path: Path) -> None:
+    frame = table(0.01 * np.arange(50))
+    frame.insert(0, "time_ms", pd.to_timedelta(frame.pop("time_s"), unit="s"))
+    path = str(tmp_path / "run.parquet")
+    frame.to_parquet(path)
+    with pytest.raises(MeasurementError, match=r"file; say which with --map time=time_ms:s$"):
+        read_measurements(path)
+    (found,) = read_prepared(path, ["time=time_ms:s"])
+    assert found.time == pytest.approx(0.01 * np.arange(50))

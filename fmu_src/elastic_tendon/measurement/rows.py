@@ -4,8 +4,10 @@ Chunks are converted and cut as they come, and averaged where the recording is r
 memory needed is that of what is kept.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,6 +21,12 @@ from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.measurement.tracks import Array, Bins, Track, reduced
 
 Numbers = NDArray[np.intp]
+# "1" and "1.0" are one run, "01" is a name
+_WHOLE_NUMBER = re.compile(r"-?(?:0|[1-9][0-9]*)(?:\.0*)?")
+_NO_CELL = np.array([np.nan])
+_KINDS = {"boolean": "truth values", "complex": "complex numbers"}
+_WITH_UNIT = re.compile(r"\s*[-+.0-9eE]+ ?[A-Za-z]+\s*|\s*[0-9]+:[0-9:.]+\s*")
+
 Label = int | str | None  # of a run; None: the file has no runs
 
 # samples kept of a file: hours at 100 Hz, and a few hundred megabytes with all that is made of them
@@ -45,7 +53,7 @@ class _Rows:
     bins: dict[str, list[Bins]] = field(default_factory=dict)
     # the last row, to which the first of the next chunk is compared
     last_time: float = -np.inf
-    last: dict[str, float] = field(default_factory=dict)
+    last: dict[str, NDArray[Any]] = field(default_factory=dict)
     first_time: float = np.inf
     cut: int = 0
     repeated: int = 0
@@ -152,8 +160,10 @@ class _GroupReader:
             raise MeasurementError(
                 f"{self.source.name}: column run, row {bad} is blank; say to which run it belongs"
             )
-        for code, cell in enumerate(found):
-            yield _label(cell), _Part(chunk, numbers).rows(codes == code)
+        labels = list(map(_label, found))
+        for label in dict.fromkeys(labels):
+            alike = [code for code, other in enumerate(labels) if other == label]
+            yield label, _Part(chunk, numbers).rows(np.isin(codes, alike))
 
     def _take(self, into: _Rows, label: Label, part: _Part) -> None:
         """Add the rows of one run in a chunk to what was read."""
@@ -209,13 +219,14 @@ class _GroupReader:
             steps = np.diff(time, prepend=into.last_time)
             self._check_forward(steps, time, into.last_time, part.numbers)
             keep = steps > 0.0
+            if self.preparation.resample is not None:
+                keep[:] = True  # equal times are averaged, as of a clock that counts coarsely
             self._check_repeated(~keep, into, time, part)
             into.repeated += int(np.count_nonzero(~keep))
         if len(time):
             into.last_time = float(time[-1])
             for column in self.columns:
-                last = part.cells[column.name][-1:]
-                into.last[column.signal] = float(pd.to_numeric(last, errors="coerce")[0])
+                into.last[column.signal] = part.cells[column.name][-1:]
         return keep
 
     def _check_repeated(
@@ -224,14 +235,15 @@ class _GroupReader:
         """Refuse a row with the time of the one before and other values."""
         for column in self.columns:
             values = self._numbers(part, column, blanks=True)
-            before = np.concatenate([[into.last.get(column.signal, np.nan)], values[:-1]])
+            last = pd.to_numeric(into.last.get(column.signal, _NO_CELL), errors="coerce")
+            before = np.concatenate([last, values[:-1]])
             same = (values == before) | (np.isnan(values) & np.isnan(before))
             bad = np.flatnonzero(again & ~same)
             if len(bad):
                 raise MeasurementError(
                     f"{self.source.name}: the time does not increase at row {part.numbers[bad[0]]} "
                     f"({_seconds(time[bad[0]])} again, with another {column.label}); drop one of "
-                    "the two rows, or write the time with more digits"
+                    "the two rows, write the time with more digits, or average with --resample STEP"
                 )
 
     def _check_forward(self, steps: Array, time: Array, last: float, numbers: Numbers) -> None:
@@ -252,11 +264,16 @@ class _GroupReader:
         """Column as numbers; refuses text, infinities and, unless allowed, blanks."""
         raw = part.cells[column.name]
         values: Array
-        if raw.dtype.kind in "iufb":
+        if raw.dtype.kind == "b":
+            raise self._no_numbers(column, "truth values")
+        if raw.dtype.kind in "iuf":
             values = raw.astype(np.float64, copy=False)
             blank = np.isnan(values)
         else:
             cells = pd.Series(raw)
+            kind = pd.api.types.infer_dtype(cells, skipna=True)
+            if kind in ("boolean", "complex"):
+                raise self._no_numbers(column, _KINDS[kind])
             values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64)
             blank = (cells.isna() | (cells.astype(str).str.strip() == "")).to_numpy()
         bad = ~np.isfinite(values)
@@ -267,10 +284,20 @@ class _GroupReader:
             raise self._bad_cell(column, int(part.numbers[index]), raw[index], bool(blank[index]))
         return values
 
+    def _no_numbers(self, column: Column, found: str) -> MeasurementError:
+        return MeasurementError(
+            f"{self.source.name}: column {column.label} holds {found}; {column.signal} needs real "
+            f"numbers, choose another column with --map {column.signal}=COLUMN"
+        )
+
     def _bad_cell(self, column: Column, row: int, cell: object, blank: bool) -> MeasurementError:
         found = "no number" if blank else repr(str(cell))
         bridged = column is not self.time and blank
-        cure = "; fill it, or have blanks bridged with --resample STEP" if bridged else ""
+        cure = "; drop the row, or fill it"
+        if bridged:
+            cure = "; fill it, drop the row, or have blanks bridged with --resample STEP"
+        elif _WITH_UNIT.fullmatch(str(cell)):
+            cure = "; write plain numbers without a unit, times in s"
         return MeasurementError(
             f"{self.source.name}: column {column.label}, row {row} holds {found}; every sample "
             f"needs a finite number{cure}"
@@ -279,10 +306,8 @@ class _GroupReader:
 
 def _label(cell: object) -> int | str:
     """How a preparation writes a run: whole numbers plainly, all else as text."""
-    if isinstance(cell, (int, float, np.integer, np.floating)) and float(cell).is_integer():
-        return int(cell)
     text = str(cell).strip()
-    return int(text) if text.isdecimal() else text
+    return int(text.partition(".")[0]) if _WHOLE_NUMBER.fullmatch(text) else text
 
 
 def _seconds(value: float) -> str:

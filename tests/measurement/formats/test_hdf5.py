@@ -91,3 +91,43 @@ def test_mat_7_3_is_read_as_matlab_writes_it(tmp_path: Path) -> None:
     assert [group.columns for group in source.groups] == [("both[0]", "both[1]", "t"), ("q",)]
     assert np.array_equal(whole(source)["both[1]"], -FAST)
     assert np.array_equal(whole(source, "log")["q"], SLOW)
+
+
+@pytest.mark.parametrize("key", ["unit", "Units", "UNIT"])
+@pytest.mark.parametrize("value", ["deg", np.bytes_("deg"), ["deg"], [b"deg"]])
+def test_unit_is_found_however_it_is_stored(tmp_path: Path, key: str, value: object) -> None:
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["q"] = FAST
+        file["q"].attrs[key] = value
+    assert open_source(tmp_path / "run.h5").groups[0].units == {"q": "deg"}
+
+
+def test_numbers_are_unpacked_as_netcdf_packs_them(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["q"] = np.array([0, 10, -9999, 30], dtype=np.int16)
+        file["q"].attrs["scale_factor"] = np.array([0.1])
+        file["q"].attrs["add_offset"] = 2.0
+        file["q"].attrs["_FillValue"] = np.int16(-9999)
+        file["plain"] = np.arange(4.0)
+        file["plain"].attrs["_FillValue"] = np.nan
+    table = whole(open_source(tmp_path / "run.h5"))
+    assert table["q"] == pytest.approx([2.0, 3.0, np.nan, 5.0], nan_ok=True)
+    assert table["plain"].tolist() == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_a_timetable_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "run.mat", "w") as file:
+        file["log"] = np.array([[3707764736, 2, 1, 1, 1, 1]], dtype=np.uint32)
+        file["log"].attrs["MATLAB_class"] = np.bytes_("timetable")
+        file["log"].attrs["MATLAB_object_decode"] = np.int32(3)
+    assert_refused(tmp_path / "run.mat", "log is a MATLAB timetable", "save its columns as vectors")
+
+
+def test_logical_and_complex_arrays_are_passed_on_as_such(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "run.mat", "w") as file:
+        file["on"] = np.array([1, 0, 1], dtype=np.uint8)
+        file["on"].attrs["MATLAB_class"] = np.bytes_("logical")
+        file["z"] = np.array([1j, 2.0, 3.0])
+    table = whole(open_source(tmp_path / "run.mat"))
+    assert table["on"].dtype == bool
+    assert table["z"].dtype == object

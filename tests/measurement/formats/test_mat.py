@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import savemat
+from scipy.sparse import csc_matrix
 from whole import assert_refused, group_named, truncated, whole
 
 from elastic_tendon.measurement.formats import open_source
@@ -60,3 +61,12 @@ def test_version_4_is_read_by_its_suffix(tmp_path: Path) -> None:
 def test_a_truncated_file_is_refused(tmp_path: Path) -> None:
     savemat(tmp_path / "run.mat", {"time": T, "q": 2 * T})
     assert_refused(truncated(tmp_path / "run.mat"), "MAT file is damaged or not complete")
+
+
+def test_sparse_vectors_are_filled_logical_and_complex_ones_kept_as_such(tmp_path: Path) -> None:
+    sparse = csc_matrix(np.where(T > 1.0, T, 0.0)[:, None])
+    savemat(tmp_path / "run.mat", {"time": sparse, "on": T > 1.0, "z": T + 1j})
+    table = whole(open_source(tmp_path / "run.mat"))
+    assert np.array_equal(table["time"], np.where(T > 1.0, T, 0.0))
+    assert table["on"].dtype == bool
+    assert table["z"].dtype == object

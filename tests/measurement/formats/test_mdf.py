@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asammdf import MDF, Signal
+from asammdf.blocks.mdf_v3 import MDF3
+from asammdf.blocks.mdf_v4 import MDF4
 from whole import assert_refused, group_named, truncated, whole
 
 from elastic_tendon.measurement.formats import mdf, open_source, silent
@@ -65,3 +67,10 @@ def test_samples_marked_invalid_are_nan(tmp_path: Path) -> None:
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
 def test_a_truncated_file_is_refused(path: Path, share: float) -> None:
     assert_refused(truncated(path, share), "MDF file is damaged or not complete")
+
+
+def test_damage_leaves_other_files_of_the_library_as_they_are(path: Path) -> None:
+    closing = MDF4.__del__, MDF3.__del__, MDF4.close, MDF3.close
+    assert_refused(truncated(path, 0.9), "MDF file is damaged or not complete")
+    assert closing == (MDF4.__del__, MDF3.__del__, MDF4.close, MDF3.close)
+    assert MDF4.__del__.__module__ == "asammdf.blocks.mdf_v4"

@@ -39,7 +39,8 @@ def test_a_file_without_permission_is_refused(tmp_path: Path, monkeypatch) -> No
     ("beginning", "what"),
     [
         (b"\x89PNG\r\n\x1a\n", "PNG picture"),
-        (b"PK\x03\x04", "Excel workbook"),
+        (b"PK\x03\x04", "an Excel workbook, arrays of NumPy"),
+        (b"\x93NUMPY\x01\x00", "an array of NumPy"),
         (b"\xd0\xcf\x11\xe0", "Excel workbook"),
         (b"%PDF-1.7", "PDF"),
         (b"\x1f\x8b\x08", "gzip"),

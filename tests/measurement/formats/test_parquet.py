@@ -51,7 +51,8 @@ def test_numbers_units_and_text_come_back(tmp_path: Path, monkeypatch) -> None:
     assert table["time"][0] == 1_700_000_000.0
     assert np.array_equal(table["q"], [0.1 * i for i in range(N)])
     assert np.flatnonzero(np.isnan(table["count"])).tolist() == [4]
-    assert table["on"][:3].tolist() == [1.0, 0.0, 1.0]
+    assert table["on"][:3].tolist() == [True, False, True]
+    assert table["on"].dtype == bool
     assert table["price"][1] == 0.25
     assert table["label"][-1] == "run 1"
 

@@ -97,6 +97,26 @@ def test_a_header_that_nobody_stamped_gives_way_to_the_recording(tmp_path: Path)
     assert whole(source, "/joints")["time_s"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
 
 
+def test_messages_are_sorted_by_their_stamps(tmp_path: Path) -> None:
+    kind = "sensor_msgs/msg/JointState"
+    order = [0, 2, 1, 3, 5, 4, 6]
+    messages = [
+        ("/joints", kind, 10**9 * place, _joint_state(i, ["elbow"]))
+        for place, i in enumerate(order)
+    ]
+    source = open_source(_write(tmp_path / "bag", StoragePlugin.MCAP, messages))
+    table = whole(source, "/joints")
+    assert np.allclose(table["time_s"], START + 0.1 * np.arange(7), rtol=0.0, atol=1e-6)
+    assert np.array_equal(table["position[elbow]"], 0.1 * np.arange(7))
+    # whether or not the time is asked for
+    (chunk,) = source.read("/joints", ["position[elbow]"], lambda _text, _share: None)
+    assert np.array_equal(chunk["position[elbow]"], 0.1 * np.arange(7))
+
+
+def test_brackets_with_joints_are_no_units(bag: Path) -> None:
+    assert not any(group.bracketed_units for group in open_source(bag).groups)
+
+
 @pytest.mark.parametrize("share", [0.1, 0.6])
 def test_a_truncated_bag_is_refused(bag: Path, share: float) -> None:
     assert_refused(truncated(_file_of(bag), share), "ROS 2 bag is damaged or not complete")

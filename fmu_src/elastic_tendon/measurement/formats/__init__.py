@@ -31,7 +31,8 @@ _SUFFIXES = {
     ".db3": "rosbag",
 }
 _NOT_READ = {
-    b"PK\x03\x04": "an Excel workbook or another zip archive",
+    b"PK\x03\x04": "an Excel workbook, arrays of NumPy, or another zip archive",
+    b"\x93NUMPY": "an array of NumPy",
     b"\xd0\xcf\x11\xe0": "an Excel workbook",
     b"\x89PNG": "a PNG picture",
     b"\xff\xd8\xff": "a JPEG picture",

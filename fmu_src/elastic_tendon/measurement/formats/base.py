@@ -67,8 +67,8 @@ class Source(Protocol):
 
         Yields
         ------
-        column -> (k,) array as the file holds it: numbers, or objects where a cell holds text;
-        k > 0 differs from chunk to chunk
+        column -> (k,) array as the file holds it: numbers, truth values, or objects
+        where a cell holds text; k > 0 differs from chunk to chunk
 
         Raises
         ------
@@ -135,8 +135,10 @@ def too_many_columns(path: Path, count: str) -> str:
 
 
 def as_numbers(values: NDArray[Any]) -> NDArray[Any]:
-    """Numbers and truth values as doubles, all else as objects."""
-    return values.astype(np.float64 if values.dtype.kind in "buif" else object, copy=False)
+    """Numbers as doubles, truth values as they are, all else as objects."""
+    if values.dtype.kind == "b":
+        return values
+    return values.astype(np.float64 if values.dtype.kind in "uif" else object, copy=False)
 
 
 def row_ranges(rows: int, path: Path, report: Report) -> Iterator[slice]:

@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.arrays import grouped, series
 from elastic_tendon.measurement.formats.base import (
     Chunk,
@@ -38,7 +40,8 @@ def open_file(path: Path) -> "Hdf5Source":
 
     Arrays of one length in one group are columns of a `Group`; a matrix has its samples along the
     longer axis and one column for each of the other; a table of named fields is a group of its
-    own. Attributes ``unit`` or ``units`` are read. Single values are left out.
+    own. Attributes ``unit`` or ``units`` are read, and those by which NetCDF packs numbers. Single
+    values are left out.
 
     Raises
     ------
@@ -47,9 +50,13 @@ def open_file(path: Path) -> "Hdf5Source":
     lengths: dict[str, dict[str, int]] = {}
     places: dict[str, dict[str, _Column]] = {}
     units: dict[str, dict[str, str]] = {}
+    objects: dict[str, str] = {}
 
     def visit(name: str, item: object) -> None:
         if not isinstance(item, h5py.Dataset) or name.startswith(_MATLAB_OWN):
+            return
+        if "MATLAB_object_decode" in item.attrs:
+            objects[name] = _text(item.attrs.get("MATLAB_class")) or "object"
             return
         folder, _, last = name.rpartition("/")
         if item.dtype.names:
@@ -62,6 +69,12 @@ def open_file(path: Path) -> "Hdf5Source":
 
     with refusing_damage(path, _KIND), h5py.File(path, "r") as file:
         file.visititems(visit)
+    if objects and not lengths:
+        name, kind = next(iter(objects.items()))
+        raise MeasurementError(
+            f"{path.name}: {name} is a MATLAB {kind}, which only MATLAB can read; save its columns "
+            "as vectors of numbers, times as seconds(...), or write the table as CSV"
+        )
     groups: list[Group] = []
     columns: dict[str, Mapping[str, _Column]] = {}
     for folder, of_folder in lengths.items():
@@ -76,10 +89,10 @@ def _columns(item: h5py.Dataset, name: str) -> dict[str, tuple[_Column, int]]:
     if "MATLAB_empty" in item.attrs or item.attrs.get("MATLAB_class") in (b"char", b"cell"):
         return {}
     if item.dtype.names:
-        fields = [field for field in item.dtype.names if item.dtype[field].kind in "buifS"]
+        fields = [field for field in item.dtype.names if item.dtype[field].kind in "buifcS"]
         usable = item.ndim == 1 and len(item) > 1
         return {f: (_Column(item.name, False, f), len(item)) for f in fields if usable}
-    if item.dtype.kind not in "buif" and h5py.check_string_dtype(item.dtype) is None:
+    if item.dtype.kind not in "buifc" and h5py.check_string_dtype(item.dtype) is None:
         return {}
     return {
         column: (_Column(item.name, across, part), rows)
@@ -88,11 +101,17 @@ def _columns(item: h5py.Dataset, name: str) -> dict[str, tuple[_Column, int]]:
 
 
 def _unit(item: h5py.Dataset) -> str | None:
-    for key in ("unit", "units"):
-        unit = item.attrs.get(key)
-        if isinstance(unit, bytes | str):
-            return unit.decode() if isinstance(unit, bytes) else unit
-    return None
+    named = (_text(value) for key, value in item.attrs.items() if key.lower() in ("unit", "units"))
+    return next((unit for unit in named if unit), None)
+
+
+def _text(value: object) -> str | None:
+    """Text of an attribute, which may be an array of one."""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.item()
+    if isinstance(value, bytes):
+        return value.decode(errors="replace")
+    return value if isinstance(value, str) else None
 
 
 @dataclass(frozen=True)
@@ -124,5 +143,23 @@ def _values(file: h5py.File, place: _Column, rows: slice) -> NDArray[Any]:
     if isinstance(place.part, str):
         return as_numbers(item.fields(place.part)[rows])
     if place.part is None:
-        return as_numbers(item[rows])
-    return as_numbers(item[place.part, rows] if place.lies_across else item[rows, place.part])
+        raw = item[rows]
+    else:
+        raw = item[place.part, rows] if place.lies_across else item[rows, place.part]
+    if _text(file[place.dataset].attrs.get("MATLAB_class")) == "logical":
+        raw = raw.astype(bool)
+    return _unpacked(as_numbers(raw), file[place.dataset].attrs)
+
+
+def _unpacked(values: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
+    """Numbers that were packed by the conventions of NetCDF, blanks as NaN."""
+    packed = {"scale_factor", "add_offset", "_FillValue", "missing_value"} & set(attributes)
+    if not packed or values.dtype.kind != "f":
+        return values
+    blanks = [np.ravel(attributes[key]) for key in packed & {"_FillValue", "missing_value"}]
+    blank = np.isin(values, np.concatenate(blanks)) if blanks else np.False_
+    scale, offset = (
+        float(np.ravel(attributes.get(key, usual))[0])
+        for key, usual in (("scale_factor", 1.0), ("add_offset", 0.0))
+    )
+    return np.where(blank, np.nan, values * scale + offset)

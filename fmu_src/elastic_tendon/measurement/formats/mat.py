@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import loadmat
+from scipy.io import loadmat, whosmat
+from scipy.sparse import csc_array, csc_matrix
 
 from elastic_tendon.measurement.formats.arrays import grouped, series
 from elastic_tendon.measurement.formats.base import (
@@ -35,6 +36,8 @@ def open_file(path: Path) -> "MatSource":
     """
     with refusing_damage(path, "MAT file"):
         content = loadmat(path, simplify_cells=True)
+        logical = [name for name, _, kind in whosmat(path) if kind == "logical"]
+    content |= {name: np.asarray(content[name]).astype(bool) for name in logical}
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
     groups: list[Group] = []
     arrays: dict[str, Mapping[str, NDArray[Any]]] = {}
@@ -53,12 +56,13 @@ def _folders(
         content = {"time": content["time"], **_logged(content["signals"])}
     columns: dict[str, NDArray[Any]] = {}
     inner: dict[str, Mapping[str, Any]] = {}
-    for name, value in content.items():
+    for name, held in content.items():
+        value = _dense(held)
         if isinstance(value, Mapping):
             inner[name] = value
         elif isinstance(value, list | np.ndarray) and any(isinstance(v, Mapping) for v in value):
             inner |= {f"{name}[{i}]": v for i, v in enumerate(value) if isinstance(v, Mapping)}
-        elif isinstance(value, np.ndarray) and value.dtype.kind in "buifU":
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "buifcU":
             for column, _, across, part in series(name, value.shape):
                 samples = value.T if across else value
                 columns[column] = samples if part is None else samples[:, part]
@@ -66,6 +70,13 @@ def _folders(
         yield path, columns
     for name, struct in inner.items():
         yield from _folders(f"{path}/{name}" if path else name, struct)
+
+
+def _dense(value: Any) -> Any:
+    """A sparse vector as a plain one; a sparse matrix may be too large for it."""
+    return (
+        value.toarray() if isinstance(value, csc_array | csc_matrix) and 1 in value.shape else value
+    )
 
 
 def _logged(signals: Any) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any
 
 import numpy as np
@@ -30,16 +31,6 @@ _TIME = "time_s"
 _FRAGMENT = 1 << 22
 # data types that are neither numbers nor text, by the version's first digit
 _LEFT_OUT = {"3": range(8, 9), "4": range(10, 17)}
-
-
-def _close_half_made(file: Any) -> None:
-    with suppress(AttributeError):
-        file.close()
-
-
-# what could not be opened for damage, asammdf closes by attributes that it never had; Python shows
-# that as a traceback, whenever the object goes
-MDF3.__del__ = MDF4.__del__ = _close_half_made  # type: ignore[method-assign]
 
 
 @dataclass(frozen=True)
@@ -86,8 +77,27 @@ def _opened(path: Path) -> Iterator[Any]:
         with MDF(path) as file:
             file.configure(read_fragment_size=_FRAGMENT)
             yield file
+    except Exception as error:
+        _close_half_made(error)
+        raise
     finally:
         log.disabled = was_disabled
+
+
+def _close_half_made(error: BaseException | None) -> None:
+    """Close what could not be opened for damage, once and quietly.
+
+    asammdf does so whenever the object goes, stumbles over a file that was never opened, and Python
+    shows that as a traceback.
+    """
+    while error is not None:
+        for frame, _ in walk_tb(error.__traceback__):
+            half_made = frame.f_locals.get("self")
+            if frame.f_code.co_name == "__init__" and isinstance(half_made, MDF3 | MDF4):
+                vars(half_made).setdefault("_file", None)
+                with suppress(AttributeError):
+                    half_made.close()
+        error = error.__context__
 
 
 def _group_name(data: Any, number: int, taken: Mapping[str, object]) -> str:

@@ -82,6 +82,6 @@ def _values(column: pa.Array) -> NDArray[Any]:
         counts = column.cast(pa.int64()).to_numpy(zero_copy_only=False)
         seconds: NDArray[Any] = counts / {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
         return seconds
-    if pa.types.is_decimal(kind) or pa.types.is_boolean(kind):
+    if pa.types.is_decimal(kind):
         column = column.cast(pa.float64())
     return as_numbers(np.asarray(column.to_numpy(zero_copy_only=False)))

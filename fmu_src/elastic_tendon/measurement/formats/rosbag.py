@@ -99,7 +99,7 @@ def _numbers(message: Any, path: str = "") -> Iterator[tuple[str, float]]:
     for field in fields(message):
         value = getattr(message, field.name)
         name = f"{path}.{field.name}" if path else field.name
-        if isinstance(value, bool | int | float | np.number):
+        if _is_number(value):
             yield name, float(value)
         elif is_dataclass(value):
             if name != "header":
@@ -109,8 +109,12 @@ def _numbers(message: Any, path: str = "") -> Iterator[tuple[str, float]]:
             for index, part in zip(indices, value, strict=True):
                 if is_dataclass(part):
                     yield from _numbers(part, f"{name}[{index}]")
-                elif isinstance(part, bool | int | float | np.number | np.bool_):
+                elif _is_number(part):
                     yield f"{name}[{index}]", float(part)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True)
@@ -130,20 +134,25 @@ class RosbagSource:
         """Read some columns in chunks, see `base.Source`.
 
         A message without any of the columns, such as one of another joint's, is left out; one
-        without some of them has NaN there.
+        without some of them has NaN there. Messages of several nodes, or late ones, are not
+        recorded in the order of their stamps: they are sorted by time.
         """
         count = next(each.rows for each in self.groups if each.name == group) or 1
         done = 0
         signals = set(columns) - {_TIME}
+        tables: list[Chunk] = []
         with _opened(self.path) as bag:
             messages = _messages(bag, group)
             while some := list(islice(messages, _CHUNK_MESSAGES)):
                 rows = [self._row(group, message, time) for message, time in some]
                 kept = [row for row in rows if not signals.isdisjoint(row)] if signals else rows
                 if kept:
-                    yield _table(kept, columns)
+                    tables.append(_table(kept, (_TIME, *columns)))
                 done += len(some)
                 report(reading(self.path), min(done / count, 1.0))
+        if tables:
+            order = np.argsort(np.concatenate([table[_TIME] for table in tables]), kind="stable")
+            yield {name: np.concatenate([one[name] for one in tables])[order] for name in columns}
 
     def _row(self, topic: str, message: Any, recorded: float) -> Mapping[str, float]:
         time = _stamp(message) if topic in self.stamped else recorded
