@@ -6,6 +6,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -139,6 +140,21 @@ def test_simulate_with_motor_motion_alone_starts_at_rest(run, recording: str) ->
     assert out["joint_torque_Nm"][0] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_simulate_without_the_joint_starts_in_equilibrium_under_the_first_load(run) -> None:
+    time = np.arange(400) / RATE
+    columns = {
+        "time_s": time,
+        "motor_position_rad": np.full(400, 0.2),
+        "load_torque_Nm": np.full(400, 3.0),
+    }
+    pd.DataFrame(columns).to_csv("held.csv", index=False)
+    assert run("simulate", MODEL, "held.csv", "-o", "out.csv").exit_code == 0
+    out = pd.read_csv("out.csv")
+    assert out["joint_position_rad"][0] > 0.25
+    assert np.ptp(out["joint_position_rad"]) < 1e-6
+    assert out["joint_torque_Nm"].to_numpy() == pytest.approx(-3.0, abs=1e-5)
+
+
 def test_design_prints_the_papers_numbers(run) -> None:
     result = run("design", MODEL, "--plot", "curves.png")
     assert result.exit_code == 0
@@ -173,7 +189,6 @@ def test_effect_is_explained_and_drawn(run) -> None:
         (("compare", "no_model", "run.csv"), "no_model: there is no such file"),
         (("compare", MODEL, "none.csv"), "none.csv: there is no such file"),
         (("compare", MODEL, "run.csv[7:9]"), "the recording runs from 0 s to 1.995 s"),
-        (("compare", MODEL, "run.csv", "--map", "elbow=q"), "there is no signal 'elbow'"),
         (
             ("compare", MODEL, "run.csv", "--plot", "c.xyz"),
             "no picture is written with this suffix",
@@ -222,6 +237,44 @@ def only_line_at_end(result) -> str:
 def test_wrong_usage_is_status_2(run, arguments: tuple[str, ...]) -> None:
     result = run(*arguments)
     assert result.exit_code == 2
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize(
+    ("options", "fragment"),
+    [
+        (("--resample", "0"), "Invalid value for --resample: give a step in s, above 0"),
+        (("--resample", "-1"), "Invalid value for --resample"),
+        (("--resample", "nan"), "Invalid value for --resample"),
+        (("--shift", "foo=1"), "Invalid value for --shift: 'foo' is none of motor_position"),
+        (("--shift", "=1"), "Invalid value for --shift: '' is none of"),
+        (("--shift", "joint_position=soon"), "signal=auto"),
+        (
+            ("--shift", "load_torque=0.1", "--shift", "load_torque=0.2"),
+            "Invalid value for --shift: a signal is shifted twice",
+        ),
+        (("--remove-offset", "foo"), "Invalid value for --remove-offset: 'foo' is none of"),
+        (("--remove-offset", "time"), "Invalid value for --remove-offset: 'time' is none of"),
+        (("--map", "elbow=q"), "Invalid value for --map: 'elbow=q': there is no signal 'elbow'"),
+        (("--map", "joint_position="), "Invalid value for --map: 'joint_position='"),
+        (
+            ("--map", "time=a", "--map", "time=b"),
+            "Invalid value for --map: a signal is mapped twice",
+        ),
+    ],
+)
+@pytest.mark.parametrize("command", ["compare", "add", "simulate"])
+def test_wrong_options_of_reading_are_status_2_and_named(
+    run, command: str, options: tuple[str, ...], fragment: str
+) -> None:
+    before = {
+        "compare": ("compare", MODEL, "run.csv"),
+        "add": ("add", MODEL, "coulomb_friction", "run.csv", "-o", "new.toml"),
+        "simulate": ("simulate", MODEL, "run.csv", "-o", "out.csv"),
+    }
+    result = run(*before[command], *options, columns="300")
+    assert result.exit_code == 2
+    assert fragment in result.stderr
     assert not list(Path().iterdir())
 
 
@@ -279,6 +332,42 @@ def test_interrupt_is_one_line(run, monkeypatch) -> None:
     result = run("design", MODEL)
     assert result.exit_code == cli.INTERRUPTED
     assert only_line(result) == "elastic-tendon: stopped, nothing was written"
+
+
+def test_interrupt_after_a_file_was_written_says_so(run, recording: str, monkeypatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli.measurements, "_show_comparison", interrupted)
+    result = run("compare", MODEL, recording, "--figures", "f", "--json", "c.json")
+    assert result.exit_code == cli.INTERRUPTED
+    assert only_line_at_end(result) == "elastic-tendon: stopped, but f, c.json had been written"
+    assert Path("f").is_dir()
+    assert Path("c.json").is_file()
+
+
+def test_interrupt_before_a_command_begins_has_no_traceback(monkeypatch) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "app", interrupted)
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    assert stopped.value.code == cli.INTERRUPTED
+
+
+def test_comparing_tells_how_far_it_is(run, recording: str, monkeypatch) -> None:
+    told: list[tuple[str, float]] = []
+
+    @contextmanager
+    def telling():
+        yield lambda text, share: told.append((text, share))
+
+    monkeypatch.setattr(cli.measurements, "progress", telling)
+    assert run("compare", MODEL, recording, f"{recording}[0:1]").exit_code == 0
+    simulating = [one for one in told if one[0].endswith(": simulating")]
+    assert [share for _, share in simulating] == [0.0, 0.5]
+    assert simulating[0][0].startswith("run.csv")
 
 
 def test_demo_falls_to_the_noise_and_knows_its_own_picture(run) -> None:
@@ -549,13 +638,10 @@ def test_an_estimated_shift_is_told_and_kept(run, table) -> None:
     (file,) = json.loads(Path("c.json").read_text())["files"]
     assert file["preparation"]["time_shift"]["joint_position"] == pytest.approx(0.008, abs=5e-4)
     assert any("joint_position" in note for note in file["notes"])
-
-
-def test_a_shift_that_is_none_is_wrong_usage(run, table) -> None:
-    table.to_csv("run.csv", index=False)
-    result = run("compare", MODEL, "run.csv", "--shift", "joint_position=soon")
-    assert result.exit_code == 2
-    assert "signal=auto" in result.stderr.replace("\n", " ")
+    (warning,) = [one for one in result.stderr.splitlines() if one.startswith("warning: run.csv: ")]
+    assert "joint_position is taken as 8.0" in warning
+    assert "standard error 0." in warning
+    assert "friction that it lacks or a wrong inertia passes for a delay" in warning
 
 
 # ---- compare shows and draws ---------------------------------------------------------------
@@ -593,6 +679,28 @@ def test_series_and_static_curve_are_compared_together_with_all_figures(run, tab
     assert sorted(path.name for path in Path().iterdir()) == [
         *("c.json", "curve.csv", "f", "model.toml", "run.csv")
     ]
+
+
+def test_an_exact_static_curve_of_few_rows_is_met(run) -> None:
+    deflection = np.linspace(-0.2, 0.2, 12)
+    torque = characteristic_torque(deflection, load_model(MODEL).transmission)
+    columns = {"joint_deflection_rad": deflection, "joint_torque_Nm": torque}
+    for name, order in {"up": slice(None), "down": slice(None, None, -1)}.items():
+        pd.DataFrame(columns)[order].to_csv(f"{name}.csv", index=False)
+    assert run("compare", MODEL, "up.csv", "down.csv", "--json", "c.json").exit_code == 0
+    files = json.loads(Path("c.json").read_text())["files"]
+    assert len(files) == 2
+    assert all(file["signals"]["joint_position"]["max_abs"] < 1e-5 for file in files)
+
+
+def test_names_with_dollars_are_drawn_as_they_are(run, recording: str) -> None:
+    Path(recording).rename("a$b$c_{.csv")
+    model = load_model(MODEL).to_toml().replace(f'name = "{MODEL}"', r'name = "cost $x_{$"')
+    Path("model.toml").write_text(model, "utf-8")
+    done = run("compare", "model.toml", "a$b$c_{.csv", "--figures", "f", "--plot", "p.svg")
+    assert done.exit_code == 0
+    assert len(list(Path("f").iterdir())) == 6
+    assert run("design", "model.toml").exit_code == 0
 
 
 def test_figures_replace_nothing_unasked(run, recording: str) -> None:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from elastic_tendon.errors import ElasticTendonError
 
+written: list[Path] = []  # by this process, so that who stops it hears what is there
+
 
 class OutputError(ElasticTendonError):
     """A file that cannot be written; the message says why and what to do."""
@@ -51,6 +53,7 @@ def write_file(path: Path, write: Callable[[Path], object], *, force: bool) -> N
             temporary = Path(folder) / f"output{path.suffix}"
             write(temporary)
             os.replace(temporary, path)
+            written.append(path)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error.strerror})") from error
 
@@ -99,6 +102,7 @@ def write_folder(path: Path, write: Callable[[Path], object], *, force: bool) ->
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=".elastic-tendon-") as folder:
             write(Path(folder))
             path.mkdir(exist_ok=True)
+            written.append(path)
             for file in Path(folder).iterdir():
                 os.replace(file, path / file.name)
     except OSError as error:

@@ -4,12 +4,14 @@ They are recordings: the motor position is what its encoder reads, and a delay i
 what a sensor reads (``measured_...``) stands what is true at the time it reads.
 """
 
+from dataclasses import replace
+
 import pandas as pd
 
 from elastic_tendon.compiled import Trajectory, simulate
 from elastic_tendon.excitation import default_excitation
 from elastic_tendon.identify.initial_state import estimate_initial_state
-from elastic_tendon.identify.residuals import Array, InitialState, simulate_measurement
+from elastic_tendon.identify.residuals import Array, simulate_measurement
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 from elastic_tendon.variables import INPUTS, interface
@@ -38,7 +40,7 @@ def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
     """Simulate the motor motion and load of a measurement.
 
     The initial state is estimated on the first 0.1 s; where the joint was not measured it is
-    the equilibrium of the springs, at rest.
+    at rest in equilibrium under the first load.
 
     Parameters
     ----------
@@ -50,11 +52,13 @@ def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
     DataFrame; SI units, as the columns' suffixes say
     """
     transmission = model.transmission
-    ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius  # 1/n_t, (10)
-    if "joint_position" in measurement.signals:
-        initial = estimate_initial_state(model, measurement)
-    else:
-        initial = InitialState(ratio * float(measurement.motor_position[0]), 0.0)
+    started = measurement
+    if "joint_position" not in measurement.signals:
+        # a static curve starts where its first load holds the joint
+        ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius  # 1/n_t, (10)
+        unloaded = {"joint_position": ratio * measurement.motor_position}
+        started = replace(measurement, signals=unloaded, static=True)
+    initial = estimate_initial_state(model, started)
     trajectory = simulate_measurement(model, measurement, initial)
     return _table(model, trajectory, measurement.motor_position, measurement.load_torque)
 

@@ -5,6 +5,7 @@ Exit status: 0 done, 1 the data or the model says no (one line on stderr), 2 wro
 """
 
 import os
+import sys
 
 from elastic_tendon.cli import measurements, models
 from elastic_tendon.cli.shared import INTERRUPTED, app
@@ -19,4 +20,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 
 def main() -> None:
     """Entry point of the command ``elastic-tendon``."""
-    app()
+    try:
+        app()
+    except KeyboardInterrupt:  # before a command has begun
+        sys.exit(INTERRUPTED)

@@ -1,5 +1,6 @@
 """Commands that hold recordings against a model: simulate, compare, add; and the demo."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -36,8 +37,9 @@ from elastic_tendon.output import check_folder, check_writable, write_file, writ
 
 if TYPE_CHECKING:
     from elastic_tendon.identify.add import Addition, Report
-    from elastic_tendon.identify.compare import Comparison
+    from elastic_tendon.identify.compare import Comparison, FileComparison
     from elastic_tendon.identify.locate import Location
+    from elastic_tendon.measurement import Measurement
     from elastic_tendon.parameters import Model
 
 
@@ -138,7 +140,6 @@ def compare(
 
     The JSON holds how each file was read: give it to --map, and the same is done again.
     """
-    from elastic_tendon.identify.compare import compare as compare_with
     from elastic_tendon.identify.comparison_json import comparison_json
     from elastic_tendon.identify.locate import locate
 
@@ -151,8 +152,7 @@ def compare(
     loaded = load(model, own_effects)
     with progress() as report:
         measurements = reading.all(loaded, data, report)
-        report("simulating", 0.0)
-        comparison = compare_with(loaded, measurements)
+        comparison = _compared(loaded, measurements, report)
         location = locate(comparison, report)
         # files first: a reader that closes the pipe must not cost the user a result
         if figures is not None:
@@ -233,6 +233,20 @@ def _add_typical(model: "Model", effect: str, out: Path, more: bool, force: bool
         "Give DATA to fit it.",
         highlight=False,
     )
+
+
+def _compared(
+    model: "Model", measurements: "Sequence[Measurement]", report: "Report"
+) -> "Comparison":
+    """`compare`, which fits call as well, one recording at a time to tell how far it is."""
+    from elastic_tendon.identify.compare import Comparison
+    from elastic_tendon.identify.compare import compare as compare_with
+
+    files: list[FileComparison] = []
+    for index, one in enumerate(measurements):
+        report(f"{one.name}: simulating", index / len(measurements))
+        files.extend(compare_with(model, [one]).files)
+    return Comparison(model, tuple(files))
 
 
 def _save_figures(

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
+from os.path import isfile
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -78,11 +79,21 @@ class Reading:
         as_declared: bool,
         interpolation: Interpolation,
     ) -> "Reading":
-        """The options as they are given; a shift that is none is refused as wrong usage."""
+        """The options as they are given; what no file could be read with is wrong usage."""
+        from elastic_tendon.measurement.preparation import DIMENSIONS
+
+        _check_mapping(mapping or ())
+        if resample is not None and not (isfinite(resample) and resample > 0.0):
+            raise typer.BadParameter("give a step in s, above 0", param_hint="--resample")
+        for signal in remove_offset or ():
+            _check_signal(signal, [one for one in DIMENSIONS if one != "time"], "--remove-offset")
+        shifts = [_shift(one) for one in shift or ()]
+        if len(dict(shifts)) < len(shifts):
+            raise typer.BadParameter("a signal is shifted twice", param_hint="--shift")
         return cls(
             mapping=tuple(mapping or ()),
             resample=resample,
-            time_shift=dict(_shift(one) for one in shift or ()),
+            time_shift=dict(shifts),
             remove_offset=tuple(remove_offset or ()),
             as_declared=as_declared,
             interpolation=interpolation,
@@ -113,9 +124,9 @@ class Reading:
             )
         ]
         believed = self._believed(model, read, report)
-        for measurement in believed:
-            for note in measurement.notes:
-                notice.print(f"note: {measurement.name}: {note}", markup=False, soft_wrap=True)
+        for before, after in zip(read, believed, strict=True):
+            _tell("note", after.name, before.notes)
+            _tell("warning", after.name, after.notes[len(before.notes) :])
         return believed
 
     def one(self, model: "Model", data: str, report: "Report") -> "Measurement":
@@ -154,8 +165,34 @@ class Reading:
         return with_time_shifts_resolved(model, found)
 
 
+def _tell(kind: str, name: str, notes: Sequence[str]) -> None:
+    for note in notes:
+        notice.print(f"{kind}: {name}: {note}", markup=False, soft_wrap=True)
+
+
+def _check_mapping(items: Sequence[str]) -> None:
+    """Refuse items of --map that no file could be read with, as wrong usage."""
+    from elastic_tendon.measurement.preparation import parse_map
+
+    try:
+        parsed = [parse_map(item) for item in items if "=" in item and not isfile(item)]
+    except MeasurementError as error:
+        fault = str(error).removeprefix("--map ")
+        raise typer.BadParameter(fault, param_hint="--map") from None
+    if len(dict(parsed)) < len(parsed):
+        raise typer.BadParameter("a signal is mapped twice", param_hint="--map")
+
+
+def _check_signal(signal: str, known: Sequence[str], option: str) -> None:
+    if signal not in known:
+        raise typer.BadParameter(f"{signal!r} is none of {', '.join(known)}", param_hint=option)
+
+
 def _shift(text: str) -> tuple[str, float | Literal["auto"]]:
+    from elastic_tendon.measurement.preparation import SHIFTED
+
     signal, _, value = text.partition("=")
+    _check_signal(signal, SHIFTED, "--shift")
     if value == "auto":
         return signal, "auto"
     try:

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.output import check_writable, write_file, write_text
+from elastic_tendon.output import check_writable, write_file, write_text, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,13 +57,16 @@ def reporting(function: Callable[Parameters, None]) -> Callable[Parameters, None
 
     @functools.wraps(function)
     def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+        written.clear()
         try:
             function(*args, **kwargs)
         except ElasticTendonError as error:
             notice.print(f"elastic-tendon: {error}", markup=False, soft_wrap=True)
             raise typer.Exit(1) from None
         except KeyboardInterrupt:
-            notice.print("elastic-tendon: stopped, nothing was written")
+            left = ", ".join(map(str, written))
+            told = f"but {left} had been written" if left else "nothing was written"
+            notice.print(f"elastic-tendon: stopped, {told}", markup=False, soft_wrap=True)
             raise typer.Exit(INTERRUPTED) from None
 
     return run

@@ -170,7 +170,8 @@ def _resolved(model: Model, measurement: Measurement) -> Measurement:
             shifts[signal] = found[signal].shift
     notes = [
         f"{signal} is taken as {1e3 * one.shift:.2f} ms late, which was estimated with this model "
-        f"(standard error {1e3 * one.standard_error:.2f} ms if the model is right)"
+        f"(standard error {1e3 * one.standard_error:.2f} ms if the model is right; friction that "
+        "it lacks or a wrong inertia passes for a delay)"
         for signal, one in found.items()
     ]
     # all at once, as when the file is read again with these numbers

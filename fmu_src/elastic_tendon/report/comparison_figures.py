@@ -14,6 +14,7 @@ from elastic_tendon.identify.ladder import Rung, Step
 from elastic_tendon.identify.residuals import Array
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.output import OutputError
+from elastic_tendon.report.names import shortened, verbatim
 from elastic_tendon.report.thinning import envelope, stride
 from elastic_tendon.report.units import shown, times_noise
 
@@ -25,7 +26,6 @@ VISIBLE = 0.02  # share of an axis below which a band needs no legend
 SOFTWARE = "elastic-tendon"  # in the metadata of a PNG
 PICTURES = (".png", ".svg", ".pdf")
 PAIRS = 20  # of axes in an overlay; a longer picture could not be read, nor at length be written
-NAME = 44  # letters of a recording's name in a title
 LEGEND: dict[str, Any] = {"framealpha": 0.8, "edgecolor": "none"}  # curves may fill the axes
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
 
@@ -46,7 +46,7 @@ def overlay(comparison: Comparison) -> Figure:
     every = [(file, name) for file in comparison.files for name in file.signals]
     pairs = every[:PAIRS]
     figure = Figure(figsize=(8.0, 0.4 + 3.9 * len(pairs)), layout="constrained")
-    title = f"{comparison.model.name}: measured and simulated"
+    title = f"{verbatim(comparison.model.name)}: measured and simulated"
     if len(every) > len(pairs):
         title += f", the first {len(pairs)} of {len(every)} signals"
     figure.suptitle(title)
@@ -117,11 +117,6 @@ def static_torque(measurement: Measurement) -> Array:
     return np.zeros(len(measurement.time)) if load is None else -load
 
 
-def shortened(name: str) -> str:
-    """The name of a recording, its middle left out where it would not fit into a title."""
-    return name if len(name) <= NAME else f"{name[: NAME // 2]}…{name[-NAME // 2 + 1 :]}"
-
-
 def ladder(rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
     """Error after each step on fitted and held-out data, beside the noise floor.
 
@@ -165,7 +160,7 @@ def _draw_ladder(axes: Axes, rungs: Sequence[Rung], signal: str) -> None:
     axes.margins(y=0.15)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_xticks(places, [one.title for one in rungs])
+    axes.set_xticks(places, [verbatim(one.title) for one in rungs])
     axes.set_xlim(-0.4, len(rungs) - 0.6)
     axes.set_ylabel(f"RMS error, {quantity.words} ({quantity.small_unit})")
     axes.legend(frameon=False)
@@ -219,16 +214,15 @@ def story(steps: Sequence[Step], rungs: Sequence[Rung], signal: str = "joint_pos
     colours = STEP_COLOURS[: len(steps)]
     for file, step, colour in ((first, steps[0], colours[0]), (final, steps[-1], colours[-1])):
         simulated = file.trajectory[file.trajectory.measured(signal)]
-        middle.plot(*envelope(time, simulated), color=colour, lw=1.0, label=step.title)
+        middle.plot(*envelope(time, simulated), color=colour, lw=1.0, label=verbatim(step.title))
     middle.set_ylabel(f"{quantity.words} ({quantity.unit})")
-    middle.set_title(
-        f"{final.measurement.name} ({kind} data)", loc="left", pad=24.0, fontsize="medium"
-    )
+    title = f"{shortened(final.measurement.name)} ({kind} data)"
+    middle.set_title(title, loc="left", pad=24.0, fontsize="medium")
     for step, colour in zip(steps, colours, strict=True):
         file = (step.heldout or step.comparison).files[0]
         simulated = file.trajectory[file.trajectory.measured(signal)]
         error = quantity.small * (simulated - measured)
-        bottom.plot(*envelope(time, error), color=colour, linewidth=1.0, label=step.title)
+        bottom.plot(*envelope(time, error), color=colour, linewidth=1.0, label=verbatim(step.title))
     bottom.axhline(0.0, color="0.5", linewidth=0.8)
     bottom.set_ylabel(f"error ({quantity.small_unit})")
     bottom.set_xlabel("time (s)")

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from elastic_tendon import design
 from elastic_tendon.design import CharacteristicCurve
 from elastic_tendon.parameters import Model
+from elastic_tendon.report.names import verbatim
 
 DARKEST, LIGHTEST = 0.0, 0.85  # part of viridis that stands out from white paper
 
@@ -43,7 +44,7 @@ def characteristic_curves(model: Model, pretensions: Sequence[float] | None = No
     for curve, shade in zip(curves, shades, strict=True):
         _draw_curve(torque_axes, stiffness_axes, curve, colormaps["viridis"](shade), own)
 
-    figure.suptitle(f"{model.name}: characteristic curves over pretension")
+    figure.suptitle(f"{verbatim(model.name)}: characteristic curves over pretension")
     torque_axes.set_ylabel(r"torque on the joint ${}^j\tau_e$ (N·m)")
     stiffness_axes.set_ylabel("stiffness (N·m/rad)")
     stiffness_axes.set_xlabel(r"joint deflection $q - {}^j\theta$ (rad)")

@@ -30,11 +30,11 @@ from elastic_tendon.report.comparison_figures import (
     PURPLE,
     VERMILLION,
     overlay,
-    shortened,
     static_torque,
     tidy,
 )
 from elastic_tendon.report.comparison_tables import STATES, sample_shares
+from elastic_tendon.report.names import shortened
 from elastic_tendon.report.thinning import envelope, some, stride
 from elastic_tendon.report.units import shown, with_unit
 from elastic_tendon.transmission import (

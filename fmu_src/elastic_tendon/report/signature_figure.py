@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from elastic_tendon.report.comparison_figures import BLUE, VERMILLION, tidy
+from elastic_tendon.report.names import verbatim
 from elastic_tendon.signature import HIDDEN, Beside, Signature
 
 STATES = ("I", "III", "II")  # from negative deflections to positive ones, Fig. 4
@@ -75,4 +76,5 @@ def _title(signature: Signature) -> str:
     ]
     times = "" if signature.times_typical == 1.0 else f"{signature.times_typical:g} × the "
     heading = f"{signature.effect.title} of {times}typical size on {signature.example}"
-    return f"{heading}\n{fill(', '.join(one.replace(' ', FIXED) for one in numbers), LINE)}"
+    below = fill(", ".join(one.replace(" ", FIXED) for one in numbers), LINE)
+    return verbatim(f"{heading}\n{below}")

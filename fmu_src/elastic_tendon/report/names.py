@@ -1,0 +1,20 @@
+"""Names that users give, as figures show them."""
+
+LONGEST = 44  # letters of a recording's name in a title
+
+
+def verbatim(name: str) -> str:
+    """A name that matplotlib draws as it is: it takes what stands between dollars for formulas.
+
+    Parameters
+    ----------
+    name : str; of a model, a recording, an effect or a parameter
+    """
+    return name.replace("$", r"\$")
+
+
+def shortened(name: str) -> str:
+    """The name of a recording, its middle left out where it would not fit into a title."""
+    if len(name) > LONGEST:
+        name = f"{name[: LONGEST // 2]}…{name[-LONGEST // 2 + 1 :]}"
+    return verbatim(name)
