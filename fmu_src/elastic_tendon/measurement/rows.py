@@ -213,16 +213,16 @@ class _GroupReader:
         return keep
 
     def _in_order(self, into: _Rows, time: Array, part: _Part) -> NDArray[np.bool_]:
-        """Which rows to keep: not those that repeat the one before; refuses any other order."""
+        """Which rows to keep: not those that repeat the one before; refuses falling times."""
         keep = np.ones(len(time), dtype=bool)
         if len(time) and not (time[0] > into.last_time and np.all(time[1:] > time[:-1])):
             steps = np.diff(time, prepend=into.last_time)
             self._check_forward(steps, time, into.last_time, part.numbers)
-            keep = steps > 0.0
-            if self.preparation.resample is not None:
-                keep[:] = True  # equal times are averaged, as of a clock that counts coarsely
-            self._check_repeated(~keep, into, time, part)
-            into.repeated += int(np.count_nonzero(~keep))
+            # resampling averages equal times, as of a clock that counts coarsely
+            if self.preparation.resample is None:
+                keep = steps > 0.0
+                self._check_repeated(~keep, into, time, part)
+                into.repeated += int(np.count_nonzero(~keep))
         if len(time):
             into.last_time = float(time[-1])
             for column in self.columns:

@@ -3,8 +3,8 @@
 A file of moderate size that is nothing but numbers, one for each name in each row, is left to
 pandas as a whole, which parses it by several threads. Any other is read in blocks of bytes. There
 pandas would fill short rows with blanks and, asked for some columns only, overlook values too
-many; so the separators of a block are counted, which costs little, and where their number is not
-that of the header, its rows are looked at one by one.
+many; so the separators of each line are counted, which costs little, and where a number is not that
+of the header, the rows of the block are looked at one by one.
 """
 
 import io
@@ -78,8 +78,9 @@ class TextSource:
         with self.path.open("rb") as file:
             file.seek(self.layout.start)
             while block := _next_block(file, self.path, row):
-                yield self._parse(block, row, columns)
-                row += _count(block, b"\n")
+                chunk = self._parse(block, row, columns)
+                yield chunk
+                row += len(chunk[columns[0]])
                 report(reading(self.path), file.tell() / size)
 
     def _regular_table(self) -> pd.DataFrame | None:
@@ -120,14 +121,15 @@ class TextSource:
             raise MeasurementError(
                 f"{self.name}: row {bad} holds a NUL byte, which no text has; export it again"
             )
-        lines = _count(block, b"\n")
-        if not _even(block, self.layout.separator.encode(), len(self.layout.names) - 1):
+        ends = _places(block, b"\n")
+        separators = _places(block, self.layout.separator.encode())
+        if not _even(separators, ends, len(self.layout.names) - 1):
             self._check_rows(block, row)
         try:
             table = self._table(io.BytesIO(block), usecols=list(columns), low_memory=False)
         except pd.errors.ParserError as error:
             raise _broken_line(self.name, block, row) from error
-        if len(table) != lines:
+        if len(table) != len(ends):
             raise _broken_line(self.name, block, row)
         return {name: self._values(table[name], row) for name in columns}
 
@@ -147,22 +149,17 @@ class TextSource:
                 text_layout.check_row(self.name, line, self.layout, row + i)
 
 
-def _count(block: bytes, byte: bytes) -> int:
-    # several times as fast as bytes.count
-    return int(np.count_nonzero(np.frombuffer(block, np.uint8) == ord(byte)))
+def _places(block: bytes, byte: bytes) -> NDArray[np.intp]:
+    return np.flatnonzero(np.frombuffer(block, np.uint8) == ord(byte))
 
 
-def _even(block: bytes, separator: bytes, per_line: int) -> bool:
-    """Whether every line has so many separators."""
-    content = np.frombuffer(block, np.uint8)
-    ends = np.flatnonzero(content == ord(b"\n"))
-    places = np.flatnonzero(content == ord(separator))
-    if len(places) != per_line * len(ends):
+def _even(separators: NDArray[np.intp], ends: NDArray[np.intp], per_line: int) -> bool:
+    """Whether every line has so many separators, by the places of these and of the lines' ends."""
+    if len(separators) != per_line * len(ends):
         return False
     # the first and the last of those that a line should have lie within it
-    table = places.reshape(len(ends), per_line)
-    within = np.all(table[:, -1] < ends) and np.all(table[1:, 0] > ends[:-1])
-    return bool(within)
+    table = separators.reshape(len(ends), per_line)
+    return bool(np.all(table[:, -1] < ends) and np.all(table[1:, 0] > ends[:-1]))
 
 
 def _next_block(file: io.BufferedReader, path: Path, row: int) -> bytes:
