@@ -334,7 +334,7 @@ def _of_comparison(tree: object, source: str, data: Path) -> tuple[Preparation, 
     return tuple(
         check_preparation(one["preparation"], f"{source}: {one.get('name', same[0])}")
         for one in files
-        if one["source"] == same[0]
+        if str(one["source"]) == same[0]
     )
 
 
