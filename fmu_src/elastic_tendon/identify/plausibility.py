@@ -16,6 +16,8 @@ from elastic_tendon.identify.readings import (
     WORDS,
     Reading,
     declared_factor,
+    gear_reading,
+    gear_slope,
     ratio_of_pulleys,
     unit_readings,
 )
@@ -53,7 +55,7 @@ def implausible(model: Model, measurement: Measurement, *, explained: bool) -> t
     tuple of at most one sentence
     """
     found = (
-        _travel(measurement),
+        _travel(model, measurement),
         _deflection(model, measurement),
         _load(model, measurement),
         _speed(measurement),
@@ -63,11 +65,13 @@ def implausible(model: Model, measurement: Measurement, *, explained: bool) -> t
     return tuple(f"{measurement.name}: {one}" for one in found if one)[:1]
 
 
-def _travel(measurement: Measurement) -> str:
+def _travel(model: Model, measurement: Measurement) -> str:
     turns = float(np.ptp(measurement.signals["joint_position"])) / (2.0 * pi)
     if turns <= MOST_TURNS:
         return ""
-    return f"the joint position travels {turns:.3g} turns; {_angle_advice(turns, measurement)}"
+    return (
+        f"the joint position travels {turns:.3g} turns; {_angle_advice(turns, model, measurement)}"
+    )
 
 
 def _deflection(model: Model, measurement: Measurement) -> str:
@@ -78,7 +82,7 @@ def _deflection(model: Model, measurement: Measurement) -> str:
         return ""
     return (
         f"the deflection between motor and joint spans {travel:.3g} rad, {times:.3g} times what "
-        f"the springs bear; {_angle_advice(times, measurement)}"
+        f"the springs bear; {_angle_advice(times, model, measurement)}"
     )
 
 
@@ -89,12 +93,17 @@ def _largest_travel(model: Model) -> float:
     return springs / radii.joint_pulley_radius
 
 
-def _angle_advice(times: float, measurement: Measurement) -> str:
-    """Advice on the unit of the positions, which span `times` what is usual."""
+def _angle_advice(times: float, model: Model, measurement: Measurement) -> str:
+    """Advice on unit and gear of the positions, which span `times` what is usual."""
     positions = ("joint_deflection",) if measurement.static else POSITIONS
     # what is far off even in degrees is in the smaller unit
     unit = "deg" if times <= FAR_DEFLECTION / UNITS["joint_position"]["deg"] else "mrad"
-    return f"if it is in {WORDS[unit]} {_read_in(unit, positions, measurement)}"
+    advice = f"if it is in {WORDS[unit]} {_read_in(unit, positions, measurement)}"
+    slope = None if measurement.static else gear_slope(model, measurement)
+    if slope is None:
+        return advice
+    gear = gear_reading(float(f"{max(abs(slope), 1.0 / abs(slope)):.2g}"), slope)
+    return f"{advice}; or {gear.what}: then {gear.cure(measurement.preparation)}"
 
 
 def _read_in(unit: str, signals: Sequence[str], measurement: Measurement) -> str:

@@ -260,16 +260,15 @@ def is_gear(slope: float) -> bool:
     return slope != 0.0 and max(abs(slope), 1.0 / abs(slope)) >= LEAST_GEAR
 
 
-def gear_reading(slope: float) -> Reading:
+def gear_reading(ratio: float, slope: float) -> Reading:
     """The reading in which a gear between motor and joint was not taken into account.
 
     Parameters
     ----------
-    slope : how far the joint turns for what the pulleys make of the motor's motion, not 0; the
-        larger of the two is taken for the one that counts before the gear
+    ratio : at least 1
+    slope : see `gear_slope`; says the sign, and that what moves farther counts before the gear
     """
     signal = "joint_position" if abs(slope) > 1.0 else "motor_position"
-    ratio = max(abs(slope), 1.0 / abs(slope))
     return Reading(
         f"the {name(signal)} looks as if a gear ratio of {ratio:g} was not taken into account"
         + (" and its sign were opposite" if slope < 0.0 else ""),

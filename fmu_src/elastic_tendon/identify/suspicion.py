@@ -103,7 +103,7 @@ def refuse_suspicious(model: Model, measurements: Sequence[Measurement]) -> None
 def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Trial, ...]:
     """The reading that explains an excerpt far better than what is declared, if there is one.
 
-    Two where a unit and the ratio of a gear cannot be told apart.
+    Two where two units, or a unit and the ratio of a gear, cannot be told apart.
     """
     if declared <= FINE:
         return ()
@@ -114,10 +114,13 @@ def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Tria
         gear = _gear(model, excerpt)
     trials = [_Trial(reading, _left_by(model, excerpt, reading)) for reading in table]
     good = [one for one in trials if _explains(one, declared)]
-    if gear is None:
-        return (_first_of_best(good),) if good else ()
-    told = [*good, gear] if _explains(gear, declared) else good
-    return _beside_gear(_first_of_best(told), gear, good) if told else ()
+    told = [*good, gear] if gear is not None and _explains(gear, declared) else good
+    if not told:
+        return ()
+    best = _first_of_best(told)
+    found = (best,) if gear is None else _beside_gear(best, gear, good)
+    found = found if len(found) > 1 else (*found, *_other_unit(found[0], good))
+    return tuple(sorted(found, key=lambda one: one.unexplained))
 
 
 def _left_by(model: Model, excerpt: Measurement, reading: Reading) -> float:
@@ -160,8 +163,19 @@ def _beside_gear(best: _Trial, gear: _Trial, others: Sequence[_Trial]) -> tuple[
         return (gear,)
     if abs(by_gear / unit.reading.factors[signal] - 1.0) <= WHOLE:
         return (unit,)
-    first, second = sorted((unit, gear), key=lambda one: one.unexplained)
-    return first, second
+    return unit, gear
+
+
+def _other_unit(best: _Trial, others: Sequence[_Trial]) -> tuple[_Trial, ...]:
+    """Another unit of the same columns that explains nearly as much, if there is one."""
+    columns = set(best.reading.factors)
+    close = [
+        one
+        for one in others
+        if one is not best and one.reading.unit and set(one.reading.factors) == columns
+        if best.reading.unit and one.unexplained <= LIKE * best.unexplained
+    ]
+    return tuple(sorted(close, key=lambda one: one.unexplained)[:1])
 
 
 def _gear(model: Model, excerpt: Measurement) -> _Trial | None:
@@ -173,8 +187,7 @@ def _gear(model: Model, excerpt: Measurement) -> _Trial | None:
         return None
 
     def trial(ratio: float) -> _Trial:
-        by = math.copysign(ratio if abs(slope) > 1.0 else 1.0 / ratio, slope)
-        reading = gear_reading(by)
+        reading = gear_reading(ratio, slope)
         return _Trial(reading, _unexplained(model, reading.apply(excerpt)))
 
     start = max(abs(slope), 1.0 / abs(slope))
