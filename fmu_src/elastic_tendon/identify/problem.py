@@ -162,6 +162,9 @@ class Problem:
             block[:, :count] = own[:, :count]
             first = count + _STATES * index
             block[:, first : first + _STATES] = own[:, count:]
+            if one.static:
+                # long forgotten by the second row; a trace of it would scale its steps to infinity
+                block[:, first + 1] = 0.0
             blocks.append(block)
         return np.vstack(blocks)
 
