@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
+from elastic_tendon.identify.averaging import block_means, block_sizes
 from elastic_tendon.identify.bins import Bin, bins_of, noise_density
-from elastic_tendon.identify.partition import blocks_of, last_way, memory_of, partitions
+from elastic_tendon.identify.partition import (
+    FEW,
+    blocks_of,
+    last_way,
+    memory_of,
+    partitions,
+    range_text,
+)
 from elastic_tendon.measurement import NoiseFloor
 from elastic_tendon.parameters import load_model
 from elastic_tendon.transmission import slack_boundaries
@@ -18,7 +26,7 @@ TIME = 0.002 * np.arange(N)
 WHITE = NoiseFloor(1.0, "white")
 ALL = {
     *("slack_state", "deflection", "joint_velocity", "velocity_sign", "joint_acceleration"),
-    *("motor_position", "load_torque", "time"),
+    *("joint_position", "motor_position", "load_torque", "time"),
 }
 
 
@@ -33,6 +41,7 @@ def variables() -> dict[str, np.ndarray]:
         "deflection": deflection,
         "joint_velocity": velocity,
         "joint_acceleration": np.gradient(velocity, TIME),
+        "joint_position": deflection + 0.4 * np.sin(1.3 * TIME),
         "motor_position": 0.4 * np.sin(1.3 * TIME),
         "load_torque": np.sin(3.0 * TIME),
     }
@@ -95,7 +104,43 @@ def test_what_does_not_change_is_no_variable() -> None:
 
 def test_a_static_curve_has_no_speeds_no_time_and_no_frequencies() -> None:
     bins = split(white(4), static=True)
-    assert {one.by for one in bins} == ALL - {"joint_velocity", "joint_acceleration", "time"}
+    moving = {"joint_velocity", "joint_acceleration", "joint_position", "time"}
+    assert {one.by for one in bins} == ALL - moving
+
+
+def test_a_short_recording_has_no_bins_of_a_few_samples() -> None:
+    short = {name: values[:13] for name, values in variables().items()}
+    parts = partitions(short, MODEL, 0.0, static=False)
+    residual = 5.0 + white(9)[:13]
+    bins = bins_of(residual, np.zeros(13), TIME[:13], parts, WHITE, static=False)
+    assert all(np.min(part.counts) >= FEW for part in parts.values() if part.edges is not None)
+    assert not any(one.stands_out for one in bins if one.count < FEW and one.by != "frequency")
+
+
+def test_labels_tell_their_ends_apart() -> None:
+    assert range_text(2.0, 2.05) == "2 to 2.05"
+    assert range_text(2.0, 2.5) == "2 to 2.5"
+    assert range_text(1700000000.0, 1700000001.5) == "1700000000 to 1700000001.5"
+    assert range_text(-0.12345, 0.2, " and ") == "-0.123 and 0.2"
+
+
+def test_blocks_of_samples_give_the_figures_of_all_samples() -> None:
+    stride = 3  # which does not divide the number of samples
+    residual = white(10) * np.where(variables()["joint_velocity"] > 0.0, 3.0, 1.0)
+    blocks = {name: block_means(values, stride) for name, values in variables().items()}
+    blocks["slack_state"] = np.rint(blocks["slack_state"])
+    sizes = block_sizes(N, stride)
+    parts = partitions(blocks, MODEL, 0.0, static=False, sizes=sizes)
+    bins = bins_of(residual, np.zeros(N), TIME, parts, WHITE, static=False, stride=stride)
+    for by in ALL:
+        chosen = of(bins, by)
+        assert sum(one.count for one in chosen) == N
+        squares = sum(one.count * one.rmse**2 for one in chosen)
+        assert squares == pytest.approx(np.sum(residual**2))
+    alike = of(split(residual), "velocity_sign")
+    for one, other in zip(of(bins, "velocity_sign"), alike, strict=True):
+        if one.bin != "at rest":  # a block at its edge is on one side or the other
+            assert one.rmse == pytest.approx(other.rmse, rel=0.01)
 
 
 def test_an_error_in_one_direction_stands_out_there_and_only_there() -> None:

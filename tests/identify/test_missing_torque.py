@@ -7,6 +7,7 @@ import pytest
 
 from elastic_tendon.compiled import simulate
 from elastic_tendon.errors import SimulationError
+from elastic_tendon.identify import averaging
 from elastic_tendon.identify import missing_torque as module
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.missing_torque import Smoother, missing_torque, smoother_for
@@ -121,6 +122,10 @@ def test_a_static_curve_is_followed_by_its_stiffness_alone() -> None:
     sweep = Measurement("sweep", time, 0.0 * time, signals, load_torque=load, static=True)
     found, _, parts = reconstruct(sweep)
     assert np.std(found.torque - extra) < 0.05
+    # where nothing is missing the band is as narrow as its samples
+    curve = next(one for one in found.curves if one.by == "deflection")
+    inner = np.abs(curve.centre) < 0.15
+    assert np.all((curve.high - curve.low)[inner] < 0.15)
     assert "joint_acceleration" not in parts
     assert "velocity_sign" in parts
 
@@ -153,10 +158,13 @@ def test_a_failing_simulation_leaves_what_was_found_before(pushed, monkeypatch) 
 
 
 def test_a_long_recording_takes_one_round(pushed, monkeypatch) -> None:
-    monkeypatch.setattr(module, "LONG", 1000)
-    found, _, _ = reconstruct(pushed)
-    assert any("one round" in note for note in found.notes)
+    monkeypatch.setattr(averaging, "LONG", 1000)
+    found, variables, parts = reconstruct(pushed)
+    assert len(pushed.time) == 3000
+    assert len(found.torque) == len(variables["time"]) == 1000
+    assert any("one round" in note and "each 3 neigh" in note for note in found.notes)
     assert np.min(found.torque) == pytest.approx(-1.5, abs=0.2)
+    assert all(np.sum(part.counts) == 3000 for part in parts.values())
 
 
 def test_a_late_sensor_does_not_break_the_loop() -> None:

@@ -14,7 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from elastic_tendon.identify.partition import Partition, memory_of
+from elastic_tendon.identify.averaging import block_means
+from elastic_tendon.identify.partition import FEW, Partition, memory_of, range_text
 from elastic_tendon.identify.residuals import Array
 from elastic_tendon.measurement import NoiseFloor
 
@@ -22,6 +23,7 @@ from elastic_tendon.measurement import NoiseFloor
 MINIMUM_FREEDOM = 1.0
 OCTAVES = 9
 LEAST_FREQUENCIES = 4  # in the lowest band
+EVEN = 1e-3  # share of a step by which a sample may be off an even grid
 # times the noise, what a band may hold on top: inputs between samples are known no better
 NEGLIGIBLE = 0.33
 RISK = 0.05  # that any bin of a signal stands out where there is nothing but noise
@@ -61,6 +63,7 @@ def bins_of(
     noise: NoiseFloor,
     *,
     static: bool,
+    stride: int = 1,
 ) -> tuple[Bin, ...]:
     """Split the squared error of one signal by every variable and by frequency.
 
@@ -69,9 +72,10 @@ def bins_of(
     residual : (n,) array, simulated less measured
     measured : (n,) array, the signal
     time : (n,) array, s
-    parts : of `partition.partitions`
+    parts : of `partition.partitions`, of n samples or of blocks of them
     noise : NoiseFloor of the signal
     static : whether the recording is a slow sweep, which has no frequencies
+    stride : samples in a block; the figures are those of all samples
 
     Returns
     -------
@@ -81,9 +85,8 @@ def bins_of(
     memory = memory_of(squares - np.mean(squares))
     memory = max(memory, (1.0 + noise.correlation**2) / (1.0 - noise.correlation**2))
     rounding = _rounding(residual + measured, measured, noise)
-    found = [
-        one for part in parts.values() for one in _split(part, residual, rounding, memory, noise)
-    ]
+    means = [block_means(one, stride) for one in (residual, squares, rounding**2)]
+    found = [one for part in parts.values() for one in _split(part, means, memory, noise)]
     if not static:
         found += _octaves(residual, rounding, time, noise)
     return _judged(found, FLOOR_ERROR[noise.kind])
@@ -108,13 +111,13 @@ class _Unjudged:
 
 
 def _split(
-    part: Partition, residual: Array, rounding: Array, memory: float, noise: NoiseFloor
+    part: Partition, blocks: list[Array], memory: float, noise: NoiseFloor
 ) -> list[_Unjudged]:
-    squares = part.means(residual**2)
-    floors = np.maximum(part.means(rounding**2), noise.sigma**2)
+    """`blocks`: means of the residual, of its square, and of the square of what rounding does."""
+    bias, squares, roundings = (part.means(one) for one in blocks)
+    floors = np.maximum(roundings, noise.sigma**2)
     sums = part.counts * squares
     total = float(np.sum(sums)) or 1.0
-    bias = part.means(residual)
     found = []
     for index, words in enumerate(part.words):
         edges = (None, None) if part.edges is None else part.edges[index : index + 2].tolist()
@@ -131,7 +134,8 @@ def _split(
             stands_out=False,
         )
         ratio = float(squares[index] / floors[index])
-        found.append(_Unjudged(one, ratio, float(part.counts[index]) / memory))
+        enough = one.count >= FEW
+        found.append(_Unjudged(one, ratio, one.count / memory if enough else 0.0))
     return found
 
 
@@ -155,7 +159,7 @@ def _octaves(residual: Array, rounding: Array, time: Array, noise: NoiseFloor) -
     for index, (lower, upper) in enumerate(pairwise(edges.tolist())):
         one = Bin(
             by="frequency",
-            bin=f"{lower:.3g} to {upper:.3g} Hz",
+            bin=f"{range_text(lower, upper)} Hz",
             lower=lower,
             upper=upper,
             count=int(counts[index]),
@@ -175,8 +179,10 @@ def _power(values: Array, time: Array) -> Array:
     from scipy.fft import rfft
 
     n = len(values)
-    even = np.interp(np.linspace(time[0], time[-1], n), time, values)
-    power = np.abs(np.asarray(rfft(even)) / n) ** 2
+    grid = np.linspace(time[0], time[-1], n)
+    if np.max(np.abs(time - grid)) > EVEN * (grid[1] - grid[0]):
+        values = np.interp(grid, time, values)
+    power = np.abs(np.asarray(rfft(values)) / n) ** 2
     power[1 : (n + 1) // 2] *= 2.0  # the negative frequencies
     return np.asarray(power)
 

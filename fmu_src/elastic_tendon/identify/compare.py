@@ -17,11 +17,12 @@ from elastic_tendon.identify.residuals import (
 )
 from elastic_tendon.measurement import Measurement, NoiseFloor
 from elastic_tendon.parameters import Model
+from elastic_tendon.transmission import SlackState, slack_boundaries
 
 NORMAL_MEDIAN = 0.6745  # of the magnitude of normal values, in standard deviations
 THIRD_DIFFERENCES = 20.0  # their variance over that of white noise, binomial(6, 3)
 # by the number of `transmission.SlackState`
-SLACK_STATES = {1: "I", 2: "II", 3: "III", 4: "both slack"}
+SLACK_STATES = {1: "I", 2: "II", 3: "III"}
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,10 @@ class ErrorFigures:
 
 @dataclass(frozen=True)
 class SignalError(ErrorFigures):
-    """Error of one signal in one recording, also by the slack state in which the model is.
+    """Error of one signal in one recording, also by the slack state of the measured deflection.
 
-    `slack_states` holds the states that occur, by the names "I", "II", "III" and "both slack".
+    `slack_states`, see `slack_states_measured`, holds the states that occur, by the names "I",
+    "II" and "III"; both tendons at once are slack in motion only.
     """
 
     noise: NoiseFloor
@@ -119,7 +121,7 @@ def _compare_one(model: Model, measurement: Measurement) -> FileComparison:
     initial = estimate_initial_state(model, measurement)
     trajectory = simulate_measurement(model, measurement, initial)
     errors = residuals_of(trajectory, measurement)
-    states = np.rint(trajectory["slack_state"])
+    states = slack_states_measured(model, trajectory, measurement)
     noise = _noise(model, measurement, trajectory)
     return FileComparison(
         measurement=measurement,
@@ -130,6 +132,29 @@ def _compare_one(model: Model, measurement: Measurement) -> FileComparison:
             for name, error in errors.items()
         },
     )
+
+
+def slack_states_measured(model: Model, trajectory: Trajectory, measurement: Measurement) -> Array:
+    """Slack state at rest, by (14), at the deflection that was measured; (n,) `SlackState`.
+
+    It is the machine's state as far as its deflection tells. The state in which the model is
+    follows from the model's error too, and would file the error by its own consequence.
+
+    Parameters
+    ----------
+    model : Model
+    trajectory : Trajectory of n samples
+    measurement : Measurement; its error in joint position, taken from the simulated deflection,
+        leaves the measured one, whatever offsets the model knows
+    """
+    error = residuals_of(trajectory, measurement)["joint_position"]
+    deflection = trajectory["deflection"] - error
+    lower_end, upper_end = slack_boundaries(model.transmission)
+    states = np.full(len(deflection), float(SlackState.III))
+    # beyond its end the upper spring is shorter than at rest, and so on the other side
+    states[deflection > upper_end] = SlackState.II
+    states[deflection < lower_end] = SlackState.I
+    return states
 
 
 def _noise(

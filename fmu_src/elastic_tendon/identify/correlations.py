@@ -66,9 +66,10 @@ def correlations(file: FileComparison, signal: str) -> tuple[Correlation, ...]:
     error = error - np.mean(error)
     length = _number_of_lags(error)
     step = float(even[1] - even[0])
-    own = _autocorrelation(error, length, step, file.signals[signal].noise.correlation)
+    noise = file.signals[signal].noise.correlation
+    own = _autocorrelation(error, length, step, noise)
     with_inputs = (
-        _cross_correlation(name, error, values - np.mean(values), length, step)
+        _cross_correlation(name, error, values - np.mean(values), length, step, noise)
         for name, values in series.items()
         if np.ptp(values) > 0.0
     )
@@ -105,10 +106,12 @@ def _autocorrelation(error: Array, length: int, step: float, noise: float) -> Co
 
 
 def _cross_correlation(
-    name: str, error: Array, other: Array, length: int, step: float
+    name: str, error: Array, other: Array, length: int, step: float, noise: float
 ) -> Correlation:
+    """`noise` as in `_autocorrelation`; an error that is no noise must not widen its own bound."""
     n = len(error)
-    both = _correlate(error, error, n // 4) * _correlate(other, other, n // 4)
+    apart = np.abs(np.arange(-(n // 4), n // 4 + 1))
+    both = noise**apart * _correlate(other, other, n // 4)
     # of two independent series: the sum over all lags of the product of their autocorrelations
     variance = max(1.0, float(np.sum(both))) / n
     lags = np.arange(-float(length), length + 1.0)

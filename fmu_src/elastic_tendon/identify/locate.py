@@ -1,8 +1,9 @@
 """Where a model fails: by what the joint was doing, in bins and in words."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from elastic_tendon.identify.averaging import block_means, spread, stride_of
 from elastic_tendon.identify.bins import Bin, bins_of
 from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.in_words import in_words
@@ -19,8 +20,9 @@ class FileLocation:
     `bins` and `in_words` by signal; `variables` are what the joint did, (n,) arrays by name:
     ``time`` (s), ``deflection`` (rad), ``joint_velocity`` (rad/s), ``joint_acceleration``
     (rad/s²), ``joint_position`` and ``motor_position`` (rad), ``load_torque`` and
-    ``joint_torque``, which the tendons exert (N·m), ``slack_state``; of the model moved as
-    measured, by the missing torque.
+    ``joint_torque``, which the tendons exert (N·m), ``slack_state`` of the measured deflection, see
+    `compare.slack_states_measured`; the rest of the model moved as measured, by the missing
+    torque. Neighbouring samples of a long recording share their values, see `averaging`.
     """
 
     bins: Mapping[str, tuple[Bin, ...]]
@@ -63,11 +65,14 @@ def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocat
     missing, variables, parts = missing_torque(model, file, report)
     report("where the error lies", 0.9)
     residuals = residuals_of(file.trajectory, measurement)
+    n = len(measurement.time)
+    stride = stride_of(n)
     bins = {
         name: bins_of(
             *(residual, measurement.signals[name], measurement.time, parts),
             file.signals[name].noise,
             static=measurement.static,
+            stride=stride,
         )
         for name, residual in residuals.items()
     }
@@ -76,12 +81,23 @@ def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocat
         in_words={
             name: in_words(
                 Evidence(
-                    *(name, residual, file.signals[name], bins[name]),
-                    *(missing, variables, parts, measurement.static),
+                    *(name, block_means(residual, stride), file.signals[name], bins[name]),
+                    *(missing, variables, parts),
+                    static=measurement.static,
+                    model=model,
+                    load_recorded=measurement.load_torque is not None,
                 )
             )
             for name, residual in residuals.items()
         },
-        missing_torque=missing,
-        variables=variables,
+        missing_torque=replace(
+            missing,
+            torque=spread(missing.torque, stride, n),
+            sigma=spread(missing.sigma, stride, n),
+        ),
+        variables={
+            **{name: spread(values, stride, n) for name, values in variables.items()},
+            "time": measurement.time,
+            "motor_position": measurement.motor_position,
+        },
     )

@@ -16,8 +16,14 @@ import numpy as np
 
 from elastic_tendon.compiled import Trajectory
 from elastic_tendon.errors import SimulationError
+from elastic_tendon.identify.averaging import (
+    averaged_file,
+    averaged_noise,
+    block_sizes,
+    stride_of,
+)
 from elastic_tendon.identify.bins import noise_density
-from elastic_tendon.identify.compare import FileComparison
+from elastic_tendon.identify.compare import FileComparison, slack_states_measured
 from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.partition import (
     Integers,
@@ -45,10 +51,9 @@ Report = Callable[[str, float], object]
 
 ROUNDS = 5
 # a longer recording is simulated once more, and once only
-LONG = 200_000  # samples
 LONG_NOTE = (
-    f"the missing torque was found in one round instead of up to {ROUNDS}, as the recording has "
-    f"more than {LONG} samples"
+    "as the recording is long, the missing torque was found in one round instead of up to "
+    f"{ROUNDS}, and each {{stride}} neighbouring samples count as one where the error is located"
 )
 # what a round must remove of the smoothed error to be worth another
 WORTHWHILE = 0.05
@@ -145,7 +150,7 @@ class _Track:
 def missing_torque(
     model: Model, file: FileComparison, report: Report = lambda _text, _share: None
 ) -> tuple[MissingTorque, Mapping[str, Array], Mapping[str, Partition]]:
-    """Reconstruct the missing torque of one recording.
+    """Reconstruct the missing torque of one recording; of a long one, that of `averaging` blocks.
 
     Parameters
     ----------
@@ -156,21 +161,29 @@ def missing_torque(
     Returns
     -------
     MissingTorque; what the joint did under it, variables by name, (n,) arrays as in
-    `locate.FileLocation`; and the samples sorted by these
+    `locate.FileLocation`; and the samples sorted by these. All hold one value for each block of
+    `averaging.stride_of` samples, which is one sample unless the recording is long
     """
+    whole, stride = file.measurement, stride_of(len(file.measurement.time))
+    file = averaged_file(file, stride)
     measurement = file.measurement
     error = _error(file.trajectory, measurement)
-    noise = measurement.noise["joint_position"]
+    floor = whole.noise["joint_position"]
+    noise = averaged_noise(floor, stride)
     grid = _even(measurement.time)
     smoother = smoother_for(_onto(grid, measurement.time, error), noise, grid[1] - grid[0])
-    track, done, notes = _track(model, file, noise, smoother, grid, report)
-    variables = _variables(measurement, track.trajectory)
+    rounds = ROUNDS if stride == 1 else 1
+    track, done, notes = _track(model, file, noise, smoother, grid, rounds, report)
+    if stride > 1:
+        notes.append(LONG_NOTE.format(stride=stride))
+    variables = _variables(model, measurement, track.trajectory)
     sigma = _torque_sigma(model, measurement, track.trajectory, smoother, noise, max(done, 1))
     # what a measured load's own noise adds to the position, and so to the torque that undoes it
-    added = max(file.signals["joint_position"].noise.sigma ** 2 - noise.sigma**2, 0.0)
+    added = max(file.signals["joint_position"].noise.sigma ** 2 - floor.sigma**2, 0.0)
     sigma = np.hypot(sigma, _stiffness(model, track.trajectory) * np.sqrt(added))
     shaking = noise.sigma * _noise_gain(smoother, noise, lambda w: w, max(done, 1))
-    parts = partitions(variables, model, shaking, static=measurement.static)
+    sizes = None if stride == 1 else block_sizes(len(whole.time), stride)
+    parts = partitions(variables, model, shaking, static=measurement.static, sizes=sizes)
     curves = _curves(track.torque, sigma, variables, parts)
     return MissingTorque(track.torque, sigma, curves, tuple(notes)), variables, parts
 
@@ -181,6 +194,7 @@ def _track(
     noise: NoiseFloor,
     smoother: Smoother,
     grid: Array,
+    rounds: int,
     report: Report,
 ) -> tuple[_Track, int, list[str]]:
     """Move the model by its smoothed error until noise is left; with the number of rounds."""
@@ -188,8 +202,7 @@ def _track(
     error = _error(file.trajectory, measurement)
     track = _Track(np.zeros(len(error)), file.initial_state, file.trajectory, error)
     floor = noise.sigma * _noise_gain(smoother, noise, np.ones_like)
-    rounds = 1 if len(error) > LONG else ROUNDS
-    notes = [LONG_NOTE] if len(error) > LONG else []
+    notes: list[str] = []
     before = np.inf
     for done in range(rounds):
         report("missing torque", done / rounds)
@@ -304,12 +317,12 @@ def _damping(model: Model, trajectory: Trajectory) -> Array:
     return np.asarray(model.link.damping + springs)
 
 
-def _variables(measurement: Measurement, trajectory: Trajectory) -> dict[str, Array]:
+def _variables(model: Model, measurement: Measurement, trajectory: Trajectory) -> dict[str, Array]:
     velocity = trajectory["joint_velocity"]
     load = measurement.load_torque
     return {
         "time": measurement.time,
-        "slack_state": np.rint(trajectory["slack_state"]),
+        "slack_state": slack_states_measured(model, trajectory, measurement),
         "deflection": trajectory["deflection"],
         "joint_velocity": velocity,
         "joint_acceleration": np.gradient(velocity, measurement.time),
@@ -363,8 +376,10 @@ def _curves(
         sums = part.by_block(torque, blocks)
         mean, error, freedom = sums.mean_with_error()
         half = stdtrit(np.maximum(freedom, 1.0), 0.5 + 0.5 * CONFIDENCE) * error
-        # a bin that lies within one block has no scatter to judge by: the whole torque's counts
-        half = np.where(freedom < 1.0, 2.0 * max(rms(torque), float(np.max(sigma))), half)
+        # few blocks tell little of their scatter, one nothing: then the samples of the bin are
+        # taken as if they were one, which is not known better than they lie apart
+        own = np.sqrt(part.means((torque - mean[part.member]) ** 2 + sigma**2))
+        half = np.where(freedom < 1.0, 2.0 * own, np.minimum(half, 2.0 * own))
         low, high = mean - half, mean + half
         curves.append(TorqueCurve(by, part.unit, centre, mean, low, high, part.counts))
     return tuple(curves)

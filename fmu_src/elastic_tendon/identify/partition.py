@@ -1,7 +1,7 @@
 """Samples of a recording sorted by what the joint was doing, and by blocks of time."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -15,8 +15,8 @@ Integers = NDArray[np.int_]
 
 PARTS = 8  # of the range of a variable
 STRETCHES = 10  # of the recording
-# a bin at an end that holds less than this share of all samples joins its neighbour
-SCARCE = 0.01
+# a bin that holds less than this share of all samples, or fewer than so many, joins its neighbour
+SCARCE, FEW = 0.01, 10
 # slower than this share of the largest speed counts as rest, or than so many standard deviations
 # of the velocity's noise, but up to another share of the largest speed only
 REST_SHARE, NOISY_REST, MOST_REST = 0.01, 3.0, 0.1
@@ -30,12 +30,15 @@ UNITS = {
     "deflection": "rad",
     "joint_velocity": "rad/s",
     "joint_acceleration": "rad/s²",
+    "joint_position": "rad",
     "motor_position": "rad",
     "load_torque": "N·m",
     "time": "s",
 }
-# what a slow sweep has too little of to be split by; its time is the number of its row
-MOTION = ("joint_velocity", "joint_acceleration", "time")
+# what a slow sweep has too little of to be split by; its time is the number of its row, and as the
+# motor is held, its deflection is the joint's position
+NOT_STATIC = ("joint_velocity", "joint_acceleration", "joint_position", "time")
+MOST_DIGITS = 12  # of a label
 
 
 @dataclass(frozen=True)
@@ -60,10 +63,11 @@ class Sums:
 
 @dataclass(frozen=True)
 class Partition:
-    """Samples sorted into k bins of one variable.
+    """Samples, or blocks of them, sorted into k bins of one variable.
 
-    `member` (n,), the bin of each sample; `words` of each bin; `edges` (k + 1,) where the variable
-    is a quantity of `unit`.
+    `member` (n,), the bin of each; `counts` (k,) of samples; `words` of each bin; `edges` (k + 1,)
+    where the variable is a quantity of `unit`; `sizes` (n,), the samples in each block, None where
+    these are single samples.
     """
 
     by: str
@@ -72,16 +76,12 @@ class Partition:
     words: tuple[str, ...]
     edges: Array | None = None
     unit: str | None = None
-
-    def thinned(self, stride: int) -> "Partition":
-        """Of every so many samples one."""
-        member = self.member[::stride]
-        counts = np.maximum(np.bincount(member, minlength=len(self.counts)), 1)
-        return replace(self, member=member, counts=counts)
+    sizes: Integers | None = None
 
     def means(self, values: Array) -> Array:
-        """Mean of (n,) values in each bin, (k,)."""
-        return np.bincount(self.member, values, len(self.counts)) / self.counts
+        """Mean in each bin, (k,), over all samples; (n,) values, of blocks their means."""
+        weighted = values if self.sizes is None else values * self.sizes
+        return np.bincount(self.member, weighted, len(self.counts)) / self.counts
 
     def by_block(self, values: Array, blocks: Integers) -> Sums:
         """Sums of (n,) values over bins and blocks, `blocks` (n,) from `blocks_of`."""
@@ -144,7 +144,12 @@ def last_way(position: Array) -> Array:
 
 
 def partitions(
-    variables: Mapping[str, Array], model: Model, velocity_noise: float, *, static: bool
+    variables: Mapping[str, Array],
+    model: Model,
+    velocity_noise: float,
+    *,
+    static: bool,
+    sizes: Integers | None = None,
 ) -> dict[str, Partition]:
     """Sort the samples of a recording by each of its variables.
 
@@ -154,47 +159,67 @@ def partitions(
     model : Model; its slack boundaries are edges of the bins of the deflection
     velocity_noise : float, rad/s, standard deviation of what noise adds to the joint's velocity
     static : whether the recording is a slow sweep, whose speed and time mean nothing
+    sizes : (n,) samples in each block, where the variables are those of blocks
 
     Returns
     -------
     dict, name of a variable -> Partition; a variable that does not change is left out
     """
-    found = [_slack_states(variables["slack_state"])]
+    found = [_slack_states(variables["slack_state"], sizes)]
     boundaries = slack_boundaries(model.transmission)
     for by in UNITS:
-        if static and by in MOTION:
+        if static and by in NOT_STATIC:
             continue
         values = variables[by]
         if np.ptp(values) > 1e-9 * np.max(np.abs(values)):
             inner = boundaries if by == "deflection" else ()
-            found.append(_parts(by, values, STRETCHES if by == "time" else PARTS, inner))
-    found.append(_directions(variables["joint_velocity"], velocity_noise))
+            parts = STRETCHES if by == "time" else PARTS
+            found.append(_parts(by, values, parts, inner, sizes))
+    found.append(_directions(variables["joint_velocity"], velocity_noise, sizes))
     return {one.by: one for one in found if len(one.counts)}
 
 
-def _slack_states(states: Array) -> Partition:
+def _slack_states(states: Array, sizes: Integers | None) -> Partition:
     numbers = [int(state) for state in SlackState]
     words = [SlackState(number).label for number in numbers]
-    return _named("slack_state", states.astype(np.intp) - numbers[0], words)
+    return _named("slack_state", states.astype(np.intp) - numbers[0], words, sizes)
 
 
-def _directions(velocity: Array, noise: float) -> Partition:
+def _directions(velocity: Array, noise: float, sizes: Integers | None) -> Partition:
     fastest = float(np.max(np.abs(velocity)))
     rest = max(REST_SHARE * fastest, min(NOISY_REST * noise, MOST_REST * fastest))
     sign = 1 + (velocity > rest).astype(np.intp) - (velocity < -rest)
-    return _named("velocity_sign", sign, ["negative", "at rest", "positive"])
+    return _named("velocity_sign", sign, ["negative", "at rest", "positive"], sizes)
 
 
-def _named(by: str, number: Integers, words: list[str]) -> Partition:
+def _named(by: str, number: Integers, words: list[str], sizes: Integers | None) -> Partition:
     """Bins with names; those without samples are left out."""
-    counts = np.bincount(number, minlength=len(words))
+    counts = _counts(number, len(words), sizes)
     kept = np.flatnonzero(counts)
     place = np.zeros(len(words), dtype=np.intp)
     place[kept] = np.arange(len(kept))
-    return Partition(by, place[number], counts[kept], tuple(words[i] for i in kept))
+    kept_words = tuple(words[i] for i in kept)
+    return Partition(by, place[number], counts[kept], kept_words, sizes=sizes)
 
 
-def _parts(by: str, values: Array, parts: int, inner: tuple[float, ...]) -> Partition:
+def _counts(number: Integers, bins: int, sizes: Integers | None) -> Integers:
+    return np.bincount(number, sizes, bins).astype(np.intp)
+
+
+def range_text(lower: float, upper: float, between: str = " to ") -> str:
+    """Two numbers of one quantity, with three digits or as many as tell them apart."""
+    for digits in range(3, MOST_DIGITS + 1):
+        texts = f"{lower:.{digits}g}", f"{upper:.{digits}g}"
+        # a rounded width must still be the width
+        width = float(texts[1]) - float(texts[0])
+        if abs(width - (upper - lower)) <= 0.1 * abs(upper - lower):
+            break
+    return between.join(texts)
+
+
+def _parts(
+    by: str, values: Array, parts: int, inner: tuple[float, ...], sizes: Integers | None
+) -> Partition:
     """Equal parts of the range; edges next to `inner` move there, scarce ends join neighbours."""
     lowest, highest = float(np.min(values)), float(np.max(values))
     edges = np.linspace(lowest, highest, parts + 1)
@@ -202,16 +227,16 @@ def _parts(by: str, values: Array, parts: int, inner: tuple[float, ...]) -> Part
         if lowest < boundary < highest:
             edges[1 + int(np.argmin(np.abs(edges[1:-1] - boundary)))] = boundary
     member = np.searchsorted(edges[1:-1], values, side="right")
-    counts = np.bincount(member, minlength=parts)
-    kept = _joined(counts, max(SCARCE * len(values), 2.0))
+    counts = _counts(member, parts, sizes)
+    kept = _joined(counts, max(SCARCE * float(np.sum(counts)), FEW))
     edges = edges[np.append(kept, parts)]
     edges[0] = lowest
-    sizes = np.add.reduceat(counts, kept)
+    joined = np.add.reduceat(counts, kept)
     number = np.searchsorted(kept, np.arange(parts), side="right") - 1
     member = np.maximum(number, 0)[member]
     unit = UNITS[by]
-    words = tuple(f"{a:.3g} to {b:.3g} {unit}" for a, b in pairwise(edges))
-    return Partition(by, member, sizes, words, edges, unit)
+    words = tuple(f"{range_text(a, b)} {unit}" for a, b in pairwise(edges.tolist()))
+    return Partition(by, member, joined, words, edges, unit, sizes)
 
 
 def _joined(counts: Integers, least: float) -> Integers:

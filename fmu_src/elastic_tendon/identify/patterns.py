@@ -1,13 +1,15 @@
 """Simple shapes that the missing torque or an error may have, and how well each explains it.
 
 A shape is a constant, proportional to one variable, with the direction of motion, a curve over one
-variable, a stiffness that begins somewhere, or a stretch of time. A shape is fitted by least
-squares, and what it explains is the share of the mean square; where that would say little of the
-joint's motion, as with springs, the motion is judged.
+variable, or a stretch of time; those over the deflection are in `springs`. A shape is fitted by
+least squares, and what it explains is the share of the mean square; where that would say little of
+the joint's motion, as with springs, the motion is judged. A number that no machine can have is no
+finding.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +18,8 @@ from elastic_tendon.identify.compare import SignalError
 from elastic_tendon.identify.missing_torque import MissingTorque
 from elastic_tendon.identify.partition import Partition, blocks_of, last_way, memory_of
 from elastic_tendon.identify.residuals import Array, rms
+from elastic_tendon.parameters import Model
+from elastic_tendon.transmission import characteristic_damping
 
 # by which a pattern must explain more than a simpler one
 SIMPLER = 0.04
@@ -25,8 +29,13 @@ SURE = 3.0
 EVENT = 0.2
 STRETCHES = 50
 CURVE_PARTS = 24  # of the range of a variable
-BOUNDS = np.linspace(0.2, 0.96, 77)  # of the largest deflection, where another stiffness may begin
-STILL = 0.2  # of the motor's motion at the joint: a joint that moves less is held
+# of the largest speed: what is slow; slower still, smoothing turns the missing torque too early
+SLOWEST, SLOW = 0.02, 0.1
+# of the torque along the motion: by which it falls or grows with the speed before that is told
+TREND = 0.15
+# of the motor's motion at the joint: a joint that moves less is held; of the deflection: a motor
+# that moves less is
+STILL = 0.2
 EVENT_SHARE = 0.8  # of the square over the recording that a passing event must hold
 EVENT_ENERGY = 0.9  # of what the longest stretch holds lies between the times that are told
 
@@ -36,7 +45,8 @@ class Evidence:
     """What is known of the error of one signal in one recording.
 
     `signal` and its `residual` (n,), simulated less measured, with its figures `error` and its
-    `bins`; the rest as in `locate.FileLocation`; `static`: the recording is a slow sweep.
+    `bins`; the rest as in `locate.FileLocation`, where a long recording is taken in blocks, see
+    `averaging`. `static`: the recording is a slow sweep; `load_recorded`: it has a load.
     """
 
     signal: str
@@ -47,6 +57,13 @@ class Evidence:
     variables: Mapping[str, Array]
     parts: Mapping[str, Partition]
     static: bool
+    model: Model
+    load_recorded: bool
+
+    @cached_property
+    def last_way(self) -> Array:
+        """Direction of motion (n,), kept at rest, see `partition.last_way`."""
+        return last_way(self.variables["joint_position"])
 
 
 @dataclass(frozen=True)
@@ -55,7 +72,7 @@ class Finding:
 
     `explained` share of the mean square; `size` and `error`, the pattern's number and its standard
     error; `bounds`: start and end (s) of a passing event, or the deflections (rad) beyond which
-    another stiffness begins.
+    another stiffness begins; `trend`: whether the magnitude falls with the speed (-1), grows (1).
     """
 
     pattern: "Pattern"
@@ -63,6 +80,7 @@ class Finding:
     size: float
     error: float
     bounds: tuple[float, ...] = ()
+    trend: int = 0
 
     @property
     def sign(self) -> int:
@@ -86,7 +104,7 @@ class Pattern:
 
 def constant_error(pattern: Pattern, _target: Array, evidence: Evidence) -> Finding:
     """The error of the signal is the same throughout."""
-    return _proportional_to(pattern, evidence.residual, np.ones(len(evidence.residual)))
+    return proportional_to(pattern, evidence.residual, np.ones(len(evidence.residual)))
 
 
 def late(pattern: Pattern, _target: Array, evidence: Evidence) -> Finding:
@@ -96,17 +114,39 @@ def late(pattern: Pattern, _target: Array, evidence: Evidence) -> Finding:
 
 def constant(pattern: Pattern, target: Array, _evidence: Evidence) -> Finding:
     """The same throughout."""
-    return _proportional_to(pattern, target, np.ones(len(target)))
+    return proportional_to(pattern, target, np.ones(len(target)))
 
 
 def proportional(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
     """In proportion to the pattern's variable."""
-    return _proportional_to(pattern, target, evidence.variables[pattern.by])
+    return proportional_to(pattern, target, evidence.variables[pattern.by])
+
+
+def acceleration(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
+    """In proportion to the acceleration; a link cannot be less inert than not at all."""
+    found = proportional(pattern, target, evidence)
+    return found if found.size < evidence.model.link.inertia else None
+
+
+def velocity(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
+    """In proportion to the velocity; nothing is damped less than not at all."""
+    found = proportional(pattern, target, evidence)
+    springs = characteristic_damping(0.0, evidence.model.transmission)
+    return found if found.size < evidence.model.link.damping + float(springs) else None
+
+
+def load(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
+    """In proportion to the load, which does not act backwards."""
+    found = proportional(pattern, target, evidence)
+    return found if found.size > -1.0 else None
 
 
 def direction(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
-    """The sign of the velocity."""
-    return _along(pattern, target, evidence, np.ones(len(target)))
+    """The sign of the velocity; friction holds what rests with any smaller torque."""
+    found = _along(pattern, target, evidence, np.ones(len(target)))
+    sticking = _sticking(pattern, target, _ways(pattern, evidence))
+    found = max(found, sticking, key=lambda one: one.explained)
+    return replace(found, trend=_trend(pattern, target, found, evidence))
 
 
 def direction_and_load(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
@@ -119,11 +159,51 @@ def direction_and_load(pattern: Pattern, target: Array, evidence: Evidence) -> F
 
 def _along(pattern: Pattern, target: Array, evidence: Evidence, size: Array) -> Finding:
     """`size` (n,) along the motion; at rest it may stay as the last motion left it, or not."""
+    ways = _ways(pattern, evidence), evidence.last_way
+    fits = [proportional_to(pattern, target, size * way) for way in ways]
+    return max(fits, key=lambda one: one.explained)
+
+
+def _ways(pattern: Pattern, evidence: Evidence) -> Array:
+    """Direction of motion of each sample: -1, 1, and 0 at rest."""
     part = evidence.parts[pattern.by]
     signs = [{"negative": -1.0, "positive": 1.0}.get(word, 0.0) for word in part.words]
-    ways = np.array(signs)[part.member], last_way(evidence.variables["joint_position"])
-    fits = [_proportional_to(pattern, target, size * way) for way in ways]
-    return max(fits, key=lambda one: one.explained)
+    return np.asarray(np.array(signs)[part.member])
+
+
+def _sticking(pattern: Pattern, target: Array, way: Array) -> Finding:
+    """Against the motion, and at rest whatever is no larger; the motion alone must show it too."""
+    moving = way != 0.0
+    if not moving.any():
+        return Finding(pattern, 0.0, 0.0, 0.0)
+    found = proportional_to(pattern, target[moving], way[moving])
+    if found.size >= 0.0:
+        return replace(found, explained=0.0)
+    held = np.clip(target, found.size, -found.size)
+    rest = target - np.where(moving, found.size * way, held)
+    overall = 1.0 - float(rest @ rest) / float(target @ target)
+    return replace(found, explained=min(found.explained, overall))
+
+
+def _trend(pattern: Pattern, target: Array, found: Finding, evidence: Evidence) -> int:
+    """Whether the torque along the motion surely falls (-1) or grows (1) with the speed.
+
+    What smoothing does to slow motion only makes it seem smaller there, never larger.
+    """
+    velocity = evidence.variables["joint_velocity"]
+    speed = np.abs(velocity)
+    along = np.sign(found.size) * target * np.sign(velocity)
+    share = speed / max(float(np.max(speed)), 1e-300)
+    fast, slow = share > SLOW, (share > SLOWEST) & (share <= SLOW)
+    if slow.any() and fast.any():
+        more = along[slow] - np.mean(along[fast])
+        excess = proportional_to(pattern, more, np.ones(len(more)))
+        if excess.sign > 0 and excess.size > TREND * abs(found.size):
+            return -1
+    along, speed = along[fast], speed[fast]
+    slope = proportional_to(pattern, along - np.mean(along), speed - np.mean(speed))
+    change = slope.size * float(np.subtract(*np.quantile(speed, (0.9, 0.1))))
+    return slope.sign if abs(change) > TREND * abs(found.size) else 0
 
 
 def unknown_torque(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
@@ -142,52 +222,8 @@ def held(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
     return unknown_torque(pattern, target, evidence)
 
 
-def stiffness(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
-    """Another stiffness everywhere."""
-    deflection = evidence.variables["deflection"]
-    return _of_springs(_proportional_to(pattern, target, deflection), deflection, evidence)
-
-
-def beyond(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
-    """Another stiffness beyond a deflection of either sign, or of one."""
-    deflection = evidence.variables["deflection"]
-    found = []  # share explained, bound, shape
-    for side in (-1.0, 1.0):
-        way = side * deflection
-        bounds = max(float(np.max(way)), 0.0) * BOUNDS
-        shapes = [side * np.maximum(way - bound, 0.0) for bound in bounds]
-        gains = [_proportional_to(pattern, target, shape).explained for shape in shapes]
-        best = int(np.argmax(gains))
-        found.append((gains[best], side * float(bounds[best]), shapes[best]))
-    most = max(explained for explained, _, _ in found)
-    chosen = [one for one in found if one[0] > SIMPLER * most]
-    if most <= 0.0:
-        return None
-    shape = np.sum([shape for _, _, shape in chosen], axis=0)
-    finding = _of_springs(_proportional_to(pattern, target, shape), shape, evidence)
-    return replace(finding, bounds=tuple(bound for _, bound, _ in chosen))
-
-
-def _of_springs(finding: Finding, shape: Array, evidence: Evidence) -> Finding:
-    """What a change of stiffness explains of the deflections, where that is less than it seems.
-
-    Whatever deflects the joint, where no known torque does, the model lacks just the torque that
-    its springs have at that deflection, as if there were no springs. But the softer they are, the
-    larger the deflections by the torque that the change leaves unexplained, and these are judged.
-    `shape` (n,), rad, is the deflection over which the stiffness changes.
-    """
-    inside = shape != 0.0
-    over = evidence.variables["deflection"][inside]
-    over = over - np.mean(over)
-    springs = -evidence.variables["joint_torque"][inside]
-    stiffness = float(over @ springs) / max(float(over @ over), 1e-300)
-    left = stiffness - finding.size
-    yielding = max(stiffness / left, 1.0) if left > 0.0 else np.inf
-    return replace(finding, explained=1.0 - (1.0 - finding.explained) * yielding**2)
-
-
-def _proportional_to(pattern: Pattern, target: Array, shape: Array) -> Finding:
-    """Least squares of target on one shape; the standard error counts blocks, not samples."""
+def proportional_to(pattern: Pattern, target: Array, shape: Array) -> Finding:
+    """Least squares of target (n,) on one shape (n,); the standard error counts blocks."""
     square = float(shape @ shape)
     if square == 0.0:
         return Finding(pattern, 0.0, 0.0, 0.0)
@@ -196,29 +232,37 @@ def _proportional_to(pattern: Pattern, target: Array, shape: Array) -> Finding:
     score = shape * rest
     blocks = blocks_of(memory_of(score), len(score))
     error = float(np.linalg.norm(np.bincount(blocks, score))) / square
-    return Finding(pattern, 1.0 - float(rest @ rest) / float(target @ target), size, error)
+    explained = 1.0 - float(rest @ rest) / max(float(target @ target), 1e-300)
+    return Finding(pattern, explained, size, error)
 
 
-def curve(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
+def curve(
+    pattern: Pattern, target: Array, evidence: Evidence, *, through_zero: bool = False
+) -> Finding:
     """A mean for each of many small parts of the range; the slope tells the direction."""
     values = evidence.variables[pattern.by]
     lowest, width = float(np.min(values)), float(np.ptp(values)) / CURVE_PARTS
     member = np.minimum((values - lowest) / width, CURVE_PARTS - 1).astype(int)
     counts = np.bincount(member, minlength=CURVE_PARTS)
     means = np.bincount(member, target, CURVE_PARTS) / np.maximum(counts, 1)
+    near = np.abs(values) < width
+    if through_zero and near.any():
+        means -= np.mean(target[near])
     rest = target - means[member]
     # as many independent facts as the target has memories, less one for each part
     facts = len(target) / memory_of(target)
     penalty = facts / max(facts - float(np.count_nonzero(counts)), 1.0)
-    slope = _proportional_to(pattern, target - np.mean(target), values - np.mean(values))
+    slope = proportional_to(pattern, target - np.mean(target), values - np.mean(values))
     explained = 1.0 - penalty * float(rest @ rest) / float(target @ target)
     return Finding(pattern, explained, slope.size, slope.error)
 
 
-def stiffness_curve(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
-    """Another curve of the springs."""
-    deflection = evidence.variables["deflection"]
-    return _of_springs(curve(pattern, target, evidence), deflection, evidence)
+def position_curve(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
+    """A curve over the joint's position, where the motor moves: else that is the deflection."""
+    joint, deflection = evidence.variables["joint_position"], evidence.variables["deflection"]
+    if np.std(joint - deflection) < STILL * np.std(deflection):
+        return None
+    return curve(pattern, target, evidence)
 
 
 def event(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:

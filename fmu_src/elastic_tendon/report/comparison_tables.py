@@ -9,11 +9,14 @@ from rich.table import Table
 from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import Comparison, ErrorFigures, FileComparison
 from elastic_tendon.identify.locate import FileLocation
+from elastic_tendon.identify.places import by_concentration
 from elastic_tendon.report.units import Shown, noise_in_words, noise_ratio, number, shown
 
 STATES = {"I": "I, lower slack", "II": "II, upper slack", "III": "III, both taut"}
 # more rows are a wall that nobody reads; the option --all-bins shows them
 ROWS = 10
+# times its share of the samples, what a bin holds of the error before it tells anything
+DENSER = 1.3
 # of the squared error; torques that are multiples of one another differ less, by rounding
 SAME_SHARE = 1e-3
 
@@ -160,13 +163,20 @@ def sample_shares(bins: Sequence[Bin]) -> dict[Bin, float]:
 
 
 def strongest(bins: Sequence[Bin], sample_share: Mapping[Bin, float]) -> list[Bin]:
-    """The `ROWS` bins with the most error for their share of the samples, in the order given.
+    """The `ROWS` bins with the most error for their share of the samples.
 
-    A bin that holds all samples says nothing of where the error lies.
+    First those of the variable that tells most. A bin that holds hardly more of the error than of
+    the samples says nothing of where the error lies.
+
+    Parameters
+    ----------
+    bins : those to choose from, in the order of their variables' ranges
+    sample_share : of every bin of the signal
     """
-    telling = [one for one in bins if sample_share[one] < 1.0]
+    telling = [one for one in bins if one.share >= DENSER * sample_share[one]]
     chosen = sorted(telling, key=lambda one: sample_share[one] - one.share)[:ROWS]
-    return [one for one in bins if one in chosen]
+    order = by_concentration(list(sample_share))
+    return sorted((one for one in bins if one in chosen), key=lambda one: order.index(one.by))
 
 
 def _table(title: str, caption: str | None) -> Table:
