@@ -81,6 +81,16 @@ def test_friction_is_a_torque_against_the_velocity(rubbing) -> None:
     assert np.sum(curve.count) == len(rubbing.time)
 
 
+def test_no_band_of_a_mean_is_wider_than_its_samples(rubbing) -> None:
+    found, _, _ = reconstruct(rubbing)
+    lowest = np.min(found.torque - 2.0 * found.sigma)
+    highest = np.max(found.torque + 2.0 * found.sigma)
+    assert len(found.curves) > 5
+    for curve in found.curves:
+        assert np.all((lowest <= curve.low) & (curve.low <= curve.mean))
+        assert np.all((curve.mean <= curve.high) & (curve.high <= highest))
+
+
 def test_variables_follow_the_measurement(rubbing) -> None:
     file = compare(MODEL, [rubbing]).files[0]
     _, variables, parts = missing_torque(MODEL, file)

@@ -381,5 +381,10 @@ def _curves(
         own = np.sqrt(part.means((torque - mean[part.member]) ** 2 + sigma**2))
         half = np.where(freedom < 1.0, 2.0 * own, np.minimum(half, 2.0 * own))
         low, high = mean - half, mean + half
+        # no mean lies beyond its samples, up to what noise does to each
+        least, most = low + np.inf, high - np.inf
+        np.minimum.at(least, part.member, torque - 2.0 * sigma)
+        np.maximum.at(most, part.member, torque + 2.0 * sigma)
+        low, high = np.maximum(low, least), np.minimum(high, most)
         curves.append(TorqueCurve(by, part.unit, centre, mean, low, high, part.counts))
     return tuple(curves)
