@@ -20,9 +20,9 @@ from elastic_tendon.measurement import (
     read_measurement,
     read_measurements,
     read_prepared,
-    reader,
     rows,
 )
+from elastic_tendon.measurement.assembly import STATIC_STEP
 from elastic_tendon.measurement.preparation import COMPARISON, check_preparation, preparation_json
 from elastic_tendon.measurement.recording import Array
 
@@ -238,7 +238,6 @@ PREPARATIONS: dict[str, dict[str, Any]] = {
     "mean offset": {"columns": {"motor_position": {"remove_offset": "mean", "offset": 0.3}}},
     "shift": {"time_shift": {"joint_position": 0.0123, "load_torque": -0.004}},
     "resampled, coarser": {"resample": 0.037},
-    "resampled, finer": {"resample": 0.0033},
     "all at once": {
         "columns": {
             "joint_position": {"remove_offset": "start", "scale": 0.3},
@@ -521,7 +520,7 @@ def test_rates_are_brought_to_the_clock_of_the_joint(two_rates: str) -> None:
     assert any(note.startswith("load_torque, sampled every 50 ms, was int") for note in found.notes)
 
 
-@pytest.mark.parametrize("resample", [None, 0.004])
+@pytest.mark.parametrize("resample", [None, 0.013])
 @pytest.mark.parametrize("window", [None, (0.5, 2.2)])
 def test_rates_replay(
     two_rates: str, resample: float | None, window: tuple[float, float] | None
@@ -552,7 +551,7 @@ def test_static_curve_is_a_slow_sweep_of_the_load(tmp_path: Path) -> None:
     assert found.signals["joint_position"] == pytest.approx(deflection)
     assert found.load_torque == pytest.approx(16.0 * deflection)
     assert not np.any(found.motor_position)
-    assert np.array_equal(found.time, reader.STATIC_STEP * np.arange(40))
+    assert np.array_equal(found.time, STATIC_STEP * np.arange(40))
     (again,) = read_measurements(data, found.preparation)
     assert_same_samples(again, found)
 
@@ -625,7 +624,7 @@ def test_what_was_done_is_noted(tmp_path: Path) -> None:
         saved(tmp_path, frame), ["joint_position=enc2:deg*-1"], remove_offset=["joint_position"]
     )
     assert found.notes[0] == "joint_position was read from enc2 in deg, times -1"
-    assert re.fullmatch(r"joint_position: an offset of -?[0-9.e-]+ was removed", found.notes[1])
+    assert re.fullmatch(r"joint_position: an offset of -?[0-9.e-]+ was removed.*", found.notes[1])
     assert found.signals["joint_position"][:11].mean() == pytest.approx(0.0, abs=1e-15)
 
 
@@ -747,3 +746,21 @@ def test_duration_of_parquet_is_in_s_whatever_its_name_says(tmp_path: Path) -> N
         read_measurements(path)
     (found,) = read_prepared(path, ["time=time_ms:s"])
     assert found.time == pytest.approx(0.01 * np.arange(50))
+
+
+def test_samples_between_the_samples_are_refused(write) -> None:
+    data = write(HEADER, *ROWS)
+    with pytest.raises(MeasurementError, match=r"was sampled every 0\.01 s.* --resample 0\.01 or"):
+        read_prepared(data, resample=0.005)
+    assert len(read_prepared(data, resample=0.01)[0].time) == len(ROWS)
+
+
+@pytest.mark.parametrize(("rows_at_rest", "moves"), [(1, True), (12, False)])
+def test_an_offset_taken_from_a_motion_is_told(write, rows_at_rest: int, moves: bool) -> None:
+    rows = [
+        f"{0.01 * i:.2f},0,{0.3 + 0.1 * max(i - rows_at_rest, 0):.1f}"
+        for i in range(rows_at_rest + 20)
+    ]
+    (run,) = read_prepared(write(HEADER, *rows), remove_offset=["joint_position"])
+    (note,) = (one for one in run.notes if "an offset of" in one)
+    assert ("though it moves by" in note) is moves
