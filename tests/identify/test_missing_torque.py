@@ -12,6 +12,7 @@ from elastic_tendon.identify import missing_torque as module
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.missing_torque import Smoother, missing_torque, smoother_for
 from elastic_tendon.measurement import Measurement, NoiseFloor
+from elastic_tendon.measurement.assembly import STATIC_STEP
 from elastic_tendon.parameters import load_model
 from elastic_tendon.transmission import characteristic_torque
 from study_locate import moved, numbers_of, recording
@@ -24,7 +25,6 @@ EXPERIMENT = multisine(21, Limits(0.2, 4.0, 3.0), 6.0)
 NOISE = Sensor(white=2e-4)
 PULSE = smooth_pulse(2.0, duration=1.0, height=-1.5, edge=0.1)  # N·m
 FRICTION = 0.3  # N·m
-STATIC_STEP = 10.0  # s
 
 
 def record(effects: dict[str, dict[str, float]], unknown: Signal | None = None) -> Measurement:

@@ -292,6 +292,7 @@ def _sentences(problem: Problem, found: OpenDirections) -> tuple[str, ...]:
     ]
     if found.silent:
         sentences.append(
-            f"The data say nothing of {', '.join(found.silent)}; any value near what was given would do."
+            f"The data say nothing of {', '.join(found.silent)}; any value near what was given "
+            "would do."
         )
     return tuple(sentences)

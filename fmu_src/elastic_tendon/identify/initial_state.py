@@ -1,10 +1,12 @@
 """The state at the first sample, estimated on the beginning of a recording."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from elastic_tendon.effects.base import Contribution, Slot
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.identify.residuals import (
     Array,
@@ -15,10 +17,11 @@ from elastic_tendon.identify.residuals import (
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 from elastic_tendon.transmission import characteristic_stiffness
+from elastic_tendon.variables import interface
 
 WINDOW = 0.1  # s; held-out data gives its initial state on this stretch and nothing else
 MINIMUM_SAMPLES = 5  # for slow recordings, where the window would hold fewer
-SETTLING = 10.0  # s; one row of a static curve takes as long
+SETTLING = 10.0  # s in which a joint that is damped critically comes to rest
 
 
 def estimate_initial_state(model: Model, measurement: Measurement) -> InitialState:
@@ -81,12 +84,25 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
 
 def _beginning(model: Model, measurement: Measurement) -> tuple[Measurement, int]:
     """The samples up to the end of the window, and how many of them a delay makes useless."""
-    delay = model.effects.get("measurement_delay", {"delay": 0.0})["delay"]
+    delay = _signal_delay(model)
     elapsed = measurement.time - measurement.time[0]
     late = int(np.searchsorted(elapsed, delay))
     late = max(min(late, len(elapsed) - MINIMUM_SAMPLES), 0)  # a delay that a fit tries may be any
     count = int(np.searchsorted(elapsed, delay + WINDOW, side="right"))
     return measurement.samples(slice(0, max(count, late + MINIMUM_SAMPLES))), late
+
+
+def _signal_delay(model: Model) -> float:
+    """By how much the signals of the joint are late, s."""
+    none = SimpleNamespace()
+    delay = 0.0
+    for effect in interface(model.effect_ids).effects:
+        if effect.slot is Slot.SIGNAL_DELAY:
+            numbers = SimpleNamespace(**model.effects[effect.id])
+            contribution = effect.equations(None, numbers, none, none)
+            assert isinstance(contribution, Contribution)  # as its slot says
+            delay += float(contribution.value)
+    return delay
 
 
 def _equilibrium(model: Model, measurement: Measurement) -> InitialState:
