@@ -3,12 +3,15 @@
 import re
 from copy import deepcopy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from elastic_tendon.identify import patterns
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.locate import locate
+from elastic_tendon.identify.patterns import Pattern
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import load_model
 from elastic_tendon.report.comparison_tables import sample_shares, strongest
@@ -209,15 +212,20 @@ def test_friction_that_depends_on_the_speed_is_not_the_same_at_any(kind: str) ->
     assert words[kind] in sentence, sentence
 
 
-def test_no_link_is_less_inert_than_not_at_all() -> None:
-    # springs so stiff that the model's would need a link of negative inertia to move like them
-    numbers = deepcopy(numbers_of(MODEL))
-    for side in ("upper_spring", "lower_spring"):
-        numbers["transmission"][side]["stiffness"] *= 30.0
-    free = multisine(51, Limits(0.2, 4.0, 0.0), 6.0)
-    sentence = told(recording(moved(numbers, free, 500.0), NOISE, 51))
-    inert = re.search(r"less inert than the model's, by about (\S+) kg", sentence)
-    assert inert is None or float(inert[1]) < MODEL.link.inertia
+@pytest.mark.parametrize(
+    ("fit", "by", "limit"),
+    [
+        (patterns.acceleration, "joint_acceleration", MODEL.link.inertia),
+        (patterns.velocity, "joint_velocity", MODEL.link.damping),
+        (patterns.load, "load_torque", -1.0),
+    ],
+)
+def test_a_number_that_no_machine_can_have_is_no_finding(fit, by: str, limit: float) -> None:
+    values = np.sin(0.1 * np.arange(500.0))
+    evidence = SimpleNamespace(variables={by: values}, model=MODEL)
+    pattern = Pattern("any", by, fit, {})
+    assert fit(pattern, 0.9 * limit * values, evidence).size == pytest.approx(0.9 * limit)
+    assert fit(pattern, 1.1 * limit * values, evidence) is None
 
 
 def test_what_no_pattern_explains_is_placed_where_it_is_densest() -> None:

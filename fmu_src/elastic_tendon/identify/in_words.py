@@ -8,12 +8,12 @@ error lies.
 """
 
 from elastic_tendon.identify.meanings import (
+    EQUALLY_SIMPLE,
     LAST_PATTERNS,
     OF_MOTION,
     OF_SPRINGS,
     OF_THE_ERROR,
     OF_THE_UNKNOWN,
-    ONE_OF_SPRINGS,
     SELF_EVIDENT,
     SIGNAL_PATTERNS,
     TORQUE_PATTERNS,
@@ -97,9 +97,10 @@ def _best(table: tuple[Pattern, ...], target: Array, evidence: Evidence) -> list
     if most < TELLING:
         return []
     best = next(one for one in found if one.explained >= most - SIMPLER)
-    if best.pattern.name in ONE_OF_SPRINGS:
-        equals = (one for one in found if one.pattern.name in ONE_OF_SPRINGS)
-        best = max(equals, key=lambda one: one.explained)
+    for group in EQUALLY_SIMPLE:
+        if best.pattern.name in group:
+            equals = (one for one in found if one.pattern.name in group)
+            best = max(equals, key=lambda one: one.explained)
     return [best, *(one for one in found if one is not best)]
 
 

@@ -8,9 +8,9 @@ SELF_EVIDENT = (
     *("offset", "delay", "constant", "event"),
     *("direction", "direction and load", "held", "unknown torque"),
 )
-# one number each, none simpler than another; in slow motion a load has a like share
-ONE_OF_SPRINGS = ("pretension", "springs", "upper spring", "lower spring", "stiffness")
-OF_SPRINGS = (*ONE_OF_SPRINGS, "deflection")
+# one number each, none of a group simpler than another; in slow motion a load has a like share
+EQUALLY_SIMPLE = (("pretension", "springs", "stiffness"), ("upper spring", "lower spring"))
+OF_SPRINGS = (*EQUALLY_SIMPLE[0], *EQUALLY_SIMPLE[1], "deflection")
 OF_THE_ERROR = ("offset", "delay")  # patterns of the error itself
 OF_THE_UNKNOWN = ("held", "unknown torque", "event")  # whose words name an unknown torque
 OF_MOTION = ("direction", "direction and load", "velocity")  # loads seldom oppose every motion
