@@ -94,6 +94,22 @@ def test_compare_writes_contract_and_picture(run, recording: str) -> None:
     assert sorted(path.name for path in Path().iterdir()) == ["c.json", "c.png", "run.csv"]
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.1])
+@pytest.mark.parametrize("swing", [0.0, 0.3])
+def test_a_joint_that_stands_still_is_compared(run, angle: float, swing: float) -> None:
+    time = np.arange(2 * RATE) / RATE
+    columns = {
+        "time_s": time,
+        "motor_position_rad": angle + swing * np.sin(7.0 * time),
+        "joint_position_rad": np.full(len(time), angle),
+    }
+    pd.DataFrame(columns).to_csv("still.csv", index=False)
+    result = run("compare", MODEL, "still.csv", "--json", "out.json", "--figures", "figures")
+    assert result.exit_code == 0, result.output
+    (file,) = json.loads(Path("out.json").read_text())["files"]
+    assert file["signals"]["joint_position"]["fit_percent"] is None
+
+
 def test_add_writes_a_model_that_compares_better(run, recording: str) -> None:
     done = run(
         *("add", MODEL, "coulomb_friction", f"{recording}[0:1.4]"),

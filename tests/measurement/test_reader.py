@@ -308,6 +308,15 @@ def test_window_of_pieces_prepared_alike_is_read_once(tmp_path: Path) -> None:
     assert (found.time[-1], late.time[0], late.time[-1]) == pytest.approx((0.49, 1.5, 1.6))
 
 
+def test_a_part_compared_beside_its_whole_is_not_read_again(tmp_path: Path) -> None:
+    data = saved(tmp_path, table(0.01 * np.arange(100)))
+    whole, part = read_measurement(data), read_measurement(f"{data}[0.2:0.5]")
+    earlier = written_comparison(tmp_path / "earlier.json", [whole, part])
+    for again, once in ((data, whole), (f"{data}[0.2:0.5]", part)):
+        (found,) = read_prepared(again, [earlier])
+        assert_same_samples(found, once)
+
+
 def test_window_of_pieces_prepared_differently(tmp_path: Path) -> None:
     data = saved(tmp_path, table(0.01 * np.arange(100)))
     pieces = [

@@ -72,6 +72,8 @@ def suspicions(model: Model, measurement: Measurement) -> tuple[str, ...]:
         return static_suspicion(model, measurement) or implausible(
             model, measurement, explained=False
         )
+    if np.ptp(measurement.signals["joint_position"]) == 0.0:
+        return implausible(model, measurement, explained=False)  # nothing moves, to be explained
     excerpt = liveliest(measurement, SAMPLES)
     declared = _unexplained(model, excerpt)
     found = _misread(model, excerpt, declared)

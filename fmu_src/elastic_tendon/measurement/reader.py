@@ -137,7 +137,7 @@ def _for_window(
     """
     distinct = [one for i, one in enumerate(written) if one not in written[:i]]
     if window is None:
-        return distinct
+        return [one for one in distinct if not any(_lies_within(one, each) for each in distinct)]
     distinct = [one for one in distinct if _shared(one, window)] or distinct
     anywhere = [one.model_copy(update={"window": None}) for one in distinct]
     found: list[Preparation] = []
@@ -158,6 +158,16 @@ def _for_window(
             "overlaps a piece, or read the file without --map"
         )
     return found
+
+
+def _lies_within(part: Preparation, whole: Preparation) -> bool:
+    """Whether a stretch was prepared as a longer one that holds it."""
+    return (
+        part.window is not None
+        and part.window != whole.window
+        and part.window == _shared(part, whole.window)
+        and whole == part.model_copy(update={"window": whole.window})
+    )
 
 
 def _shared(

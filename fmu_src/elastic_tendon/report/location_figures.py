@@ -155,7 +155,7 @@ def _draw_model(axes: Axes, model: Model, file: FileComparison, deflection: Arra
     simulated = file.trajectory["deflection"][kept], file.trajectory["joint_torque"][kept]
     axes.plot(*simulated, color="0.6", linewidth=0.8, label="simulated")
     low, high = float(np.min(deflection)), float(np.max(deflection))
-    margin = MARGIN * (high - low)
+    margin = MARGIN * (high - low) or MARGIN  # a joint may stand still against its motor
     axes.set_xlim(low - margin, high + margin)  # a wrong model may go far beyond
     boundaries = slack_boundaries(model.transmission)
     kinks = [one for one in boundaries if low < one < high]
