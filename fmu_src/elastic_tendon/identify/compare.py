@@ -22,6 +22,7 @@ from elastic_tendon.transmission import SlackState, slack_boundaries
 NORMAL_MEDIAN = 0.6745  # of the magnitude of normal values, in standard deviations
 THIRD_DIFFERENCES = 20.0  # their variance over that of white noise, binomial(6, 3)
 # by the number of `transmission.SlackState`
+ROUNDING = 1e-12  # relative: what a sum of equal numbers is off by
 SLACK_STATES = {1: "I", 2: "II", 3: "III"}
 
 
@@ -202,11 +203,13 @@ def _signal_error(error: Array, measured: Array, states: Array, noise: NoiseFloo
 def _figures(error: Array, measured: Array, noise: NoiseFloor) -> ErrorFigures:
     rmse = rms(error)
     spread = float(np.linalg.norm(measured - np.mean(measured)))
+    # the mean of a constant is off by rounding
+    moves = spread > ROUNDING * float(np.linalg.norm(measured))
     return ErrorFigures(
         rmse=rmse,
         max_abs=float(np.max(np.abs(error))),
         bias=float(np.mean(error)),
-        fit_percent=100.0 * (1.0 - float(np.linalg.norm(error)) / spread) if spread > 0 else None,
+        fit_percent=100.0 * (1.0 - float(np.linalg.norm(error)) / spread) if moves else None,
         noise_ratio=rmse / noise.sigma,
         count=len(error),
     )
