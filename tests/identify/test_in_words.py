@@ -273,6 +273,23 @@ def test_an_unmeasured_load_is_no_softness(motor: Signal) -> None:
     assert "soft" not in sentence
 
 
+@pytest.mark.parametrize("count", [1, 8])
+def test_samples_at_which_the_sensor_jumped_are_no_torque(count: int) -> None:
+    clean = record({}, {}, None)
+    position = clean.signals["joint_position"].copy()
+    spikes = np.random.default_rng(5).choice(len(position) - 200, count, replace=False) + 100
+    position[spikes] += 0.3
+    sentence = told(replace(clean, signals={"joint_position": position}))
+    how_many = "a single sample holds" if count == 1 else f"{count} single samples hold"
+    assert sentence.startswith(f"{how_many} 100 % of the squared error")
+    assert "look whether the sensor jumped" in sentence
+
+
+def test_no_pattern_goes_through_ten_samples() -> None:
+    few = record(FRICTION["effects"], {}, None).samples(slice(0, 3000, 300))
+    assert "accounts for" not in told(few)
+
+
 def test_a_held_joint_is_told() -> None:
     time = np.arange(0.0, 8.0, 0.005)
     noise = 2e-4 * np.random.default_rng(3).standard_normal(len(time))

@@ -7,6 +7,8 @@ direction is claimed only where the data show it. Where none explains enough, it
 error lies.
 """
 
+import numpy as np
+
 from elastic_tendon.identify.meanings import (
     EQUALLY_SIMPLE,
     LAST_PATTERNS,
@@ -28,6 +30,10 @@ TELLING = 0.5
 # times the noise's part of the missing torque; less is not interpreted
 CLEAR = 2.0
 LOUD = 1.3  # times the noise, above which an error is more than noise even if nothing stands out
+SURELY = 0.75  # of the mean square, below which another cause may be behind what is told
+# single samples: that hold most of what the few hold, times their neighbours, share of all
+MOST, FAR, FEW = 0.95, 5.0, 0.005
+MANY = 100  # samples, of which a few are few
 ALIKE = 0.1  # of the mean square, by which another cause may explain less and still be named
 # of the springs' torque: a missing torque as large may well be a load that nobody recorded
 LARGE = 0.3
@@ -51,9 +57,12 @@ def in_words(evidence: Evidence) -> str:
     """
     if not any(one.stands_out for one in evidence.bins):
         return _nothing(evidence)
+    if jumps := _single_samples(evidence):
+        return jumps
     found = _found(evidence)
     if not found:
-        return f"{densest(evidence.bins)}; no simple pattern explains it"
+        load = "; no load was recorded" if _may_be_a_load(evidence) else ""
+        return f"{densest(evidence.bins)}; no simple pattern explains it{load}"
     finding = found[0]
     where = _where(evidence, finding)
     start, end = _bounds(finding)
@@ -70,6 +79,27 @@ def in_words(evidence: Evidence) -> str:
     joint = "" if not where else "; " if ":" in meaning else ": "
     explained = _explained(evidence, finding)
     return f"{where}{joint}{meaning}{_unrecorded(evidence, finding)} ({explained})"
+
+
+def _single_samples(evidence: Evidence) -> str:
+    """Where a few samples far from their neighbours hold most of the error; else nothing."""
+    error = np.abs(evidence.residual)
+    if len(error) < MANY or "time" not in evidence.variables:
+        return ""
+    inner = np.arange(2, len(error) - 2)
+    around = np.stack([error[inner + shift] for shift in (-2, -1, 1, 2)])
+    alone = inner[error[inner] > FAR * np.median(around, axis=0)]
+    largest = alone[np.argsort(error[alone])[::-1]][: max(int(FEW * len(error)), 1)]
+    shares = np.cumsum(error[largest] ** 2) / np.sum(error**2)
+    if not len(shares) or shares[-1] < TELLING:
+        return ""
+    share = float(shares[-1])
+    count = 1 + int(np.argmax(shares >= MOST * share))
+    samples = "a single sample holds" if count == 1 else f"{count} single samples hold"
+    return (
+        f"{samples} {100.0 * share:.0f} % of the squared error, the largest at "
+        f"{evidence.variables['time'][largest[0]]:.6g} s: look whether the sensor jumped there"
+    )
 
 
 def _found(evidence: Evidence) -> list[Finding]:
@@ -146,7 +176,8 @@ def _explained(evidence: Evidence, finding: Finding) -> str:
     if finding.pattern.name == "event":
         return f"it holds {share} of the missing torque's square"
     of = "the missing torque" if evidence.signal == "joint_position" else "the error"
-    return f"this pattern accounts for {share} of {of}"
+    left = "" if finding.explained >= SURELY else "; much is left, so the cause may be another"
+    return f"this pattern accounts for {share} of {of}{left}"
 
 
 def _alike(evidence: Evidence, found: list[Finding]) -> str:
@@ -186,16 +217,18 @@ def _without_load(finding: Finding) -> str:
 
 def _unrecorded(evidence: Evidence, finding: Finding) -> str:
     """That a load which nobody recorded would do this, where it may be one."""
-    if evidence.load_recorded or evidence.static:
-        return ""
-    if finding.pattern.name in (*OF_THE_ERROR, *OF_MOTION):
-        return ""
-    springs = rms(evidence.variables["joint_torque"])
-    if evidence.signal != "joint_position" or rms(evidence.missing.torque) < LARGE * springs:
+    if finding.pattern.name in (*OF_THE_ERROR, *OF_MOTION) or not _may_be_a_load(evidence):
         return ""
     if finding.pattern.name in OF_THE_UNKNOWN:
         return "; no load was recorded"
     return "; no load was recorded, and one that acted would do this too"
+
+
+def _may_be_a_load(evidence: Evidence) -> bool:
+    """Whether what is missing is so large that a load which nobody recorded may be behind it."""
+    if evidence.load_recorded or evidence.static or evidence.signal != "joint_position":
+        return False
+    return rms(evidence.missing.torque) >= LARGE * rms(evidence.variables["joint_torque"])
 
 
 def _nothing(evidence: Evidence) -> str:

@@ -238,8 +238,10 @@ def proportional_to(pattern: Pattern, target: Array, shape: Array) -> Finding:
 
 def curve(
     pattern: Pattern, target: Array, evidence: Evidence, *, through_zero: bool = False
-) -> Finding:
+) -> Finding | None:
     """A mean for each of many small parts of the range; the slope tells the direction."""
+    if len(target) < 2 * CURVE_PARTS:
+        return None  # it would go through any samples
     values = evidence.variables[pattern.by]
     lowest, width = float(np.min(values)), float(np.ptp(values)) / CURVE_PARTS
     member = np.minimum((values - lowest) / width, CURVE_PARTS - 1).astype(int)
@@ -267,6 +269,8 @@ def position_curve(pattern: Pattern, target: Array, evidence: Evidence) -> Findi
 
 def event(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
     """A stretch of time, shorter than `EVENT`, that holds nearly all of the target's square."""
+    if len(target) < STRETCHES:
+        return None  # a stretch would be less than a sample
     time = evidence.variables["time"]
     edges = np.linspace(time[0], time[-1], STRETCHES + 1)
     part = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, STRETCHES - 1)

@@ -67,10 +67,12 @@ def stiffness(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
     return _of_springs(finding, finding.size * deflection, evidence)
 
 
-def stiffness_curve(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
+def stiffness_curve(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
     """Another curve of the springs, which like any holds nothing where they are not deflected."""
     deflection = evidence.variables["deflection"]
     finding = curve(pattern, target, evidence, through_zero=True)
+    if finding is None:
+        return None
     return _of_springs(finding, finding.size * deflection, evidence)
 
 
