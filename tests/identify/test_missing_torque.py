@@ -231,3 +231,17 @@ def test_coloured_noise_is_not_taken_for_an_error() -> None:
     taken = smoother_for(values, white, 0.002).weight
     known = smoother_for(values, coloured, 0.002).weight
     assert known > 10.0 * taken
+
+
+def test_a_torque_that_cannot_be_found_is_not_told_as_found() -> None:
+    """The model has a stop that the machine lacks: no torque moves it through."""
+    measurement = record({})
+    reach = 0.3 * float(np.max(np.abs(measurement.signals["joint_position"])))
+    numbers = {"lower": -reach, "upper": reach, "stiffness": 1e4, "damping": 10.0}
+    stopped = MODEL.with_effect("joint_stop", numbers)
+    file = compare(stopped, [measurement]).files[0]
+    missing, _, _ = missing_torque(stopped, file)
+    assert not missing.found
+    assert any("no missing torque was found" in note for note in missing.notes)
+    right, _, _ = reconstruct(measurement)
+    assert right.found

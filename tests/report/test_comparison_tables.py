@@ -67,7 +67,7 @@ def location(count: int) -> FileLocation:
         )
         for index, share in enumerate(shares)
     )
-    missing = MissingTorque(NOTHING, NOTHING, (), ())
+    missing = MissingTorque(NOTHING, NOTHING, (), (), found=True)
     return FileLocation({"joint_position": bins}, {}, missing, {})
 
 

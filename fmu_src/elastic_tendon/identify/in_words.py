@@ -107,7 +107,7 @@ def _found(evidence: Evidence) -> list[Finding]:
     if evidence.signal != "joint_position":
         return _best(SIGNAL_PATTERNS, evidence.residual, evidence)
     target = evidence.missing.torque
-    if rms(target) <= CLEAR * rms(evidence.missing.sigma):
+    if not evidence.missing.found or rms(target) <= CLEAR * rms(evidence.missing.sigma):
         return []
     return _best(TORQUE_PATTERNS, target, evidence) or _best(LAST_PATTERNS, target, evidence)
 

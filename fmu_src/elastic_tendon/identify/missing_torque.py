@@ -55,6 +55,12 @@ LONG_NOTE = (
     "as the recording is long, the missing torque was found in one round instead of up to "
     f"{ROUNDS}, and each {{stride}} neighbouring samples count as one where the error is located"
 )
+# of the error, and times the noise: where more is left, the model does not move as measured
+LEFT, LEFT_NOISE = 0.5, 3.0
+NOT_FOUND = (
+    "no missing torque was found under which the model moves as measured: places and figures are "
+    "those of a motion that is off by {left:.3g} mrad RMS"
+)
 # what a round must remove of the smoothed error to be worth another
 WORTHWHILE = 0.05
 # times the noise's spectrum: surely more than noise, and down to where that goes on
@@ -93,12 +99,14 @@ class MissingTorque:
 
     `torque` (n,), N·m on the joint, positive with its position; `sigma` (n,), what the noise of
     the joint position does to it; `notes` say where it could not be found as well as usual.
+    `found`: the model moves nearly as measured under it.
     """
 
     torque: Array
     sigma: Array
     curves: tuple[TorqueCurve, ...]
     notes: tuple[str, ...]
+    found: bool
 
 
 @dataclass(frozen=True)
@@ -174,6 +182,10 @@ def missing_torque(
     smoother = smoother_for(_onto(grid, measurement.time, error), noise, grid[1] - grid[0])
     rounds = ROUNDS if stride == 1 else 1
     track, done, notes = _track(model, file, noise, smoother, grid, rounds, report)
+    left = rms(track.error)
+    found = left <= max(LEFT * rms(error), LEFT_NOISE * noise.sigma)
+    if not found:
+        notes.append(NOT_FOUND.format(left=1e3 * left))
     if stride > 1:
         notes.append(LONG_NOTE.format(stride=stride))
     variables = _variables(model, measurement, track.trajectory)
@@ -185,7 +197,7 @@ def missing_torque(
     sizes = None if stride == 1 else block_sizes(len(whole.time), stride)
     parts = partitions(variables, model, shaking, static=measurement.static, sizes=sizes)
     curves = _curves(track.torque, sigma, variables, parts)
-    return MissingTorque(track.torque, sigma, curves, tuple(notes)), variables, parts
+    return MissingTorque(track.torque, sigma, curves, tuple(notes), found), variables, parts
 
 
 def _track(
