@@ -21,8 +21,8 @@ from elastic_tendon.transmission import SlackState, slack_boundaries
 
 NORMAL_MEDIAN = 0.6745  # of the magnitude of normal values, in standard deviations
 THIRD_DIFFERENCES = 20.0  # their variance over that of white noise, binomial(6, 3)
-# by the number of `transmission.SlackState`
 ROUNDING = 1e-12  # relative: what a sum of equal numbers is off by
+# by the number of `transmission.SlackState`
 SLACK_STATES = {1: "I", 2: "II", 3: "III"}
 
 

@@ -82,9 +82,12 @@ def in_words(evidence: Evidence) -> str:
 
 
 def _single_samples(evidence: Evidence) -> str:
-    """Where a few samples far from their neighbours hold most of the error; else nothing."""
+    """Where a few samples far from their neighbours hold most of the error; else nothing.
+
+    A static curve has no time at which to look, and its rows may lie far apart.
+    """
     error = np.abs(evidence.residual)
-    if len(error) < MANY or "time" not in evidence.variables:
+    if len(error) < MANY or evidence.static:
         return ""
     inner = np.arange(2, len(error) - 2)
     around = np.stack([error[inner + shift] for shift in (-2, -1, 1, 2)])
