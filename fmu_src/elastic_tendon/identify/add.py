@@ -108,7 +108,7 @@ def add(
     SimulationError : the model as given cannot be simulated
     """
     _check_welcome(model, effect_id)
-    _check_apart(measurements, validation)
+    check_apart(measurements, validation)
 
     def step(title: str, added: str | None, result: FitResult | None) -> Step:
         reached = model if result is None else result.model
@@ -193,7 +193,13 @@ def _check_welcome(model: Model, effect_id: str) -> None:
     model.with_effect(effect_id, None)
 
 
-def _check_apart(fitted: Sequence[Measurement], heldout: Sequence[Measurement]) -> None:
+def check_apart(fitted: Sequence[Measurement], heldout: Sequence[Measurement]) -> None:
+    """Refuse to judge with what was fitted.
+
+    Raises
+    ------
+    MeasurementError : a sample is both fitted and held out
+    """
     for judge in heldout:
         for one in fitted:
             if judge.shares_samples(one):

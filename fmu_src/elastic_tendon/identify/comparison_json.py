@@ -25,7 +25,7 @@ def comparison_json(comparison: Comparison, location: Location) -> dict[str, Any
     dict; SI units, numbers are finite or None
     """
     files = zip(comparison.files, location.files, strict=True)
-    content: dict[str, Any] = _plain(
+    content: dict[str, Any] = plain(
         {
             "schema": COMPARISON,
             "model": comparison.model.name,
@@ -65,12 +65,12 @@ def _missing_torque(missing: MissingTorque) -> dict[str, Any]:
     }
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Arrays become lists, numbers that are not finite None, at any depth."""
     if isinstance(value, dict):
-        return {name: _plain(one) for name, one in value.items()}
+        return {name: plain(one) for name, one in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     if isinstance(value, np.generic):
         value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value

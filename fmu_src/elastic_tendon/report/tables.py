@@ -70,7 +70,7 @@ def estimates_table(findings: Findings) -> Table:
     table.add_column("fitted", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for one in findings.estimates:
-        fitted = _with_interval(one.fitted, one.interval)
+        fitted = with_interval(one.fitted, one.interval)
         if not one.determined:
             fitted = f"{one.fitted:.4g} (open)"
         table.add_row(
@@ -93,13 +93,13 @@ def ratios_table(findings: Findings) -> Table:
     for ratio in findings.ratios:
         table.add_row(
             ratio.name.removeprefix("transmission."),
-            _with_interval(ratio.value, ratio.interval),
+            with_interval(ratio.value, ratio.interval),
             ratio.unit.replace(".", "·"),
         )
     return table
 
 
-def _with_interval(value: float, interval: tuple[float, float]) -> str:
+def with_interval(value: float, interval: tuple[float, float]) -> str:
     """Value and half width with two digits of the latter; both ends where they differ in width."""
     below, above = value - interval[0], interval[1] - value
     if above <= 0.0 or abs(above - below) > 0.01 * above:
