@@ -1,0 +1,129 @@
+"""The contract ``elastic-tendon/diagnosis/1``."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
+from elastic_tendon.identify.compare import Comparison
+from elastic_tendon.identify.locate import Location
+from elastic_tendon.parameters import parse_model
+from hand_made_diagnosis import friction_found, next_experiment, nothing_missing, something_unknown
+
+VERDICTS = {"adequate", "wrong_parameter", "missing_effect", "unknown_effect"}
+NUMBER = (int, float)
+MAYBE_NUMBER = (int, float, type(None))
+# what each part must hold, and of which type; more is allowed
+CONTRACT = {
+    "remaining": {"noise_ratio": NUMBER, "share_of_initial": NUMBER, "significant": bool},
+    "parameters": {
+        "path": str,
+        "given": NUMBER,
+        "fitted": NUMBER,
+        "interval": list,
+        "determined": bool,
+    },
+    "ladder": {
+        "added": (str, type(None)),
+        "rmse": dict,
+        "heldout_rmse": dict,
+        "noise_ratio": dict,
+        "bic": NUMBER,
+        "p_value": MAYBE_NUMBER,
+    },
+    "rounds": {"chosen": (str, type(None)), "candidates": list},
+    "candidates": {
+        "id": str,
+        "kind": str,
+        "probability": NUMBER,
+        "score": NUMBER,
+        "expected_parameters": dict,
+        "heldout_gain": MAYBE_NUMBER,
+        "equivalence_class": list,
+    },
+    "where": {
+        "by": str,
+        "bin": str,
+        "rmse": NUMBER,
+        "share": NUMBER,
+        "significance": MAYBE_NUMBER,
+    },
+    "noise": {"sigma": NUMBER, "kind": str},
+}
+
+
+def expect(part: str, entries) -> None:
+    for entry in entries:
+        for key, kind in CONTRACT[part].items():
+            assert isinstance(entry[key], kind), f"{part}: {key} is {entry[key]!r}"
+
+
+def written(diagnosis, file=None):
+    return json.loads(json.dumps(diagnosis_json(diagnosis, file), allow_nan=False))
+
+
+@pytest.mark.parametrize("make", [friction_found, something_unknown, nothing_missing])
+def test_every_verdict_keeps_the_contract(make) -> None:
+    content = written(make())
+    assert content["schema"] == "elastic-tendon/diagnosis/1"
+    assert content["verdict"] in VERDICTS
+    for part in ("remaining", "noise"):
+        assert content[part]
+        expect(part, content[part].values())
+    for part in ("parameters", "ladder", "rounds", "where"):
+        assert content[part]
+        expect(part, content[part])
+    for one in content["rounds"]:
+        expect("candidates", one["candidates"])
+    assert all(isinstance(one, str) for one in content["added"] + content["parameters_changed"])
+    assert content["ladder"][0]["added"] is None
+    assert parse_model(content["model"], "json") == make().model
+
+
+def test_candidates_come_with_their_evidence() -> None:
+    content = written(friction_found())
+    first = content["rounds"][0]["candidates"][0]
+    assert first["expected_parameters"] == {"effects.coulomb_friction.torque": 0.33}
+    assert first["equivalence_class"] == ["coulomb_friction", "lugre_friction"]
+    assert first["fitted_parameters"][0]["path"] == "effects.coulomb_friction.torque"
+    assert content["indistinguishable"] == [["coulomb_friction", "lugre_friction"]]
+
+
+def test_experiment_and_learned_term_are_there_or_null() -> None:
+    content = written(friction_found())
+    assert content["learned"] is None
+    experiment = next_experiment()
+    assert content["next_experiment"]["text"] == experiment.text
+    assert content["next_experiment"]["motor_position_rad"] == pytest.approx(
+        experiment.motor_position
+    )
+    unknown = written(something_unknown(), "better_learned.py")
+    assert unknown["next_experiment"] is None
+    assert unknown["learned"]["file"] == "better_learned.py"
+    assert unknown["learned"]["variables"] == ["joint_velocity"]
+
+
+def test_numbers_that_are_not_finite_are_null() -> None:
+    diagnosis = friction_found()
+    endless = replace(diagnosis.ladder[0], bic=float("inf"))
+    content = written(replace(diagnosis, ladder=(endless, *diagnosis.ladder[1:])))
+    assert content["ladder"][0]["bic"] is None
+
+
+def test_where_counts_all_recordings() -> None:
+    one = friction_found()
+    twice = replace(
+        one,
+        comparison=Comparison(one.model, one.comparison.files * 2),
+        location=Location(one.location.files * 2),
+    )
+    single, double = (written(each)["where"] for each in (one, twice))
+    assert len(single) == len(double)
+    for alone, both in zip(single, double, strict=True):
+        assert both["count"] == 2 * alone["count"]
+        assert both["share"] == pytest.approx(alone["share"])
+        assert both["rmse"] == pytest.approx(alone["rmse"])
+    by_state = [entry["share"] for entry in single if entry["by"] == "slack_state"]
+    assert np.sum(by_state) == pytest.approx(1.0)
