@@ -15,10 +15,12 @@ from elastic_tendon.cli.reading import (
     RemoveOffsetOption,
     ResampleOption,
     ShiftOption,
+    ValidateOption,
 )
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
     EffectOption,
+    FiguresOption,
     ForceOption,
     JsonOption,
     ModelArgument,
@@ -30,10 +32,11 @@ from elastic_tendon.cli.shared import (
     output,
     progress,
     reporting,
+    save_figures,
     save_json,
     save_picture,
 )
-from elastic_tendon.output import check_folder, check_writable, write_file, write_folder, write_text
+from elastic_tendon.output import check_folder, check_writable, write_file, write_text
 
 if TYPE_CHECKING:
     from elastic_tendon.identify.add import Addition, Report
@@ -130,10 +133,7 @@ def compare(
     ] = False,
     json_file: JsonOption = None,
     plot: PlotOption = None,
-    figures: Annotated[
-        Path | None,
-        typer.Option("--figures", metavar="FOLDER", help="Draw all figures into a new folder."),
-    ] = None,
+    figures: FiguresOption = None,
     force: ForceOption = False,
 ) -> None:
     """Compare a model with measurements: how large the error is, and where it lies.
@@ -156,7 +156,9 @@ def compare(
         location = locate(comparison, report)
         # files first: a reader that closes the pipe must not cost the user a result
         if figures is not None:
-            _save_figures(comparison, location, figures, force, report)
+            from elastic_tendon.report.location_figures import all_figures
+
+            save_figures(all_figures(comparison, location), figures, force, report)
     save_json(comparison_json(comparison, location), json_file, force)
     if plot is not None:
         from elastic_tendon.report.comparison_figures import overlay
@@ -177,10 +179,7 @@ def add(
         list[str] | None,
         typer.Argument(metavar="[DATA...]", help="Fitted; file.csv or file.csv\\[start:end] in s."),
     ] = None,
-    validate: Annotated[
-        list[str] | None,
-        typer.Option("--validate", metavar="DATA", help="Never fitted, only judges; repeatable."),
-    ] = None,
+    validate: ValidateOption = None,
     mapping: MapOption = None,
     resample: ResampleOption = None,
     shift: ShiftOption = None,
@@ -247,21 +246,6 @@ def _compared(
         report(f"{one.name}: simulating", index / len(measurements))
         files.extend(compare_with(model, [one]).files)
     return Comparison(model, tuple(files))
-
-
-def _save_figures(
-    comparison: "Comparison", location: "Location", folder: Path, force: bool, report: "Report"
-) -> None:
-    from elastic_tendon.report.comparison_figures import save
-    from elastic_tendon.report.location_figures import all_figures
-
-    def write(target: Path) -> None:
-        drawings = list(all_figures(comparison, location))
-        for index, (name, draw) in enumerate(drawings):
-            report(f"drawing {name}", index / len(drawings))
-            save(draw(), target / f"{name}.png")
-
-    write_folder(folder, write, force=force)
 
 
 def _show_comparison(comparison: "Comparison", location: "Location", all_bins: bool) -> None:

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")
 ]
+ValidateOption = Annotated[
+    list[str] | None,
+    typer.Option("--validate", metavar="DATA", help="Never fitted, only judges; repeatable."),
+]
 MapOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -98,6 +102,20 @@ class Reading:
             as_declared=as_declared,
             interpolation=interpolation,
         )
+
+    def options(self) -> tuple[str, ...]:
+        """The options again, as words of a command; those that are left out are defaults."""
+        words = [word for one in self.mapping for word in ("--map", one)]
+        if self.resample is not None:
+            words += ["--resample", f"{self.resample:g}"]
+        for signal, seconds in self.time_shift.items():
+            words += ["--shift", f"{signal}={seconds}"]
+        words += [word for one in self.remove_offset for word in ("--remove-offset", one)]
+        if self.as_declared:
+            words.append("--as-declared")
+        if self.interpolation != "linear":
+            words += ["--interpolation", self.interpolation]
+        return tuple(words)
 
     def all(
         self, model: "Model", data: Sequence[str], report: "Report", *, joint_required: bool = True

@@ -2,7 +2,7 @@
 
 import functools
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.output import check_writable, write_file, write_text, written
+from elastic_tendon.output import check_writable, write_file, write_folder, write_text, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,6 +49,11 @@ JsonOption = Annotated[
 ]
 PlotOption = Annotated[
     Path | None, typer.Option("--plot", metavar="F", help="Write a picture (.png, .svg, .pdf).")
+]
+
+FiguresOption = Annotated[
+    Path | None,
+    typer.Option("--figures", metavar="FOLDER", help="Draw all figures into a new folder."),
 ]
 
 
@@ -121,6 +126,24 @@ def save_picture(figure: "Figure", path: Path, force: bool) -> None:
 
     write_file(path, lambda target: save(figure, target), force=force)
     output.print(f"The picture is {path}.", highlight=False)
+
+
+def save_figures(
+    drawings: Iterable[tuple[str, Callable[[], "Figure"]]],
+    folder: Path,
+    force: bool,
+    report: "Report",
+) -> None:
+    """Draw into a folder; `drawings` are names of files without suffix, and what draws each."""
+    from elastic_tendon.report.comparison_figures import save
+
+    def write(target: Path) -> None:
+        every = list(drawings)
+        for index, (name, draw) in enumerate(every):
+            report(f"drawing {name}", index / len(every))
+            save(draw(), target / f"{name}.png")
+
+    write_folder(folder, write, force=force)
 
 
 def save_json(content: dict[str, Any], path: Path | None, force: bool) -> None:

@@ -1,0 +1,272 @@
+"""The command that finds out what is missing: diagnose."""
+
+import shlex
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastic_tendon.cli.reading import (
+    AsDeclaredOption,
+    DataArgument,
+    InterpolationOption,
+    MapOption,
+    Reading,
+    RemoveOffsetOption,
+    ResampleOption,
+    ShiftOption,
+    ValidateOption,
+)
+from elastic_tendon.cli.shared import (
+    INTERRUPTED,
+    EffectOption,
+    FiguresOption,
+    ForceOption,
+    JsonOption,
+    ModelArgument,
+    app,
+    check_outputs,
+    load,
+    notice,
+    output,
+    progress,
+    reporting,
+    save_figures,
+    save_json,
+)
+from elastic_tendon.output import check_folder, write_text
+from elastic_tendon.report.names import FIXED
+
+if TYPE_CHECKING:
+    from elastic_tendon.diagnosis.result import Diagnosis, Round
+    from elastic_tendon.report.diagnosis_tables import Call
+
+
+@app.command()
+@reporting
+def diagnose(
+    model: ModelArgument,
+    data: DataArgument,
+    validate: ValidateOption = None,
+    mapping: MapOption = None,
+    resample: ResampleOption = None,
+    shift: ShiftOption = None,
+    remove_offset: RemoveOffsetOption = None,
+    as_declared: AsDeclaredOption = False,
+    interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
+    step: Annotated[
+        bool, typer.Option("--step", help="Show each round and ask whether to go on.")
+    ] = False,
+    every: Annotated[
+        bool, typer.Option("--all-candidates", help="Show all candidates, not the likeliest only.")
+    ] = False,
+    save_model: Annotated[
+        Path | None,
+        typer.Option(
+            "--save-model",
+            metavar="F.toml",
+            help="Write the improved model, and beside it F_learned.py if a term was learned.",
+        ),
+    ] = None,
+    experiment: Annotated[
+        Path | None,
+        typer.Option(
+            "--next-experiment",
+            metavar="F.csv",
+            help="Write the motion to run next, where one would decide between answers.",
+        ),
+    ] = None,
+    json_file: JsonOption = None,
+    figures: FiguresOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Find out whether the model is adequate, its numbers are wrong, or which effect is missing.
+
+    All effects are tried, those that explain the error are fitted and confirmed, and what is
+    found is added, one after the other, until nothing is missing. Ctrl-C keeps what was found.
+    """
+    files = Outputs(save_model, experiment, json_file, figures, force)
+    files.check()
+    if step and not _is_terminal():
+        raise typer.BadParameter("it asks on the terminal, and there is none; leave it out")
+    reading = Reading.from_options(
+        mapping, resample, shift, remove_offset, as_declared, interpolation
+    )
+    loaded = load(model, own_effects)
+    from elastic_tendon.diagnosis.diagnose import diagnose as find
+    from elastic_tendon.report.diagnosis_tables import Call
+
+    with Stage(every) as stage:
+        measurements = reading.all(loaded, data, stage.report)
+        heldout = reading.all(loaded, validate or [], stage.report)
+        found = find(
+            *(loaded, measurements, heldout),
+            report=stage.report,
+            ask=stage.ask if step else None,
+        )
+        # files first: a reader that closes the pipe must not cost the user a result
+        files.write(found, [one.name for one in measurements], [one.name for one in heldout])
+        if figures is not None:
+            from elastic_tendon.report.diagnosis_figures import all_figures
+
+            save_figures(all_figures(found), figures, force, stage.report)
+    call = Call(
+        model=model,
+        data=tuple(data),
+        effects=tuple(word for one in own_effects or () for word in ("--effect", str(one))),
+        reading=reading.options(),
+        saved=_text(save_model),
+        learned=_text(files.learned if found.learned else None),
+        experiment=_text(experiment if found.next_experiment else None),
+    )
+    _show(found, call, every)
+    if experiment is not None and found.next_experiment is None:
+        notice.print(f"note: no experiment is proposed, so {experiment} was not written")
+    if figures is not None:
+        output.print(f"The figures are in {figures}.", highlight=False)
+    if found.interrupted:
+        raise typer.Exit(INTERRUPTED)
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Files that the user asks for, None where not; `force`: those that exist may be replaced."""
+
+    model: Path | None
+    experiment: Path | None
+    json: Path | None
+    figures: Path | None
+    force: bool
+
+    @property
+    def learned(self) -> Path | None:
+        """The effect file of a learned term, beside the model."""
+        return self.model and self.model.with_name(f"{self.model.stem}_learned.py")
+
+    def check(self) -> None:
+        """Refuse what could not be written, before the long work."""
+        paths = (self.model, self.learned, self.experiment, self.json)
+        given = [path.resolve() for path in paths if path is not None]
+        if len(set(given)) < len(given):
+            raise typer.BadParameter("two outputs have the same name; give each its own")
+        check_outputs(*paths, picture=None, force=self.force)
+        if self.figures is not None:
+            check_folder(self.figures, force=self.force)
+
+    def write(self, found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> None:
+        """Write what was found; `fitted` and `heldout` are the names of the recordings."""
+        from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
+
+        if self.model is not None:
+            text = _provenance(found, fitted, heldout) + found.model.to_toml()
+            write_text(self.model, text, force=self.force)
+        learned = None
+        if found.learned is not None and self.learned is not None:
+            learned = str(self.learned)
+            write_text(self.learned, found.learned.source, force=self.force)
+        if self.experiment is not None and found.next_experiment is not None:
+            from elastic_tendon.diagnosis.experiment import experiment_table
+
+            table = experiment_table(found.next_experiment)
+            write_text(self.experiment, table.to_csv(index=False), force=self.force)
+        save_json(diagnosis_json(found, learned), self.json, self.force)
+
+
+class Stage:
+    """The progress bar, which makes room while the user is asked."""
+
+    def __init__(self, every: bool) -> None:
+        self._every = every  # candidates are shown
+        self._rounds = 0
+        self._bar = ExitStack()
+
+    def __enter__(self) -> "Stage":
+        self._move = self._bar.enter_context(progress())
+        return self
+
+    def __exit__(self, *_raised: object) -> None:
+        self._bar.close()
+
+    def report(self, text: str, share: float) -> None:
+        """Move the bar."""
+        self._move(text, share)
+
+    def ask(self, one: "Round") -> bool:
+        """Show a round, and ask whether to go on."""
+        self._bar.close()
+        self._rounds += 1
+        _show_round(self._rounds, one, self._every)
+        try:
+            goes_on = typer.confirm("Go on?", default=True, err=True)
+        except typer.Abort:  # Ctrl-C or the end of the input: what was found is kept
+            goes_on = False
+        self._move = self._bar.enter_context(progress())
+        return goes_on
+
+
+def _is_terminal() -> bool:
+    return sys.stdin.isatty()
+
+
+def _text(path: Path | None) -> str | None:
+    return None if path is None else str(path)
+
+
+def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
+    """Comments for the head of a model.toml: what made it, from what, and what was found."""
+    from importlib.metadata import version
+
+    from elastic_tendon.report.diagnosis_tables import verdict_sentences
+
+    lines = [
+        f"made by elastic-tendon {version('elastic-tendon')}: "
+        + shlex.join(["elastic-tendon", *sys.argv[1:]]),
+        f"fitted: {', '.join(fitted)}",
+        *([f"held out: {', '.join(heldout)}"] if heldout else []),
+        f"verdict: {found.verdict}",
+        f"added: {', '.join(found.added) or 'nothing'}",
+        *verdict_sentences(found),
+    ]
+    return "".join(f"# {_printable(line)}\n" for line in lines) + "\n"
+
+
+def _printable(line: str) -> str:
+    """A line for a comment: names of files may hold what TOML and UTF-8 do not allow there."""
+    spaced = line.replace(FIXED, " ")
+    return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in spaced)
+
+
+def _show(found: "Diagnosis", call: "Call", every: bool) -> None:
+    from elastic_tendon.report import diagnosis_tables as words
+    from elastic_tendon.report import tables
+
+    _say(words.verdict_sentences(found))
+    _say(words.doubt_sentences(found))
+    _say(words.next_lines(found, call))
+    output.print(tables.ladder_table(found.ladder))
+    output.print(tables.estimates_table(found.findings))
+    if found.findings.ratios:
+        output.print(tables.ratios_table(found.findings))
+    for index, one in enumerate(found.rounds, start=1):
+        _show_round(index, one, every)
+
+
+def _show_round(index: int, one: "Round", every: bool) -> None:
+    from elastic_tendon.report import diagnosis_tables as words
+
+    output.print(words.round_title(index, one), highlight=False, markup=False)
+    if table := words.candidates_table(one, every=every):
+        output.print(table)
+
+
+def _say(sentences: Sequence[str]) -> None:
+    """Print a paragraph, one sentence or command a line."""
+    for sentence in sentences:
+        output.print(sentence, highlight=False, markup=False, soft_wrap=sentence.startswith("  "))
+    if sentences:
+        output.print()

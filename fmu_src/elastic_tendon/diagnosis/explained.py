@@ -1,0 +1,107 @@
+"""What an effect of the final model explains: its torque beside the one that is missing without.
+
+The effect is taken out of the model and nothing else is changed. The torque under which that model
+moves as *measured* is what the machine shows of the effect; the torque under which it moves as the
+model *with* the effect is what the model makes of it. Both are found in the same way, see
+`missing_torque`, so they are comparable for any effect, of springs and sensors too.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastic_tendon.identify.compare import FileComparison, compare
+from elastic_tendon.identify.missing_torque import MissingTorque, TorqueCurve, missing_torque
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.parameters import Model, parse_model
+
+# time orders everything a little; it is told only where it explains more than others by this share
+MORE_THAN_CHANCE = 0.3
+
+
+@dataclass(frozen=True)
+class Explained:
+    """One effect in one recording.
+
+    `by` is the variable that orders the effect's torque best, `unit` its unit. `measured` and
+    `modelled` are torques that the model lacks without the effect, N·m, beside `variable` and
+    `modelled_variable`; `remaining` with `remaining_variable` is what it lacks with the effect.
+    """
+
+    by: str
+    unit: str
+    variable: Array
+    measured: MissingTorque
+    modelled_variable: Array
+    modelled: MissingTorque
+    remaining_variable: Array
+    remaining: MissingTorque
+
+
+def without_effect(model: Model, effect_id: str) -> Model:
+    """The model with all its other effects and the same numbers.
+
+    Parameters
+    ----------
+    model : Model that has the effect
+    effect_id : str
+    """
+    tree = model.model_dump()
+    del tree["effects"][effect_id]
+    lost = f"effects.{effect_id}."
+    kept = {path: one for path, one in model.uncertainty.items() if not path.startswith(lost)}
+    return parse_model(tree | {"uncertainty": kept}, model.name)
+
+
+def explained(without: Model, compared: FileComparison, model: Model) -> Explained:
+    """What the difference between two models explains of a recording.
+
+    Parameters
+    ----------
+    without : Model without the effect
+    compared : the recording beside `model`
+    model : Model with the effect
+
+    Returns
+    -------
+    Explained
+    """
+    measurement = compared.measurement
+    motion = replace(measurement, signals=_as_noisy(compared))
+    (before,), (own,) = (compare(without, [one]).files for one in (measurement, motion))
+    measured, variables, _ = missing_torque(without, before)
+    modelled, modelled_variables, _ = missing_torque(without, own)
+    remaining, remaining_variables, _ = missing_torque(model, compared)
+    best = _best_ordered(modelled)
+    return Explained(
+        by=best.by,
+        unit=best.unit,
+        variable=variables[best.by],
+        measured=measured,
+        modelled_variable=modelled_variables[best.by],
+        modelled=modelled,
+        remaining_variable=remaining_variables[best.by],
+        remaining=remaining,
+    )
+
+
+def _as_noisy(compared: FileComparison) -> dict[str, Array]:
+    """The simulated signals with noise as large as measured, so that they are smoothed alike."""
+    lot = np.random.default_rng(0)
+    trajectory = compared.trajectory
+    return {
+        name: trajectory[trajectory.measured(name)]
+        + error.noise.sigma * lot.standard_normal(error.count)
+        for name, error in compared.signals.items()
+    }
+
+
+def _best_ordered(torque: MissingTorque) -> TorqueCurve:
+    """The curve that explains most of the torque's square."""
+
+    def explains(curve: TorqueCurve) -> float:
+        weights = curve.count / np.sum(curve.count)
+        share = float(weights @ curve.mean**2) / float(np.mean(torque.torque**2))
+        return share - MORE_THAN_CHANCE if curve.by == "time" else share
+
+    return max(torque.curves, key=explains)

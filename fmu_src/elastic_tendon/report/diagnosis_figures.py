@@ -1,0 +1,326 @@
+"""Figures of a diagnosis, one function for each; nothing is computed here."""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import PercentFormatter
+
+from elastic_tendon.diagnosis.explained import Explained, explained, without_effect
+from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, Round
+from elastic_tendon.identify.compare import Comparison, FileComparison, compare
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.parameters import Model
+from elastic_tendon.report.comparison_figures import (
+    BLACK,
+    BLUE,
+    LEGEND,
+    ORANGE,
+    VERMILLION,
+    ladder,
+    static_torque,
+    tidy,
+)
+from elastic_tendon.report.diagnosis_tables import called
+from elastic_tendon.report.location_figures import Drawing, file_names, missing_torque
+from elastic_tendon.report.names import shortened, verbatim
+from elastic_tendon.report.thinning import envelope, some
+from elastic_tendon.report.units import shown, times_noise
+
+BARS = 8  # candidates of a round that are drawn
+PARTS = 40  # over which the mean of a torque is drawn
+LEAST_IN_PART = 5  # samples
+
+
+def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
+    """Every figure of a diagnosis: the name of its file without suffix, and what draws it.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    """
+    for signal in diagnosis.ladder[0].rmse:
+        yield f"ladder_{signal}", partial(ladder, diagnosis.ladder, signal)
+    if any(one.candidates for one in diagnosis.rounds):
+        yield "candidates", partial(candidates, diagnosis.rounds)
+    for effect_id in diagnosis.added:
+        yield f"explained_by_{effect_id}", partial(explained_by, diagnosis, effect_id)
+    yield from _of_recordings(diagnosis)
+    if diagnosis.learned is not None:
+        yield "learned_term", partial(learned_term, diagnosis)
+    if diagnosis.next_experiment is not None:
+        yield "next_experiment", partial(next_experiment, diagnosis.next_experiment)
+
+
+def _of_recordings(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
+    first, last = diagnosis.steps[0], diagnosis.steps[-1]
+    pairs = [(*one, "fitted") for one in _pairs(first.comparison, last.comparison)]
+    if first.heldout is not None and last.heldout is not None:
+        pairs += [(*one, "held-out") for one in _pairs(first.heldout, last.heldout)]
+    names = file_names([after.measurement.name for _, after, _ in pairs])
+    for name, (before, after, kind) in zip(names, pairs, strict=True):
+        yield f"{name}_before_and_after", partial(before_and_after, before, after, kind)
+    located = zip(diagnosis.comparison.files, diagnosis.location.files, strict=True)
+    for name, (file, found) in zip(names, located, strict=False):  # those held out come last
+        yield f"{name}_remaining_torque", partial(missing_torque, file, found)
+
+
+def _pairs(
+    before: Comparison, after: Comparison
+) -> Iterator[tuple[FileComparison, FileComparison]]:
+    return zip(before.files, after.files, strict=True)
+
+
+# ---- before and after --------------------------------------------------------------------------
+
+
+def before_and_after(before: FileComparison, after: FileComparison, kind: str) -> Figure:
+    """A recording with the model as given and with the improved one, and the errors of both.
+
+    Parameters
+    ----------
+    before, after : FileComparison of the same recording
+    kind : "fitted" or "held-out"
+
+    Returns
+    -------
+    matplotlib.figure.Figure; a pair of axes for each signal
+    """
+    signals = tuple(after.signals)
+    figure = Figure(figsize=(8.0, 0.4 + 5.2 * len(signals)), layout="constrained")
+    figure.suptitle(f"{shortened(after.measurement.name)} ({kind} data): before and after")
+    parts = figure.subfigures(len(signals), 1, squeeze=False)
+    for part, signal in zip(parts.flat, signals, strict=True):
+        _draw_pair(part, before, after, signal)
+    figure.align_ylabels()
+    return figure
+
+
+def _draw_pair(part: SubFigure, before: FileComparison, after: FileComparison, name: str) -> None:
+    rows = part.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2, 2]})
+    measurement = after.measurement
+    quantity = shown(name, static=measurement.static)
+    measured = measurement.signals[name]
+    across = measured if measurement.static else measurement.time
+    if measurement.static:
+        rows[0].plot(measured, static_torque(measurement), ".", color=BLACK, label="measured")
+    else:
+        curve = envelope(measurement.time, measured)
+        rows[0].plot(*curve, color=BLACK, linewidth=2.2, label="measured")
+    for file, label, colour in ((before, "as given", ORANGE), (after, "improved", BLUE)):
+        simulated = file.trajectory[file.trajectory.measured(name)]
+        error = quantity.small * (simulated - measured)
+        style: dict[str, Any] = {"color": colour, "linewidth": 1.0}
+        if measurement.static:
+            rows[0].plot(simulated, static_torque(measurement), label=label, **style)
+        else:
+            rows[0].plot(*envelope(measurement.time, simulated), label=label, **style)
+        rows[1].plot(*envelope(across, error), **style)
+    rows[2].plot(*envelope(across, error), **style)
+    _finish_pair(rows, before, after, name)
+
+
+def _finish_pair(
+    rows: Sequence[Axes], before: FileComparison, after: FileComparison, name: str
+) -> None:
+    static = after.measurement.static
+    quantity = shown(name, static=static)
+    was, now = before.signals[name], after.signals[name]
+    rows[0].set_title(
+        f"RMSE {quantity.error(was.rmse)} as given, {quantity.error(now.rmse)} improved, "
+        f"{times_noise(now.noise_ratio)}",
+        fontsize="medium",
+        pad=22.0,
+    )
+    band = 2.0 * quantity.small * now.noise.sigma
+    rows[2].axhspan(-band, band, color="0.8", zorder=0, label="± 2σ of the noise")
+    rows[0].set_ylabel("joint torque (N·m)" if static else f"{quantity.words} ({quantity.unit})")
+    rows[1].set_ylabel(f"both errors ({quantity.small_unit})")
+    rows[2].set_ylabel(f"improved ({quantity.small_unit})")
+    rows[2].set_xlabel("deflection (rad)" if static else "time (s)")
+    # above the axes: the curves fill them
+    rows[0].legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 0.96), ncols=3)
+    rows[2].legend(loc="upper right", **LEGEND)
+    for axes in rows:
+        tidy(axes)
+
+
+# ---- candidates --------------------------------------------------------------------------------
+
+
+def candidates(rounds: Sequence[Round]) -> Figure:
+    """Probability and gain of the likeliest answers of each round.
+
+    Parameters
+    ----------
+    rounds : those without candidates are left out
+
+    Returns
+    -------
+    matplotlib.figure.Figure; two panels for each round
+    """
+    drawn = [(number, one) for number, one in enumerate(rounds, start=1) if one.candidates]
+    counts = [min(len(one.candidates), BARS) for _, one in drawn]
+    size = (9.0, 0.9 + sum(0.9 + 0.36 * count for count in counts))
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(
+        len(drawn), 2, squeeze=False, sharey="row", gridspec_kw={"height_ratios": counts}
+    )
+    for (left, right), (number, one) in zip(panels, drawn, strict=True):
+        shown_ones = one.candidates[:BARS]
+        _draw_probability(left, shown_ones, one.chosen)
+        _draw_gains(right, shown_ones)
+        what = "nothing added" if one.chosen is None else f"{called(one.chosen)} added"
+        left.set_title(f"round {number}: {verbatim(what)}", loc="left", fontsize="medium")
+    panels[-1, 0].set_xlabel("probability among the answers of the round (%)")
+    panels[-1, 1].set_xlabel("squared error explained (%)")
+    handles, labels = panels[0, 1].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def _draw_probability(axes: Axes, found: Sequence[Candidate], chosen: str | None) -> None:
+    places = np.arange(len(found))
+    colours = [VERMILLION if one.id == chosen else "0.7" for one in found]
+    axes.barh(places, [one.probability for one in found], color=colours, height=0.7)
+    axes.set_yticks(places, [verbatim(called(one.id)) for one in found])
+    axes.set_ylim(len(found) - 0.4, -0.6)  # the likeliest on top
+    axes.set_xlim(0.0, 1.0)
+    _finish_bars(axes)
+
+
+def _draw_gains(axes: Axes, found: Sequence[Candidate]) -> None:
+    places = np.arange(len(found))
+    kinds = [("gain", "on fitted data", BLUE, -0.19), ("heldout_gain", "held out", ORANGE, 0.19)]
+    for kind, label, colour, offset in kinds:
+        known = [(place, getattr(one, kind)) for place, one in zip(places, found, strict=True)]
+        known = [(place, gain) for place, gain in known if gain is not None]
+        # an answer that ruins held-out data would hide all others
+        lengths = [max(gain, -1.0) for _, gain in known]
+        where = np.array([place for place, _ in known]) + offset
+        axes.barh(where, lengths, color=colour, height=0.36, label=label)
+    axes.axvline(0.0, color="0.5", linewidth=0.8)
+    axes.set_xlim(right=1.0)
+    _finish_bars(axes)
+
+
+def _finish_bars(axes: Axes) -> None:
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0, symbol=""))
+    tidy(axes)
+    axes.grid(visible=False, axis="y")
+    axes.set_axisbelow(True)
+
+
+# ---- what an effect explains -------------------------------------------------------------------
+
+
+def explained_by(diagnosis: Diagnosis, effect_id: str) -> Figure:
+    """Torque that is missing without an effect, the effect's own torque over it, and what remains.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    effect_id : one of those added
+
+    Returns
+    -------
+    matplotlib.figure.Figure; the first fitted recording
+    """
+    file = diagnosis.comparison.files[0]
+    found = explained(without_effect(diagnosis.model, effect_id), file, diagnosis.model)
+    title = f"what {called(effect_id)} explains"
+    return _signature(found, f"{shortened(file.measurement.name)}: {verbatim(title)}")
+
+
+def learned_term(diagnosis: Diagnosis) -> Figure:
+    """Torque that is missing, the learned term over it, and what would remain.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis with a learned term
+
+    Returns
+    -------
+    matplotlib.figure.Figure; the first fitted recording
+    """
+    file = diagnosis.comparison.files[0]
+    model = _with_learned(diagnosis)
+    (compared,) = compare(model, [file.measurement]).files
+    found = explained(diagnosis.model, compared, model)
+    return _signature(found, f"{shortened(file.measurement.name)}: what the learned term explains")
+
+
+def _with_learned(diagnosis: Diagnosis) -> Model:
+    from elastic_tendon.diagnosis.learned import learned_effect
+
+    assert diagnosis.learned is not None
+    effect = learned_effect(diagnosis.learned)
+    return diagnosis.model.with_effect(effect.id, diagnosis.learned.values)
+
+
+def _signature(found: Explained, title: str) -> Figure:
+    figure = Figure(figsize=(7.5, 7.0), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
+    _draw_cloud(upper, found.variable, found.measured.torque, "0.7", "measured")
+    order = _means(found.modelled_variable, found.modelled.torque)
+    upper.plot(*order, color=VERMILLION, linewidth=2.0, label="the effect, mean")
+    upper.set_ylabel("torque missing without it (N·m)")
+    _draw_cloud(lower, found.remaining_variable, found.remaining.torque, "0.7", "measured")
+    left = _means(found.remaining_variable, found.remaining.torque)
+    lower.plot(*left, color=BLUE, linewidth=2.0, label="mean of what remains")
+    lower.set_ylim(upper.get_ylim())
+    lower.set_ylabel("torque missing with it (N·m)")
+    lower.set_xlabel(f"{found.by.replace('_', ' ')} ({found.unit})")
+    for axes in (upper, lower):
+        axes.axhline(0.0, color="0.5", linewidth=0.8, zorder=0)
+        axes.legend(loc="best", markerscale=4.0, **LEGEND)
+        tidy(axes)
+    figure.suptitle(title)
+    return figure
+
+
+def _draw_cloud(axes: Axes, variable: Array, torque: Array, colour: str, label: str) -> None:
+    kept = some(len(torque))
+    style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 1.5}
+    axes.plot(variable[kept], torque[kept], color=colour, label=label, rasterized=True, **style)
+
+
+def _means(variable: Array, values: Array) -> tuple[Array, Array]:
+    """Mean of values over equal parts of a variable's range; parts with few samples are out."""
+    edges = np.linspace(np.min(variable), np.max(variable), PARTS + 1)
+    part = np.searchsorted(edges[1:-1], variable, side="right")
+    count = np.bincount(part, minlength=PARTS)
+    kept = count >= LEAST_IN_PART
+    sums = [np.bincount(part, one, PARTS)[kept] / count[kept] for one in (variable, values)]
+    return sums[0], sums[1]
+
+
+# ---- the next experiment -----------------------------------------------------------------------
+
+
+def next_experiment(experiment: Experiment) -> Figure:
+    """Motor motion and load over time.
+
+    Parameters
+    ----------
+    experiment : Experiment
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    columns = [("motor position (rad)", experiment.motor_position, BLUE)]
+    if np.any(experiment.load_torque):
+        columns.append(("load torque (N·m)", experiment.load_torque, VERMILLION))
+    figure = Figure(figsize=(8.0, 0.6 + 2.3 * len(columns)), layout="constrained")
+    panels = figure.subplots(len(columns), 1, sharex=True, squeeze=False).flat
+    for axes, (label, values, colour) in zip(panels, columns, strict=True):
+        axes.plot(*envelope(experiment.time, values), color=colour, linewidth=1.2)
+        axes.set_ylabel(label)
+        tidy(axes)
+    axes.set_xlabel("time (s)")
+    figure.suptitle("The experiment to run next" + ("" if len(columns) > 1 else ", without load"))
+    return figure

@@ -1,0 +1,328 @@
+"""A diagnosis for the terminal: the answer in words, then the evidence; 80 columns suffice."""
+
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, LearnedTerm, Round
+from elastic_tendon.identify.determinability import Estimate
+from elastic_tendon.parameters import quantities
+from elastic_tendon.report.names import FIXED
+from elastic_tendon.report.tables import alias_sentences, with_interval
+from elastic_tendon.report.units import number, shown, times_noise
+
+# candidates that are shown of a round; the option --all-candidates shows all
+CANDIDATES = 5
+LIKELY = 0.005  # of a probability that is shown as more than "<1 %"
+
+
+def called(answer: str) -> str:
+    """An answer for people: an effect by its title, a parameter by its path.
+
+    Parameters
+    ----------
+    answer : id of an effect, or the dotted path of a parameter
+    """
+    effect = effects.BY_ID.get(answer)
+    return answer.removeprefix("transmission.") if effect is None else effect.title
+
+
+def verdict_sentences(diagnosis: Diagnosis) -> list[str]:
+    """The answer: what is wrong or missing and how large it is, then how far the error falls."""
+    stopped = ["Stopped before the end; this is what was found so far."]
+    return [
+        *(stopped if diagnosis.interrupted else []),
+        *_answers(diagnosis),
+        *_falls(diagnosis),
+    ]
+
+
+def _answers(diagnosis: Diagnosis) -> Iterator[str]:
+    if diagnosis.verdict == "adequate":
+        yield f"Nothing is missing: {diagnosis.given.name} explains these data."
+    elif diagnosis.verdict == "unknown_effect":
+        yield "Something is missing that no known effect explains."
+    if diagnosis.added:
+        listed = "; ".join(_sized(diagnosis, one) for one in diagnosis.added)
+        unknown = diagnosis.verdict == "unknown_effect"
+        yield f"{'It was still worth adding' if unknown else 'What is missing'}: {listed}."
+    if diagnosis.parameters_changed:
+        wrong = diagnosis.verdict == "wrong_parameter"
+        moved = diagnosis.parameters_changed
+        changes = [(_moved if wrong else _shift)(_estimates(diagnosis)[path]) for path in moved]
+        if wrong:
+            yield f"Wrong numbers: {'; '.join(changes)}. No effect is missing."
+        else:
+            yield f"Numbers that are off too: {', '.join(changes)}."
+
+
+def _estimates(diagnosis: Diagnosis) -> dict[str, Estimate]:
+    return {one.path: one for one in diagnosis.findings.estimates}
+
+
+def _sized(diagnosis: Diagnosis, effect_id: str) -> str:
+    """An effect with its numbers, as "Coulomb friction, torque 0.350 ± 0.002 N·m"."""
+    numbers = []
+    estimates = _estimates(diagnosis)
+    for name, value in diagnosis.model.effects[effect_id].items():
+        found = estimates.get(f"effects.{effect_id}.{name}")
+        words = name.replace("_", " ")
+        if found is None:
+            numbers.append(f"{words} {value:.3g}")
+        elif found.determined:
+            numbers.append(f"{words} {_with_unit(found)}")
+        else:
+            numbers.append(f"{words} not determined")
+    return ", ".join([called(effect_id), *numbers])
+
+
+def _moved(found: Estimate) -> str:
+    """A wrong number, as "link.inertia is 0.0337 ± 0.0004 kg·m2, not 0.03 (+12 %)"."""
+    change = f" ({_change(found)})" if found.given else ""
+    return f"{called(found.path)} is {_with_unit(found)}, not {found.given:.4g}{change}"
+
+
+def _shift(found: Estimate) -> str:
+    """A number that moved, as "link.inertia by +12 %"."""
+    if found.given:
+        return f"{called(found.path)} by {_change(found)}"
+    return f"{called(found.path)} is {_with_unit(found)}, not 0"
+
+
+def _change(found: Estimate) -> str:
+    percent = 100.0 * (found.fitted / found.given - 1.0)
+    return f"{percent:+.{0 if abs(percent) >= 10.0 else 1}f}{FIXED}%"
+
+
+def _with_unit(found: Estimate) -> str:
+    unit = "" if found.unit == "1" else f" {found.unit.replace('.', '·')}"
+    return f"{with_interval(found.fitted, found.interval)}{unit}".replace(" ", FIXED)
+
+
+def _falls(diagnosis: Diagnosis) -> Iterator[str]:
+    first, last = diagnosis.ladder[0], diagnosis.ladder[-1]
+    for name, rmse in last.rmse.items():
+        quantity = shown(name)
+        noise = times_noise(last.noise_ratio[name])
+        judged = name in last.heldout_rmse
+        if len(diagnosis.ladder) == 1:
+            text = f"The {quantity.words} error is {quantity.error(rmse)}, {noise}"
+            if judged:
+                text += f", and {quantity.error(last.heldout_rmse[name])} on held-out data"
+        else:
+            text = (
+                f"The {quantity.words} error goes from {number(quantity.small * first.rmse[name])} "
+                f"to {quantity.error(rmse)}, {noise}"
+            )
+            if judged:
+                before = number(quantity.small * first.heldout_rmse[name])
+                after = quantity.error(last.heldout_rmse[name])
+                text += f"; on held-out data from {before} to {after}"
+        yield text + "."
+
+
+def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
+    """What these data cannot tell apart, what they leave open, and what remains of the error."""
+    sentences = []
+    for one in diagnosis.indistinguishable:
+        text = f"These data cannot tell apart: {_listed(one)}."
+        taken = [member for member in one if member in diagnosis.added]
+        if taken:
+            text += f" The model has {called(taken[0])}, the simplest of them."
+        sentences.append(text)
+    for effect_id in diagnosis.added:
+        sentences += alias_sentences(effects.BY_ID[effect_id])
+    sentences += diagnosis.findings.sentences
+    return [*sentences, *_remains(diagnosis)]
+
+
+def _remains(diagnosis: Diagnosis) -> Iterator[str]:
+    for name, remaining in diagnosis.remaining.items():
+        quantity = shown(name)
+        text = f"What remains of the {quantity.words} error, {times_noise(remaining.noise_ratio)}, "
+        if remaining.significant:
+            yield (
+                f"{text}still depends on what the machine does (p = {remaining.p_value:.2g}); "
+                f"it is {_percent(remaining.share_of_initial)} of the squared error above the "
+                "noise that the model had as given."
+            )
+            yield from _where(diagnosis, name)
+        else:
+            yield f"{text}does not depend on what the machine does by more than chance."
+
+
+def _where(diagnosis: Diagnosis, signal: str) -> Iterator[str]:
+    for file, found in zip(diagnosis.comparison.files, diagnosis.location.files, strict=True):
+        if signal in found.in_words:
+            yield f"{file.measurement.name}: {found.in_words[signal]}."
+
+
+def _listed(answers: Sequence[str]) -> str:
+    return " and ".join([", ".join(map(called, answers[:-1])), called(answers[-1])])
+
+
+def _percent(share: float) -> str:
+    if 0.0 < share < LIKELY:
+        return f"<1{FIXED}%"
+    return f"{100.0 * share:.0f}{FIXED}%"
+
+
+# ---- what to do next ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Call:
+    """What the user gave and what was written, as words of a command.
+
+    `model` and `data` (one or more) as given; `effects` the options that load the user's own, and
+    `reading` those about reading data; `saved`, `learned` and `experiment` are files that were
+    written, None where none was.
+    """
+
+    model: str
+    data: tuple[str, ...]
+    effects: tuple[str, ...]
+    reading: tuple[str, ...]
+    saved: str | None
+    learned: str | None
+    experiment: str | None
+
+    def line(self, *words: str) -> str:
+        """A command to type, with the effects that it needs."""
+        return "  " + shlex.join(["elastic-tendon", *words, *self.effects])
+
+
+def next_lines(diagnosis: Diagnosis, call: Call) -> list[str]:
+    """What to do next: sentences, and below them the commands to type.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    call : Call that made it
+    """
+    lines = []
+    if diagnosis.next_experiment is not None:
+        lines += _next_experiment(diagnosis.next_experiment, call)
+    if diagnosis.learned is not None:
+        lines += _next_learned(diagnosis.learned, call)
+    if diagnosis.added:
+        lines.append("How to make sure on the machine, and how to be rid of it:")
+        lines += [call.line("effects", one) for one in diagnosis.added]
+    if call.saved is not None:
+        fmu = str(Path(call.saved).with_suffix(".fmu"))
+        lines += ["To ship the model:", call.line("export", call.saved, "-o", fmu)]
+    elif diagnosis.verdict != "adequate":
+        lines.append("To keep the improved model, give --save-model improved.toml.")
+    return lines
+
+
+def _next_experiment(experiment: Experiment, call: Call) -> list[str]:
+    lines = [experiment.text, f"It decides with a probability of {_percent(experiment.power)}."]
+    if call.experiment is None:
+        return [*lines, "To have it as a table, give --next-experiment experiment.csv."]
+    model = call.saved or call.model
+    return [
+        *lines,
+        f"Run {call.experiment} on the machine, and diagnose with both recordings:",
+        call.line("diagnose", call.model, *call.data, "new_recording.csv", *call.reading),
+        "What the model does there:",
+        call.line("simulate", model, call.experiment, "-o", "predicted.csv"),
+    ]
+
+
+def _next_learned(term: LearnedTerm, call: Call) -> list[str]:
+    variables = " and ".join(one.replace("_", " ") for one in term.variables)
+    text = (
+        f"A smooth function of {variables} explains {_percent(term.explains)} of what remains, "
+        "judged on samples that it was not fitted to."
+    )
+    if call.learned is None or call.saved is None:
+        return [text, "To have it as an effect of your own, give --save-model improved.toml."]
+    added = ("-o", "with_learned.toml", "--effect", call.learned)
+    return [
+        f"{text} It is offered, not added: {call.learned} has it as an effect of your own.",
+        call.line("add", call.saved, term.id, *call.data, *call.reading, *added),
+    ]
+
+
+# ---- the evidence ------------------------------------------------------------------------------
+
+
+def round_title(number_of_round: int, one: Round) -> str:
+    """What a round decided, in one sentence."""
+    chosen = "nothing was added" if one.chosen is None else f"{called(one.chosen)} was added"
+    return f"Round {number_of_round}: {chosen}; {one.reason}."
+
+
+def candidates_table(one: Round, *, every: bool = False) -> Table | None:
+    """Answers that a round considered, with the evidence for each.
+
+    Parameters
+    ----------
+    one : Round
+    every : all of them, instead of the first `CANDIDATES`
+
+    Returns
+    -------
+    Table, or None where there were no candidates
+    """
+    if not one.candidates:
+        return None
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), caption_justify="left")
+    table.add_column("answer", overflow="fold", ratio=3)
+    for heading in ("proba-\nbility", "score", "gain\nfitted", "gain\nheld out"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("numbers, and why", overflow="fold", ratio=4)
+    chosen = one.candidates if every else one.candidates[:CANDIDATES]
+    for candidate in chosen:
+        heldout = candidate.heldout_gain
+        table.add_row(
+            escape(called(candidate.id)),
+            _percent(candidate.probability),
+            number(candidate.score),
+            "-" if candidate.gain is None else _percent(candidate.gain),
+            "-" if heldout is None else _percent(heldout),
+            escape("\n".join([*_numbers(candidate), candidate.verdict])),
+        )
+    captions = ["gain: share by which the squared error falls"]
+    if left := len(one.candidates) - len(chosen):
+        captions.append(f"{left} more, see --all-candidates")
+    table.caption = "\n".join(captions)
+    return table
+
+
+def _numbers(candidate: Candidate) -> Iterator[str]:
+    """Fitted numbers with interval; those that the score alone expects, where none was fitted."""
+    fitted = {estimate.path: estimate for estimate in candidate.fitted}
+    units = _units([*fitted, *candidate.expected])
+    for path in units:
+        if path not in fitted:
+            text = f"about {candidate.expected[path]:.3g}{units[path]}"
+        elif fitted[path].determined:
+            text = with_interval(fitted[path].fitted, fitted[path].interval) + units[path]
+        else:
+            text = f"{fitted[path].fitted:.3g}{units[path]} (open)"
+        yield f"{_short(path)} {text}"
+
+
+def _short(path: str) -> str:
+    """A number within its effect, or in the whole model where it is none of an effect's."""
+    return (
+        path.rpartition(".")[2].replace("_", " ") if path.startswith("effects.") else called(path)
+    )
+
+
+def _units(paths: Sequence[str]) -> Mapping[str, str]:
+    """Unit of each parameter with a space before it; nothing for plain numbers."""
+    present = {path.split(".")[1] for path in paths if path.startswith("effects.")}
+    declared = {one.path: one.unit for one in quantities(present)}
+    return {
+        path: "" if declared[path] == "1" else f" {declared[path].replace('.', '·')}"
+        for path in paths
+    }

@@ -1,0 +1,134 @@
+"""What a diagnosis says on the terminal: the answer before the evidence, at 80 columns."""
+
+import io
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from elastic_tendon.diagnosis.result import Remaining
+from elastic_tendon.report.diagnosis_tables import (
+    CANDIDATES,
+    Call,
+    candidates_table,
+    doubt_sentences,
+    next_lines,
+    round_title,
+    verdict_sentences,
+)
+from elastic_tendon.report.names import FIXED
+from hand_made_diagnosis import friction_found, nothing_missing, something_unknown
+
+CALL = Call("m.toml", ("a b.csv[0:7]",), (), ("--resample", "0.01"), None, None, None)
+
+
+def joined(sentences) -> str:
+    return "\n".join(sentences).replace(FIXED, " ")
+
+
+def printed(renderable) -> str:
+    stream = io.StringIO()
+    Console(file=stream, width=80).print(renderable)
+    return stream.getvalue().replace(FIXED, " ")
+
+
+def test_what_is_missing_comes_first_with_its_size() -> None:
+    text = joined(verdict_sentences(friction_found()))
+    assert text.startswith("What is missing: Coulomb friction, torque 0.34999 ± 0.00028 N·m.")
+    assert "Numbers that are off too: link.inertia by +13 %." in text
+    assert "error goes from 37.5 to 0.230 mrad, 0.991 times the noise; on held-out data" in text
+
+
+def test_wrong_numbers_are_told_with_interval_and_what_was_given() -> None:
+    wrong = replace(friction_found(), verdict="wrong_parameter", added=())
+    text = joined(verdict_sentences(wrong))
+    assert text.startswith("Wrong numbers: link.inertia is 0.0339012 ± 0.0000040 kg·m2, not 0.03 (")
+    assert "No effect is missing." in text
+
+
+def test_an_adequate_model_needs_no_ladder() -> None:
+    text = joined(verdict_sentences(nothing_missing()))
+    assert "Nothing is missing: demo_actuator explains these data." in text
+    assert "error is 0.230 mrad, 0.991 times the noise, and 0.222 mrad on held-out data" in text
+
+
+def test_what_no_effect_explains_is_told_as_such() -> None:
+    found = something_unknown()
+    assert "that no known effect explains" in joined(verdict_sentences(found))
+    doubts = joined(doubt_sentences(found))
+    assert "still depends on what the machine does (p = 1e-06)" in doubts
+    assert found.location.files[0].in_words["joint_position"] in doubts
+    still = replace(found, added=("coulomb_friction",), model=friction_found().model)
+    assert "It was still worth adding: Coulomb friction" in joined(verdict_sentences(still))
+
+
+def test_what_the_data_cannot_tell_apart_is_said() -> None:
+    text = joined(doubt_sentences(friction_found()))
+    assert "These data cannot tell apart: Coulomb friction and LuGre friction." in text
+    assert "The model has Coulomb friction, the simplest of them." in text
+    assert "does not depend on what the machine does by more than chance" in text
+
+
+def test_remaining_error_of_each_signal_is_told() -> None:
+    both = {
+        "joint_position": Remaining(1.0, 0.0, False, 0.5),
+        "joint_torque": Remaining(3.0, 0.001, True, 1e-3),
+    }
+    text = joined(doubt_sentences(friction_found(remaining=both)))
+    assert "What remains of the joint torque error, 3.00 times the noise, still depends" in text
+    assert "it is <1 % of the squared error" in text
+
+
+def test_an_interrupted_diagnosis_says_so_first() -> None:
+    assert verdict_sentences(friction_found(interrupted=True))[0].startswith("Stopped before")
+
+
+def test_next_commands_can_be_typed() -> None:
+    saved = replace(CALL, saved="my model.toml", experiment="next.csv")
+    lines = next_lines(friction_found(), saved)
+    commands = [line.strip() for line in lines if line.startswith("  ")]
+    assert commands == [
+        "elastic-tendon diagnose m.toml 'a b.csv[0:7]' new_recording.csv --resample 0.01",
+        "elastic-tendon simulate 'my model.toml' next.csv -o predicted.csv",
+        "elastic-tendon effects coulomb_friction",
+        "elastic-tendon export 'my model.toml' -o 'my model.fmu'",
+    ]
+    unsaved = joined(next_lines(friction_found(), CALL))
+    assert "--save-model improved.toml" in unsaved
+    assert "--next-experiment experiment.csv" in unsaved
+
+
+def test_a_learned_term_is_offered_with_the_command_that_adds_it() -> None:
+    text = joined(next_lines(something_unknown(), CALL))
+    assert "A smooth function of joint velocity explains 83 % of what remains" in text
+    written = replace(CALL, saved="m2.toml", learned="m2_learned.py")
+    assert (
+        "  elastic-tendon add m2.toml learned_torque 'a b.csv[0:7]' --resample 0.01 "
+        "-o with_learned.toml --effect m2_learned.py"
+    ) in next_lines(something_unknown(), written)
+
+
+def test_own_effects_are_named_again() -> None:
+    own = replace(CALL, effects=("--effect", "mine.py"))
+    assert "  elastic-tendon effects coulomb_friction --effect mine.py" in next_lines(
+        friction_found(), own
+    )
+
+
+@pytest.mark.parametrize("every", [False, True])
+def test_candidates_come_with_the_evidence_and_fit_the_terminal(every: bool) -> None:
+    found = friction_found().rounds[0]
+    table = candidates_table(found, every=every)
+    assert table is not None
+    text = printed(table)
+    assert table.row_count == (len(found.candidates) if every else CANDIDATES)
+    assert ("3 more, see --all-candidates" in text) is not every
+    assert "…" not in text
+    for word in ("93 %", "12346", "98 %", "0.34999", "more numbers", "about 0.0311"):
+        assert word in text
+
+
+def test_a_round_without_candidates_has_no_table() -> None:
+    empty = friction_found().rounds[1]
+    assert candidates_table(empty) is None
+    assert round_title(2, empty) == "Round 2: nothing was added; nothing is left but noise."
