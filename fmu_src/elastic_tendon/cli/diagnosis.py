@@ -93,7 +93,8 @@ def diagnose(
     files = Outputs(save_model, experiment, json_file, figures, force)
     files.check()
     if step and not _is_terminal():
-        raise typer.BadParameter("it asks on the terminal, and there is none; leave it out")
+        fault = "it asks on the terminal, and there is none; leave it out"
+        raise typer.BadParameter(fault, param_hint="--step")
     reading = Reading.from_options(
         mapping, resample, shift, remove_offset, as_declared, interpolation
     )

@@ -7,6 +7,7 @@ from typing import Any
 
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, LearnedTerm, Round
 from elastic_tendon.identify.bins import Bin
+from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.comparison_json import plain
 
 SCHEMA = "elastic-tendon/diagnosis/1"
@@ -31,6 +32,8 @@ def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dic
             "verdict": diagnosis.verdict,
             "words": diagnosis.words,
             "interrupted": diagnosis.interrupted,
+            "fitted_files": _names(diagnosis.comparison),
+            "heldout_files": _names(diagnosis.steps[-1].heldout),
             "added": diagnosis.added,
             "parameters_changed": diagnosis.parameters_changed,
             "remaining": {name: asdict(one) for name, one in diagnosis.remaining.items()},
@@ -48,6 +51,11 @@ def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dic
         }
     )
     return content
+
+
+def _names(comparison: Comparison | None) -> list[str]:
+    files = () if comparison is None else comparison.files
+    return [file.measurement.name for file in files]
 
 
 def _round(one: Round) -> dict[str, Any]:
