@@ -50,7 +50,7 @@ def test_every_figure_is_drawn_and_named_once() -> None:
 def test_the_effect_lies_over_what_was_measured_and_little_remains() -> None:
     upper, lower = explained_by(friction_found(), COULOMB).axes
     assert lower.get_xlabel() == "joint velocity (rad/s)"
-    velocity, torque = upper.lines[1].get_data()
+    velocity, torque = upper.lines[2].get_data()
     assert torque[velocity > 1.0] == pytest.approx(-0.35, abs=0.06)
     assert torque[velocity < -1.0] == pytest.approx(0.35, abs=0.06)
     left = lower.lines[1].get_ydata()
@@ -64,7 +64,7 @@ def test_a_learned_term_is_drawn_as_an_effect_is(monkeypatch) -> None:
     monkeypatch.setattr(diagnosis_figures, "_with_learned", lambda _diagnosis: with_it)
     drawings = dict(all_figures(found))
     upper, _ = drawings["learned_term"]().axes
-    velocity, torque = upper.lines[1].get_data()
+    velocity, torque = upper.lines[2].get_data()
     assert np.mean(torque[velocity > 1.0]) < 0.0 < np.mean(torque[velocity < -1.0])
 
 

@@ -15,8 +15,8 @@ from elastic_tendon.identify.missing_torque import MissingTorque, TorqueCurve, m
 from elastic_tendon.identify.residuals import Array
 from elastic_tendon.parameters import Model, parse_model
 
-# time orders everything a little; it is told only where it explains more than others by this share
-MORE_THAN_CHANCE = 0.3
+# they order everything a little, as a motion is smooth and every torque accelerates the joint
+TELL_NOTHING = ("time", "joint_acceleration")
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,7 @@ def _best_ordered(torque: MissingTorque) -> TorqueCurve:
     """The curve that explains most of the torque's square."""
 
     def explains(curve: TorqueCurve) -> float:
-        weights = curve.count / np.sum(curve.count)
-        share = float(weights @ curve.mean**2) / float(np.mean(torque.torque**2))
-        return share - MORE_THAN_CHANCE if curve.by == "time" else share
+        return float(curve.count @ curve.mean**2) / float(np.sum(curve.count))
 
-    return max(torque.curves, key=explains)
+    telling = [one for one in torque.curves if one.by not in TELL_NOTHING]
+    return max(telling or torque.curves, key=explains)

@@ -263,15 +263,17 @@ def _with_learned(diagnosis: Diagnosis) -> Model:
 
 def _signature(found: Explained, title: str) -> Figure:
     figure = Figure(figsize=(7.5, 7.0), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
-    _draw_cloud(upper, found.variable, found.measured.torque, "0.7", "measured")
-    order = _means(found.modelled_variable, found.modelled.torque)
-    upper.plot(*order, color=VERMILLION, linewidth=2.0, label="the effect, mean")
+    upper, lower = figure.subplots(
+        2, 1, sharex=True, sharey=True, gridspec_kw={"height_ratios": [3, 2]}
+    )
+    own = found.modelled_variable, found.modelled.torque
+    left = found.remaining_variable, found.remaining.torque
+    _draw_cloud(upper, (found.variable, found.measured.torque), "0.65", "the machine", 3.0)
+    _draw_cloud(upper, own, ORANGE, "the effect", 1.2)
+    upper.plot(*_means(*own), color=VERMILLION, linewidth=1.8, label="the effect, mean")
     upper.set_ylabel("torque missing without it (N·m)")
-    _draw_cloud(lower, found.remaining_variable, found.remaining.torque, "0.7", "measured")
-    left = _means(found.remaining_variable, found.remaining.torque)
-    lower.plot(*left, color=BLUE, linewidth=2.0, label="mean of what remains")
-    lower.set_ylim(upper.get_ylim())
+    _draw_cloud(lower, left, "0.65", "the machine", 3.0)
+    lower.plot(*_means(*left), color=BLUE, linewidth=1.8, label="mean")
     lower.set_ylabel("torque missing with it (N·m)")
     lower.set_xlabel(f"{found.by.replace('_', ' ')} ({found.unit})")
     for axes in (upper, lower):
@@ -282,10 +284,12 @@ def _signature(found: Explained, title: str) -> Figure:
     return figure
 
 
-def _draw_cloud(axes: Axes, variable: Array, torque: Array, colour: str, label: str) -> None:
-    kept = some(len(torque))
-    style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 1.5}
-    axes.plot(variable[kept], torque[kept], color=colour, label=label, rasterized=True, **style)
+def _draw_cloud(
+    axes: Axes, cloud: tuple[Array, Array], colour: str, label: str, size: float
+) -> None:
+    kept = some(len(cloud[0]))
+    style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": size}
+    axes.plot(*(one[kept] for one in cloud), color=colour, label=label, rasterized=True, **style)
 
 
 def _means(variable: Array, values: Array) -> tuple[Array, Array]:

@@ -223,12 +223,11 @@ def next_lines(diagnosis: Diagnosis, call: Call) -> list[str]:
 
 
 def _next_experiment(experiment: Experiment, call: Call) -> list[str]:
-    lines = [experiment.text, f"It decides with a probability of {_percent(experiment.power)}."]
     if call.experiment is None:
-        return [*lines, "To have it as a table, give --next-experiment experiment.csv."]
+        return [experiment.text, "To have it as a table, give --next-experiment experiment.csv."]
     model = call.saved or call.model
     return [
-        *lines,
+        experiment.text,
         f"Run {call.experiment} on the machine, and diagnose with both recordings:",
         call.line("diagnose", call.model, *call.data, "new_recording.csv", *call.reading),
         "What the model does there:",
