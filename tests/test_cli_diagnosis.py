@@ -194,7 +194,7 @@ def test_step_shows_each_round_and_asks(run, monkeypatch, typed: str, going_on: 
     done = run("--step", loop=loop, input=typed)
     assert done.exit_code == 0, done.output
     assert answers == [going_on]
-    assert done.stdout.startswith("Round 1: Coulomb friction was added")
+    assert done.stdout.startswith("Round 1: Coulomb friction explains 98 %")
 
 
 def test_options_of_reading_come_back_in_the_next_commands(run) -> None:

@@ -66,6 +66,7 @@ def test_what_the_data_cannot_tell_apart_is_said() -> None:
     text = joined(doubt_sentences(friction_found()))
     assert "These data cannot tell apart: Coulomb friction and LuGre friction." in text
     assert "The model has Coulomb friction, the simplest of them." in text
+    assert "No motion tells the two apart." in text
     assert "does not depend on what the machine does by more than chance" in text
 
 
@@ -131,4 +132,4 @@ def test_candidates_come_with_the_evidence_and_fit_the_terminal(every: bool) -> 
 def test_a_round_without_candidates_has_no_table() -> None:
     empty = friction_found().rounds[1]
     assert candidates_table(empty) is None
-    assert round_title(2, empty) == "Round 2: nothing was added; nothing is left but noise."
+    assert round_title(2, empty) == "Round 2: nothing is left but noise. Nothing was added."

@@ -138,7 +138,7 @@ def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
         sentences.append(text)
     for effect_id in diagnosis.added:
         sentences += alias_sentences(effects.BY_ID[effect_id])
-    sentences += diagnosis.findings.sentences
+    sentences += [*diagnosis.words, *diagnosis.findings.sentences]
     return [*sentences, *_remains(diagnosis)]
 
 
@@ -254,9 +254,9 @@ def _next_learned(term: LearnedTerm, call: Call) -> list[str]:
 
 
 def round_title(number_of_round: int, one: Round) -> str:
-    """What a round decided, in one sentence."""
-    chosen = "nothing was added" if one.chosen is None else f"{called(one.chosen)} was added"
-    return f"Round {number_of_round}: {chosen}; {one.reason}."
+    """What a round decided, and why."""
+    decided = "Nothing" if one.chosen is None else called(one.chosen)
+    return f"Round {number_of_round}: {one.reason}. {decided} was added."
 
 
 def candidates_table(one: Round, *, every: bool = False) -> Table | None:
