@@ -1,0 +1,133 @@
+"""What a proposed experiment is and what it decides, in plain words."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.limits import Limits, Reach
+from elastic_tendon.diagnosis.proposals import SINES, Form, Input, Proposal
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.parameters import Model
+
+
+@dataclass(frozen=True)
+class Separated:
+    """Two answers that the experiment tells apart.
+
+    `signal` : the one that tells most; `largest` : what a refit leaves of its difference, where it
+    is largest, and `noise` of one sample, both in its unit; `at` s. `together` : what is left in
+    all samples, over what noise alone makes of them. `power` : 0 to 1.
+    """
+
+    ids: tuple[str, str]
+    signal: str
+    largest: float
+    at: float
+    noise: float
+    together: float
+    power: float
+
+
+def experiment_text(
+    limits: Limits,
+    proposal: Proposal,
+    repeats: int,
+    inputs: tuple[Array, Array],
+    *,
+    separated: Sequence[Separated],
+    left_out: Sequence[tuple[str, str]],
+) -> str:
+    """Say what is done, for how long, and which answers it tells apart by how much.
+
+    Parameters
+    ----------
+    limits : Limits
+    proposal : Proposal
+    repeats : how often it is made in one run
+    inputs : motor position (n,) rad and load torque (n,) N·m of one of them
+    separated : pairs that the experiment is likely to decide
+    left_out : ids of pairs that it is not
+    """
+    time = limits.sample_times()
+    sentences = [
+        f"Run for {repeats * time[-1]:.3g} s at {1.0 / limits.step:.4g} samples per second, from "
+        f"rest with the motor at {limits.motor.start:.3g} rad"
+        + ("." if limits.load is None else " and without load."),
+        _motion("Motor", proposal.motor, proposal.motor.at(time, limits), inputs[0], "rad"),
+    ]
+    if proposal.load is not None:
+        sentences.append(
+            _motion("Load", proposal.load, proposal.load.at(time, limits), inputs[1], "N·m")
+        )
+    if repeats > 1:
+        sentences.append(f"All this {repeats} times, {time[-1]:.3g} s each, in one recording.")
+    sentences += _cautions(limits, inputs)
+    sentences += [_separation(one) for one in separated]
+    sentences += [f"It does not tell {one} and {other} apart." for one, other in left_out]
+    return " ".join(sentences)
+
+
+def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
+    """Say that no experiment was found, and why where the catalogue knows it."""
+    sentence = (
+        f"No motion within the limits of the actuator and of what was recorded tells "
+        f"{' and '.join(ids)} apart by clearly more than the noise: with other numbers either "
+        "explains what the other predicts"
+    )
+    reasons = {
+        alias.when
+        for model in models
+        for effect_id in model.effect_ids
+        for alias in effects.BY_ID[effect_id].aliases
+        if effect_id in ids and set(alias.of) & set(ids)
+    }
+    if reasons:
+        return f"{sentence}. They are the same wherever {'; '.join(sorted(reasons))}."
+    return f"{sentence}."
+
+
+def _motion(what: str, one: Input, form: Form, values: Array, unit: str) -> str:
+    low, high = float(values.min()), float(values.max())
+    if low == high:
+        return f"{what}: {low:.3g} {unit} throughout."
+    slow, fast = f"{form.slow:.3g}", f"{form.fast:.3g}"
+    words = {
+        "hold": "to one value and back",
+        "sines": f"{SINES} sines of {slow} to {fast} Hz",
+        "rising": f"a sine whose frequency rises from {slow} to {fast} Hz",
+        "steps": f"{form.times} steps, each within {form.edge:.2g} s, with rests between",
+        "runs": f"{2 * form.times} runs forth and back, each at a constant speed of its own",
+        "reversals": f"swings of {fast} Hz that grow and shrink to nothing, {form.times} times",
+        "releases": f"{form.times} times slowly to one end, held, and let go within "
+        f"{form.edge:.2g} s",
+    }[one.form]
+    return f"{what}: {words}, between {low:.3g} and {high:.3g} {unit}."
+
+
+def _cautions(limits: Limits, inputs: tuple[Array, Array]) -> list[str]:
+    reaches: list[tuple[str, Reach | None]] = [("motor", limits.motor), ("load", limits.load)]
+    beyond = [
+        name
+        for (name, reach), values in zip(reaches, inputs, strict=True)
+        if reach is not None
+        and (values.min() < min(reach.recorded) or values.max() > max(reach.recorded))
+    ]
+    if limits.motor_was_held:
+        return ["The motor was held in the recordings: check that it may move so far and so fast."]
+    if beyond:
+        return [
+            f"The {' and the '.join(beyond)} go{'es' * (len(beyond) == 1)} beyond what was "
+            "recorded: check that nothing is in the way."
+        ]
+    return []
+
+
+def _separation(one: Separated) -> str:
+    unit = "rad" if one.signal.endswith("position") else "N·m"
+    return (
+        f"{one.ids[0]} and {one.ids[1]}, either refitted to the other, then differ in "
+        f"{one.signal.replace('_', ' ')} by up to {one.largest:.2g} {unit}, most at {one.at:.3g} s;"
+        f" that is {one.largest / one.noise:.2g} times the noise of one sample and, over all "
+        f"samples together, {one.together:.2g} times what noise does: a chance of "
+        f"{100.0 * one.power:.0f} % that the experiment decides."
+    )

@@ -1,0 +1,214 @@
+"""How well one experiment tells rival answers apart.
+
+If rival A is right, the recording will be what A simulates, and rival B will be refitted to it. The
+refit is held by what B was fitted to already, data and prior together. What of the difference no
+refit removes, squared in units of the noise, is the noncentrality of the difference in deviance
+that the experiment will show (T-optimality: Atkinson & Fedorov 1975).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import ncx2
+
+from elastic_tendon.diagnosis.answer import UNDECIDED
+from elastic_tendon.errors import ModelError, SimulationError
+from elastic_tendon.identify.fit import FitResult
+from elastic_tendon.identify.initial_state import estimate_initial_state
+from elastic_tendon.identify.problem import Problem
+from elastic_tendon.identify.residuals import Array, InitialState, sensitivity, stack
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+
+EVALUATIONS = 15  # of a refit that checks a prediction
+FREE = 1e-12  # information on a state that no data determine: next to none
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An answer and the model fitted to the data at hand with it."""
+
+    id: str
+    fit: FitResult
+
+
+@dataclass(frozen=True)
+class Known:
+    """A rival with what the data at hand say about it.
+
+    `root` (m + 2, m + 2) : its square is the information on the fit's variables, then on an
+    initial state yet unknown. `initial` : at rest at the start of the experiment.
+    """
+
+    rival: Rival
+    root: Array
+    initial: InitialState
+
+    @property
+    def model(self) -> Model:
+        """The fitted model."""
+        return self.rival.fit.model
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a rival expects of an experiment, divided by the noise.
+
+    `signals` (N,), all signals one after the other; `jacobian` (N, m + 2) to the fit's variables
+    and the initial state.
+    """
+
+    signals: Array
+    jacobian: Array
+
+
+def known(rival: Rival, experiment: Measurement) -> Known:
+    """Gather what the data at hand say about a rival.
+
+    Parameters
+    ----------
+    rival : Rival
+    experiment : any that starts as all experiments do, at rest
+
+    Returns
+    -------
+    Known
+
+    Raises
+    ------
+    SimulationError : the rival cannot be simulated from there
+    """
+    fit = rival.fit
+    count = len(fit.problem.coordinates.paths)
+    jacobian = fit.problem.jacobian(fit.vector, fit.sigmas)
+    # the states of the recordings come first, so that what is left below them is free of them
+    ordered = np.hstack([jacobian[:, count:], jacobian[:, :count]])
+    states = jacobian.shape[1] - count
+    upper = np.asarray(np.linalg.qr(ordered, mode="r"))
+    root = np.sqrt(FREE) * np.eye(count + 2)
+    root[:count, :count] = upper[states:, states:]
+    transmission = fit.model.transmission
+    ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius  # 1/n_t, (10)
+    unloaded = {"joint_position": ratio * experiment.motor_position}
+    resting = replace(experiment, signals=unloaded, static=True)
+    return Known(rival, root, estimate_initial_state(fit.model, resting))
+
+
+def predict(one: Known, experiment: Measurement, sigmas: dict[str, float]) -> Prediction:
+    """Signals that a rival expects, and how a refit could change them.
+
+    Parameters
+    ----------
+    one : Known
+    experiment : its signals are zero
+    sigmas : signal -> noise of one sample, the signal's unit
+
+    Returns
+    -------
+    Prediction
+
+    Raises
+    ------
+    SimulationError : the solver could not go on
+    """
+    problem = one.rival.fit.problem
+    numbers = problem.numbers(one.rival.fit.vector)
+    found = sensitivity(one.model, experiment, one.initial, problem.coordinates.paths)
+    jacobian = stack([found.derivatives], [sigmas])
+    count = len(numbers)
+    jacobian[:, :count] = jacobian[:, :count] @ problem.coordinates.derivatives(numbers)
+    return Prediction(stack([found.residuals], [sigmas]), jacobian)
+
+
+def left_over(right: Prediction, wrong: Prediction, known_of_wrong: Known) -> float:
+    """Squared difference, in units of the noise, that a linear refit of the wrong leaves."""
+    difference = right.signals - wrong.signals
+    gradient = wrong.jacobian.T @ difference
+    root = known_of_wrong.root
+    information = wrong.jacobian.T @ wrong.jacobian + root.T @ root
+    removed = float(gradient @ np.linalg.lstsq(information, gradient, rcond=None)[0])
+    return max(float(difference @ difference) - removed, 0.0)
+
+
+@dataclass(frozen=True)
+class Refit:
+    """A rival refitted to what another one predicts.
+
+    `noncentrality` : what is left, that held by the data at hand included. `difference` (N,) :
+    what is left of the signals, in units of the noise of one sample.
+    """
+
+    noncentrality: float
+    difference: Array
+
+
+def refit(
+    right: Prediction, wrong: Known, experiment: Measurement, sigmas: dict[str, float]
+) -> Refit:
+    """Refit the wrong rival, in full, to what the right one predicts.
+
+    Parameters
+    ----------
+    right : Prediction for the experiment
+    wrong : Known
+    experiment : its signals are zero
+    sigmas : signal -> noise of one sample, the signal's unit
+
+    Returns
+    -------
+    Refit
+    """
+    fit = wrong.rival.fit
+    problem = Problem(fit.problem.coordinates, (experiment,))
+    start = np.concatenate(
+        [fit.problem.numbers(fit.vector), [wrong.initial.position, wrong.initial.velocity]]
+    )
+
+    def residuals(vector: Array) -> Array:
+        try:
+            signals = stack(problem.errors(vector), [sigmas])
+        except (ModelError, SimulationError):
+            signals = np.full(len(right.signals), np.inf)
+        return np.concatenate([signals - right.signals, wrong.root @ (vector - start)])
+
+    def jacobian(vector: Array) -> Array:
+        data = problem.jacobian(vector, (sigmas,))[: len(right.signals)]
+        return np.vstack([data, wrong.root])
+
+    lower, upper = problem.bounds()
+    inside = np.clip(start, lower + 1e-9, upper - 1e-9)
+    try:
+        solution = least_squares(
+            *(residuals, inside, jacobian),
+            bounds=(lower, upper),
+            x_scale="jac",
+            max_nfev=EVALUATIONS,
+        )
+        values = solution.fun
+    except SimulationError:  # derivatives can fail where the trajectory itself does not
+        values = residuals(inside)
+    return Refit(float(values @ values), values[: len(right.signals)])
+
+
+def power(noncentrality: float) -> float:
+    """Probability that the deviance will differ by more than what decides, 0 to 1."""
+    return float(ncx2.sf(UNDECIDED, 1, noncentrality))
+
+
+def noise(rivals: Sequence[Rival]) -> dict[str, float]:
+    """Noise of one sample of each signal in all recordings, its unit.
+
+    The least of what the rivals' errors call for: the right one leaves no more than noise. It
+    holds the noise's autocorrelation, see `effective_sigma`.
+    """
+    found: list[dict[str, float]] = []
+    for rival in rivals:
+        sigmas = rival.fit.sigmas
+        shared = set.intersection(*(set(one) for one in sigmas))
+        names = [name for name in sigmas[0] if name in shared]
+        found.append(
+            {name: float(np.sqrt(np.mean([one[name] ** 2 for one in sigmas]))) for name in names}
+        )
+    return {name: min(one[name] for one in found) for name in found[0]}

@@ -1,0 +1,312 @@
+"""The next experiment: within the limits, run by an independent simulator, it decides."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from elastic_tendon.diagnosis.experiment import Undecidable, experiment_table, next_experiment
+from elastic_tendon.diagnosis.limits import BEYOND_RECORDED, limits_of
+from elastic_tendon.diagnosis.proposals import FORMS, Input, neighbour, random_proposal
+from elastic_tendon.diagnosis.result import Experiment
+from elastic_tendon.diagnosis.separation import Rival, known, left_over, power, predict, refit
+from elastic_tendon.identify.coordinates import free_parameters
+from elastic_tendon.identify.fit import FitResult, fit
+from elastic_tendon.measurement import Measurement, read_measurement
+from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.simulated import measured_table
+from truth.catalogue import actuator_of, signal_maps_of
+from truth.experiments import Limits, multisine
+from truth.noise import Sensor
+from truth.recording import record
+from truth.sampling import sample
+from truth.signals import Experiment as Motion
+from truth.signals import constant, piecewise_linear
+
+RATE = 500  # Hz
+NOISE = 1e-3  # rad
+RECORDED = (1.3, 2.7), (4.2, 5.6)  # s: what is left of a motion at two constant speeds
+DECISIVE = 10.0  # difference of BIC
+BELIEVED = load_model("biorob_x4_joint_3")
+
+
+# ---- recordings and fits -------------------------------------------------------------------
+
+
+def record_truth(machine: Model, motion: Motion, seed: int, *, load: bool = True) -> Measurement:
+    """What the independent simulator records of a machine, joint position with white noise."""
+    tree = machine.model_dump()
+    time = np.arange(round(motion.duration * RATE) + 1) / RATE
+    run = record(actuator_of(tree), motion, time, signal_maps_of(tree))
+    table = sample(run, {"joint_position": Sensor(white=NOISE)}, seed)
+    return Measurement(
+        name=f"seed {seed}",
+        time=table["time_s"],
+        motor_position=table["motor_position_rad"],
+        signals={"joint_position": table["joint_position_rad"]},
+        load_torque=table["load_torque_Nm"] if load else None,
+    )
+
+
+def run(machine: Model, experiment: Experiment, seed: int) -> Measurement:
+    """The proposed experiment, run on the machine."""
+    time = experiment.time.tolist()
+    motion = Motion(
+        *(time[-1], piecewise_linear(time, experiment.motor_position.tolist())),
+        piecewise_linear(time, experiment.load_torque.tolist()),
+    )
+    return record_truth(machine, motion, seed)
+
+
+def rivals_for(
+    given: dict[str, tuple[Model, tuple[str, ...]]], data: list[Measurement]
+) -> list[Rival]:
+    """One rival for each id: its model, and the numbers that it leaves free."""
+    return [Rival(name, fit(model, data, free=free)) for name, (model, free) in given.items()]
+
+
+def bic(result: FitResult) -> float:
+    """BIC under the noise that the test put there."""
+    errors = [values for one in result.problem.errors(result.vector) for values in one.values()]
+    squares = sum(float(np.sum((values / NOISE) ** 2)) for values in errors)
+    return squares + result.findings.effective * float(np.log(sum(map(len, errors))))
+
+
+def lead_of_first(rivals: list[Rival]) -> float:
+    """By how much the first of two rivals has the lower BIC."""
+    return bic(rivals[1].fit) - bic(rivals[0].fit)
+
+
+# ---- two pairs -----------------------------------------------------------------------------
+
+
+@cache
+def damping_case() -> tuple[Model, list[Measurement], dict[str, tuple[Model, tuple[str, ...]]]]:
+    """Damped springs, or a damped joint: the same while the motor is held and both are taut."""
+    damping = {f"transmission.{side}_spring.damping": 20.0 for side in ("upper", "lower")}
+    machine = BELIEVED.with_values(damping)
+    motion = replace(multisine(7, Limits(0.3, 1.0, 1.0), 6.0), motor_position=constant(0.0))
+    free = free_parameters(BELIEVED)
+    rivals = {
+        "springs' damping": (BELIEVED, tuple(one for one in free if one != "link.damping")),
+        "link.damping": (BELIEVED, tuple(one for one in free if one not in damping)),
+    }
+    return machine, [record_truth(machine, motion, 7)], rivals
+
+
+@cache
+def backlash_case() -> tuple[Model, list[Measurement], dict[str, tuple[Model, tuple[str, ...]]]]:
+    """Backlash, or a delay: the same while the motor moves at one speed forth and back."""
+    machine = BELIEVED.with_effect("gear_backlash", {"gap": 0.004})
+    forth_and_back = piecewise_linear([0.0, 0.3, 2.8, 3.2, 5.7, 6.0], [0, 0, 1.2, 1.2, 0, 0])
+    whole = record_truth(machine, Motion(6.0, forth_and_back), 8, load=False)
+    rivals = {}
+    for effect_id, start in (("gear_backlash", 0.003), ("measurement_delay", 0.004)):
+        name = {"gear_backlash": "gap", "measurement_delay": "delay"}[effect_id]
+        model = BELIEVED.with_effect(effect_id, {name: start})
+        rivals[effect_id] = (model, free_parameters(model))
+    return machine, [whole.window(*one) for one in RECORDED], rivals
+
+
+CASES = {"damping": damping_case, "backlash": backlash_case}
+
+
+@cache
+def proposed(case: str) -> tuple[list[Rival], Experiment]:
+    """The rivals on the data at hand, and what is proposed."""
+    _, data, given = CASES[case]()
+    rivals = rivals_for(given, data)
+    experiment = next_experiment(rivals, data)
+    assert isinstance(experiment, Experiment)
+    return rivals, experiment
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_data_do_not_decide_and_the_proposed_experiment_does(case: str) -> None:
+    machine, data, given = CASES[case]()
+    rivals, experiment = proposed(case)
+    assert abs(lead_of_first(rivals)) < DECISIVE
+    assert experiment.power > 0.95
+    new = run(machine, experiment, seed=108)
+    assert lead_of_first(rivals_for(given, [*data, new])) > DECISIVE
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_springs_bear_it_on_the_machine(case: str) -> None:
+    machine, _, _ = CASES[case]()
+    _, experiment = proposed(case)
+    table = measured_table(
+        machine, _as_measurement(experiment.time, experiment.motor_position, experiment.load_torque)
+    )
+    low, high = actuator_of(machine.model_dump()).deflection_limits()
+    assert low < table["deflection_rad"].min() < table["deflection_rad"].max() < high
+
+
+def test_without_a_recorded_load_only_the_motor_moves() -> None:
+    _, data, _ = backlash_case()
+    _, experiment = proposed("backlash")
+    assert not experiment.load_torque.any()
+    positions = np.concatenate([one.motor_position for one in data])
+    allowed = BEYOND_RECORDED * np.ptp(positions)
+    assert 0.0 < np.ptp(experiment.motor_position) < allowed
+
+
+def test_text_says_what_is_done_and_who_is_told_apart() -> None:
+    _, experiment = proposed("backlash")
+    assert "gear_backlash and measurement_delay, either refitted" in experiment.text
+    assert "500 samples per second" in experiment.text
+    assert "Load:" not in experiment.text
+    _, held = proposed("damping")
+    assert "Load:" in held.text
+    assert "The motor was held in the recordings" in held.text
+
+
+def test_table_is_a_recording_that_can_be_read_and_simulated(tmp_path) -> None:
+    _, experiment = proposed("damping")
+    table = experiment_table(experiment)
+    assert list(table.columns) == ["time_s", "motor_position_rad", "load_torque_Nm"]
+    path = tmp_path / "experiment.csv"
+    table.to_csv(path, index=False)
+    read = read_measurement(str(path), joint_required=False)
+    np.testing.assert_allclose(read.motor_position, experiment.motor_position, atol=1e-12)
+    np.testing.assert_allclose(np.diff(read.time), 1.0 / RATE, atol=1e-9)
+
+
+def test_the_same_call_gives_the_same_answer() -> None:
+    rivals, experiment = proposed("backlash")
+    again = next_experiment(rivals, backlash_case()[1])
+    assert isinstance(again, Experiment)
+    np.testing.assert_array_equal(again.motor_position, experiment.motor_position)
+    assert again.text == experiment.text
+
+
+# ---- what no experiment decides ------------------------------------------------------------
+
+
+@cache
+def offsets() -> tuple[list[Rival], list[Measurement]]:
+    machine = BELIEVED.with_effect("joint_encoder_offset", {"offset": 0.02})
+    data = [record_truth(machine, multisine(9, Limits(0.3, 2.0, 3.0), 4.0), 9)]
+    models = [
+        BELIEVED.with_effect(effect_id, {"offset": 0.02 * sign})
+        for effect_id, sign in (("joint_encoder_offset", 1.0), ("motor_encoder_offset", -1.0))
+    ]
+    given = {model.effect_ids[0]: (model, free_parameters(model)) for model in models}
+    return rivals_for(given, data), data
+
+
+def test_aliases_are_called_undecidable_with_the_reason() -> None:
+    rivals, data = offsets()
+    answer = next_experiment(rivals, data)
+    assert isinstance(answer, Undecidable)
+    assert "joint_encoder_offset and motor_encoder_offset apart" in answer.text
+    assert "the same wherever nothing depends on the angle itself" in answer.text
+
+
+def test_one_rival_alone_is_refused() -> None:
+    rivals, data = offsets()
+    with pytest.raises(ValueError, match="at least two"):
+        next_experiment(rivals[:1], data)
+
+
+def test_progress_rises_and_the_search_can_be_interrupted() -> None:
+    rivals, data = offsets()
+    shares: list[float] = []
+
+    def report(_text: str, share: float) -> None:
+        shares.append(share)
+        if len(shares) == 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        next_experiment(rivals, data, report)
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < shares[-1] < 1.0
+
+
+# ---- parts ---------------------------------------------------------------------------------
+
+
+def _as_measurement(time, motor_position, load_torque) -> Measurement:
+    return Measurement("proposal", time, motor_position, {}, load_torque)
+
+
+def swings() -> Measurement:
+    """Motor and joint swing together; the load only ever pulls one way."""
+    time = np.linspace(0.0, 8.0, 4001)
+    position, load = 0.2 * np.sin(time), np.clip(np.sin(time), 0.0, None)
+    return Measurement("slow", time, position, {"joint_position": position}, load)
+
+
+def test_proposals_stay_within_reach_and_begin_and_end_at_rest() -> None:
+    limits = limits_of([BELIEVED], [swings()])
+    assert limits.load is not None
+    rng = np.random.default_rng(1)
+    time = limits.sample_times()
+    seen = set()
+    for _ in range(150):
+        proposal = neighbour(random_proposal(rng, limits), rng, 0.2)
+        seen.add(proposal.motor.form)
+        for values, reach in zip(
+            proposal.inputs(time, limits), (limits.motor, limits.load), strict=True
+        ):
+            assert reach.low - 1e-12 <= values.min() <= values.max() <= reach.high + 1e-12
+            assert np.max(np.abs(np.diff(values))) <= reach.rate * limits.step * (1.0 + 1e-9)
+            assert values[:50] == pytest.approx(reach.start)
+            assert values[-50:] == pytest.approx(reach.start)
+    assert seen == set(FORMS)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_forms_fill_their_reach_with_finite_acceleration(form: str) -> None:
+    limits = replace(limits_of([BELIEVED], [swings()]), frequency=1.0)
+    reach = replace(limits.motor, start=0.0, low=-1.0, high=1.0, rate=1e3)
+    coarse, fine = (
+        Input(form, (1.0, 0.5, 0.3, 0.8)).values(
+            np.linspace(0.0, limits.duration, count), reach, limits
+        )
+        for count in (6001, 24001)
+    )
+    if form != "hold":
+        assert np.max(np.abs(coarse)) > 0.7
+    # a step of the velocity would make the second difference fall only with the step
+    kink = [np.max(np.abs(np.diff(one, 2))) for one in (coarse, fine)]
+    assert kink[1] < 0.1 * kink[0] + 1e-12
+
+
+def test_limits_are_those_of_recordings_and_springs() -> None:
+    slow = swings()
+    limits = limits_of([BELIEVED], [slow])
+    assert limits.motor.high - limits.motor.low == pytest.approx(0.4 * BEYOND_RECORDED, rel=1e-3)
+    assert limits.motor.rate == pytest.approx(0.2 * BEYOND_RECORDED, rel=1e-2)
+    assert limits.load is not None
+    assert limits.load.low == 0.0
+    assert limits.load.high == pytest.approx(BEYOND_RECORDED, rel=1e-3)
+    assert limits.step == pytest.approx(0.002)
+    low, high = actuator_of(BELIEVED.model_dump()).deflection_limits()
+    assert low < limits.deflection[0] < 0.0 < limits.deflection[1] < high
+    unloaded = limits_of([BELIEVED], [replace(slow, load_torque=None)])
+    assert unloaded.load is None
+
+
+def test_linear_and_full_refit_agree_where_the_difference_is_small() -> None:
+    rivals, experiment = proposed("damping")
+    time = experiment.time[: 6 * RATE + 1]
+    inputs = (experiment.motor_position[: len(time)], experiment.load_torque[: len(time)])
+    measurement = Measurement("x", time, inputs[0], {"joint_position": 0.0 * time}, inputs[1])
+    sigmas = {"joint_position": NOISE}
+    right, wrong = (known(one, measurement) for one in rivals)
+    predictions = [predict(one, measurement, sigmas) for one in (right, wrong)]
+    linear = left_over(predictions[0], predictions[1], wrong)
+    full = refit(predictions[0], wrong, measurement, sigmas)
+    assert linear == pytest.approx(full.noncentrality, rel=0.3)
+    assert left_over(predictions[0], predictions[0], right) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_power_is_that_of_noisy_differences() -> None:
+    # a difference of deviance between two shifted predictions, drawn many times
+    rng = np.random.default_rng(5)
+    for noncentrality in (5.0, 15.0, 40.0):
+        drawn = (np.sqrt(noncentrality) + rng.standard_normal(20_000)) ** 2
+        assert power(noncentrality) == pytest.approx(np.mean(drawn > DECISIVE), abs=0.02)
