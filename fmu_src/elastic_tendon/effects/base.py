@@ -14,7 +14,7 @@ chooses with `symbolic.where`, never with ``if``.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from enum import IntEnum
+from enum import Enum, IntEnum
 from math import sqrt
 
 from elastic_tendon.symbolic import Symbol
@@ -58,6 +58,14 @@ class Sizes:
         return sqrt(self.joint_stiffness / self.inertia)
 
 
+class Spread(Enum):
+    """Over what a search for a shape spreads its first tries."""
+
+    TYPICAL = "multiples of the typical magnitude"
+    TURN = "a whole turn"
+    JOINT_RANGE = "the range in which the joint moved; below its middle where the null is below 0"
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A number of an effect, as it stands in model.toml.
@@ -65,7 +73,8 @@ class Parameter:
     `null` is the value at which the effect vanishes (or the default, where another parameter
     makes it vanish). `typical` is a typical magnitude on a real actuator, in `unit`. `shape` marks
     a number that says where or how fast the effect acts; the others are its strength, and grow
-    together. Strengths may change while the machine runs, shapes may not.
+    together. Strengths may change while the machine runs, shapes may not. `spread`: where a search
+    for a shape begins.
     """
 
     name: str
@@ -76,6 +85,7 @@ class Parameter:
     upper: float
     typical: float | Callable[[Sizes], float]
     shape: bool = False
+    spread: Spread = Spread.TYPICAL
 
     def typical_for(self, sizes: Sizes) -> float:
         """Typical magnitude on an actuator of these sizes, in `unit`."""

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Contribution, Effect, Joint, Parameter, Slot
+from elastic_tendon.effects.base import Contribution, Effect, Joint, Parameter, Slot, Spread
 from elastic_tendon.symbolic import sin
 
 
@@ -57,6 +57,7 @@ EFFECT = Effect(
             upper=3.141592653589793,
             typical=0.8,
             shape=True,
+            spread=Spread.TURN,
         ),
     ),
     equations=equations,

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Contribution, Effect, Joint, Parameter, Relation, Slot
+from elastic_tendon.effects.base import Contribution, Effect, Joint, Parameter, Relation, Slot, Spread
 from elastic_tendon.symbolic import both, where
 
 
@@ -72,6 +72,7 @@ EFFECT = Effect(
             upper=1.0e3,
             typical=-0.4,
             shape=True,
+            spread=Spread.JOINT_RANGE,
         ),
         Parameter(
             name="upper",
@@ -82,6 +83,7 @@ EFFECT = Effect(
             upper=1.0e3,
             typical=0.4,
             shape=True,
+            spread=Spread.JOINT_RANGE,
         ),
         Parameter(
             name="stiffness",

@@ -24,11 +24,7 @@ from elastic_tendon.parameters import Model
 
 Progress = Callable[[float], None]  # share of the work done, 0 to 1
 
-MAXIMUM_ROUNDS = 5
 SIGMA_TOLERANCE = 0.02  # sigmas that change less than this leave the optimum where it is
-SCOUTING_EVALUATIONS = 8  # enough to tell a good basin from a bad one
-POLISHED = 2  # so many of the scouted starts are followed to the end beside the best
-MAXIMUM_EVALUATIONS = 60
 COST_TOLERANCE = 1e-8
 # a start on a bound is moved inside so far, in prior sigmas: there trf's first step would be cut
 # to nothing and taken for convergence
@@ -38,6 +34,26 @@ BOUND_TOLERANCE = 1e-5
 GIVEN_TOLERANCE = 1e-3
 # ... if putting it there raises the cost by no more than this, and this share of it
 SETTLING_COST = 1e-6
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long a fit searches.
+
+    `scouted` : so many starts, those of least cost first, are followed for `scouting` evaluations,
+    enough to tell a good basin from a bad one; `polished` of them to the end beside the best.
+    `evaluations` : of one descent. `rounds` : in which sigmas are renewed.
+    """
+
+    scouted: int
+    scouting: int
+    polished: int
+    evaluations: int
+    rounds: int
+
+
+THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
+QUICK = Effort(scouted=2, scouting=6, polished=0, evaluations=20, rounds=2)
 
 
 @dataclass(frozen=True)
@@ -158,6 +174,7 @@ def fit(
     *,
     free: Sequence[str] | None = None,
     starts: Sequence[Model] = (),
+    effort: Effort = THOROUGH,
     progress: Progress = lambda _share: None,
 ) -> FitResult:
     """Fit free numbers and every recording's initial state.
@@ -170,6 +187,7 @@ def fit(
     measurements : sequence of Measurement, fitted together
     free : dotted paths of the numbers to fit; None: all that have an uncertainty
     starts : further models with the same effects to start from
+    effort : how long to search
     progress : called with the share of the work done, 0 to 1
 
     Returns
@@ -191,7 +209,7 @@ def fit(
     search = _Search(problem, problem.sigmas(vectors[0], independent=True), vectors[0])
     interrupted = False
     try:
-        _run(search, vectors, progress)
+        _run(search, vectors, effort, progress)
     except KeyboardInterrupt:
         interrupted = True
     vector = search.settle(search.best)
@@ -209,32 +227,35 @@ def fit(
     )
 
 
-def _run(search: _Search, starts: Sequence[Array], progress: Progress) -> None:
+def _run(
+    search: _Search, starts: Sequence[Array], effort: Effort, progress: Progress
+) -> None:
     """Scout under samples taken as independent, then settle under what they really tell.
 
     Scouting lets the data overrule the prior, so that a number that is far off is found; the
     rounds then weigh data and prior honestly, and return what only the lack of fit had moved.
     """
-    steps = len(starts) + POLISHED + 1 + MAXIMUM_ROUNDS
+    promising = sorted(starts, key=search.cost)[: effort.scouted]
+    steps = len(promising) + effort.polished + 1 + effort.rounds
     done = 0
 
     def descend(start: Array, evaluations: int) -> tuple[Array, float]:
         nonlocal done
         found = search.descend(start, evaluations)
         done += 1
-        progress(done / steps)
+        progress(min(done / steps, 1.0))
         return found
 
     search.offer(starts)
-    scouted = sorted((descend(one, SCOUTING_EVALUATIONS) for one in starts), key=lambda x: x[1])
-    descend(search.best, MAXIMUM_EVALUATIONS)
-    for index in range(MAXIMUM_ROUNDS):
+    scouted = sorted((descend(one, effort.scouting) for one in promising), key=lambda x: x[1])
+    descend(search.best, effort.evaluations)
+    for index in range(effort.rounds):
         if not search.renew():
             break
         # under new sigmas another vector may be the best
         search.offer(starts)
         if index == 0:
-            for vector, _ in scouted[:POLISHED]:
-                descend(vector, MAXIMUM_EVALUATIONS)
-        descend(search.best, MAXIMUM_EVALUATIONS)
+            for vector, _ in scouted[: effort.polished]:
+                descend(vector, effort.evaluations)
+        descend(search.best, effort.evaluations)
     progress(1.0)

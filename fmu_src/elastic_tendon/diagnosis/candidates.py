@@ -1,0 +1,79 @@
+"""Which effects may be missing, and where a search for each begins."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from itertools import product
+
+import numpy as np
+
+from elastic_tendon import compiled, effects
+from elastic_tendon.effects.base import Effect, Parameter, Spread
+from elastic_tendon.errors import ModelError
+from elastic_tendon.identify.add import Report
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model, typical_value
+
+MULTIPLES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a shape's typical magnitude
+QUADRANTS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+QUANTILES = (0.01, 0.05, 0.2)  # of the measured joint position, from either end
+_AT_ONCE = 2  # compilers; each keeps a core busy
+
+
+def candidates(model: Model) -> tuple[str, ...]:
+    """Ids of the effects that this model can take, in the catalogue's order."""
+    return tuple(one for one in effects.BY_ID.ids() if _welcome(model, one))
+
+
+def _welcome(model: Model, effect_id: str) -> bool:
+    if effect_id in model.effect_ids:
+        return False
+    try:
+        model.with_effect(effect_id, None)
+    except ModelError:  # another law of the same thing is there
+        return False
+    return True
+
+
+def shapes(
+    model: Model, effect: Effect, measurements: Sequence[Measurement]
+) -> Iterator[Mapping[str, float]]:
+    """Values of an effect's shape parameters, by name, from which a search begins."""
+    names = [one.name for one in effect.parameters if one.shape]
+    spreads = [_spread(model, one, measurements) for one in effect.parameters if one.shape]
+    for values in product(*spreads):
+        yield dict(zip(names, values, strict=True))
+
+
+def _spread(
+    model: Model, parameter: Parameter, measurements: Sequence[Measurement]
+) -> tuple[float, ...]:
+    if parameter.spread is Spread.TURN:
+        return QUADRANTS
+    if parameter.spread is Spread.JOINT_RANGE:
+        positions = np.concatenate(
+            [one.signals["joint_position"] for one in measurements if not one.static]
+            or [one.signals["joint_position"] for one in measurements]
+        )
+        shares = [q if parameter.null < 0.0 else 1.0 - q for q in QUANTILES]
+        return tuple(float(value) for value in np.quantile(positions, shares))
+    typical = typical_value(model, parameter)
+    inside = np.clip([typical * one for one in MULTIPLES], parameter.lower, parameter.upper)
+    return tuple(dict.fromkeys(float(value) for value in inside))
+
+
+def prepare(structures: Sequence[tuple[str, ...]], report: Report) -> None:
+    """Compile the libraries of these sets of effects that are not in the cache.
+
+    Raises
+    ------
+    BuildError : the compiler refuses
+    """
+    total = len(structures)
+    pool = ThreadPoolExecutor(_AT_ONCE)
+    try:
+        building = [pool.submit(compiled.library_path, one) for one in structures]
+        for done, future in enumerate(as_completed(building), start=1):
+            future.result()
+            report(f"compiling effects, {done} of {total}", done / total)
+    finally:  # an interrupt does not wait for what has not begun
+        pool.shutdown(cancel_futures=True)

@@ -1,0 +1,149 @@
+"""Is a gain more than chance, whatever the noise; and does it last on data that was not fitted?
+
+Errors that hang together (coloured noise, disturbances that nobody recorded) make everything
+look significant that is judged sample by sample. So errors are taken by stretches of time longer
+than their memory, and each stretch is left out once (jackknife): how the answer scatters then is
+its uncertainty.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.linearised import block_numbers
+from elastic_tendon.identify.compare import compare
+from elastic_tendon.identify.residuals import Array, noise_floors, residuals_of, stack
+from elastic_tendon.measurement import Measurement
+
+ON_BOUND = 1e-9  # in prior sigmas
+
+
+def significance(before: Answer, after: Answer, effect_id: str) -> float:
+    """Probability that adding an effect gains so much where it is not there.
+
+    What the effect brought, the change of the errors from one fit to the other, is taken as one
+    column beside the free numbers; its coefficient is one, and the jackknife says how surely it
+    is not zero. That the column was itself fitted is paid for by as many degrees of freedom as
+    the effect has numbers; a single one that cannot be negative counts half (Self & Liang 1987).
+
+    Parameters
+    ----------
+    before, after : Answer without and with the effect
+    effect_id : what came in
+
+    Returns
+    -------
+    float, 0 to 1
+    """
+    result = after.result
+    sigmas = result.sigmas
+    change = stack(before.errors, sigmas) - stack(after.errors, sigmas)
+    if not change.any():
+        return 1.0
+    own = [
+        index
+        for index, path in enumerate(result.problem.coordinates.paths)
+        if path.startswith(f"effects.{effect_id}.")
+    ]
+    jacobian, errors = _linear(after, without=own)
+    padded = np.zeros((len(errors), 1))
+    padded[: len(change), 0] = -change
+    columns = np.hstack([jacobian, padded])
+    moves = _left_out(columns, errors, block_numbers(result, after.errors))
+    blocks = len(moves)
+    if blocks < 3:
+        return 1.0
+    scatter = float(np.sum(moves[:, -1] ** 2)) * (blocks - 1) / blocks
+    parameters = effects.BY_ID[effect_id].parameters
+    freedom = len(parameters)
+    tail = float(f_distribution.sf(1.0 / max(scatter * freedom, 1e-300), freedom, blocks - 1))
+    one_sided = freedom == 1 and parameters[0].lower >= parameters[0].null
+    return 0.5 * tail if one_sided else tail
+
+
+def cross_validated(answer: Answer) -> list[dict[str, Array]]:
+    """Errors of each stretch of time under the numbers that the other stretches call for.
+
+    The refit is linearised at the optimum of all.
+
+    Parameters
+    ----------
+    answer : Answer
+
+    Returns
+    -------
+    for each recording, signal -> (n,) array, the signal's unit
+    """
+    jacobian, errors = _linear(answer, without=())
+    numbers = block_numbers(answer.result, answer.errors)
+    moves = _left_out(jacobian, errors, numbers)
+    samples = len(numbers)
+    predicted = errors[:samples] + np.einsum("ij,ij->i", jacobian[:samples], moves[numbers])
+    return _unstack(answer, predicted)
+
+
+def heldout_squares(answer: Answer, heldout: Sequence[Measurement]) -> float:
+    """Sum of squared errors, in units of the noise, on data that the answer was not fitted to.
+
+    Parameters
+    ----------
+    answer : Answer
+    heldout : recordings kept apart; none: each stretch of the fitted ones is judged by the fit
+        to the others
+
+    Raises
+    ------
+    SimulationError : a recording that was kept apart cannot be simulated
+    """
+    if heldout:
+        files = compare(answer.result.model, heldout).files
+        errors = [residuals_of(file.trajectory, file.measurement) for file in files]
+        judged = tuple(heldout)
+    else:
+        errors, judged = cross_validated(answer), answer.result.problem.measurements
+    values = stack(errors, tuple(noise_floors(one) for one in judged))
+    return float(values @ values)
+
+
+def _linear(answer: Answer, without: Sequence[int]) -> tuple[Array, Array]:
+    """Jacobian (N + m, k) and residuals (N + m,) of a fit, numbers on their bounds held."""
+    result = answer.result
+    problem = result.problem
+    jacobian = problem.jacobian(result.vector, result.sigmas)
+    lower, upper = problem.bounds()
+    free = (result.vector > lower + ON_BOUND) & (result.vector < upper - ON_BOUND)
+    free[list(without)] = False
+    kept = jacobian[:, free]
+    kept = kept[:, np.linalg.norm(kept, axis=0) > 0.0]
+    return kept, problem.residuals(result.vector, result.sigmas)
+
+
+def _left_out(columns: Array, errors: Array, numbers: NDArray[np.int_]) -> Array:
+    """By how much the least-squares solution moves (B, k) when each block in turn is left out."""
+    scale = np.linalg.norm(columns, axis=0)
+    scaled = columns / scale
+    whole = scaled.T @ scaled
+    gradient = scaled.T @ errors
+    samples = len(numbers)
+    moves = np.empty((int(numbers.max()) + 1, columns.shape[1]))
+    for block in range(len(moves)):
+        own = np.flatnonzero(numbers == block)
+        part = scaled[:samples][own]
+        rest = whole - part.T @ part
+        moves[block] = -np.linalg.lstsq(rest, gradient - part.T @ errors[own], rcond=1e-12)[0]
+    return np.asarray(moves / scale)
+
+
+def _unstack(answer: Answer, values: Array) -> list[dict[str, Array]]:
+    parts, first = [], 0
+    for errors, sigmas in zip(answer.errors, answer.result.sigmas, strict=True):
+        part = {}
+        for name, error in errors.items():
+            part[name] = values[first : first + len(error)] * sigmas[name]
+            first += len(error)
+        parts.append(part)
+    return parts

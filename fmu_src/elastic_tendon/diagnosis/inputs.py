@@ -1,0 +1,48 @@
+"""Noise of the motor's encoder, which is an error of the model's input.
+
+The simulation would follow it: at high speed, with springs that lose energy at every small turn,
+and with more steps. The motor itself moves smoothly, so its noise is what stands alone at high
+frequencies, and a Wiener filter takes it away.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.measurement import Measurement
+
+NOISY = 0.5  # from this share of the highest frequency on the motor does not move
+NEIGHBOURS = 25  # frequencies over which power is averaged
+FLAT = 3.0  # ratio of powers up to which noise may still be called white
+SURELY = 2.0  # times the noise that power must have to be motion
+FEWEST = 100  # samples, below which there is no spectrum
+
+
+def smoothed(measurement: Measurement) -> Measurement:
+    """The recording with the noise of the motor's encoder taken away.
+
+    Evenly sampled recordings only; others, short ones and static curves come back as they are.
+    """
+    steps = np.diff(measurement.time)
+    even = float(np.ptp(steps)) < 0.01 * float(np.mean(steps))
+    if measurement.static or len(steps) < FEWEST or not even:
+        return measurement
+    return replace(measurement, motor_position=_filtered(measurement.motor_position))
+
+
+def _filtered(values: Array) -> Array:
+    """Wiener filter against white noise, as large as the power at high frequencies; (n,) array."""
+    trend = np.linspace(values[0], values[-1], len(values))
+    # turned about both ends the rest is periodic, with no kink that would look like noise
+    rest = values - trend
+    spectrum = np.fft.rfft(np.concatenate([rest, -rest[-2:0:-1]]))
+    power = uniform_filter1d(np.abs(spectrum) ** 2, NEIGHBOURS, mode="nearest")
+    lower, upper = np.array_split(power[int(NOISY * len(power)) :], 2)
+    if np.mean(lower) > FLAT * np.mean(upper):  # what is left of a motion, not noise
+        return values
+    noise = float(np.mean([lower.mean(), upper.mean()]))
+    share = np.clip(1.0 - noise / np.maximum(power, 1e-300), 0.0, 1.0)
+    share[power < SURELY * noise] = 0.0
+    return trend + np.asarray(np.fft.irfft(share * spectrum, 2 * len(values) - 2))[: len(values)]

@@ -1,0 +1,273 @@
+"""One round: screen all effects, refit the likely ones, take the best that is surely there."""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from math import exp, log
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.answer import UNDECIDED, Answer, bics, refit, starts_of
+from elastic_tendon.diagnosis.candidates import candidates, prepare
+from elastic_tendon.diagnosis.confirm import heldout_squares, significance
+from elastic_tendon.diagnosis.linearised import effective_count
+from elastic_tendon.diagnosis.result import Candidate, Round
+from elastic_tendon.diagnosis.screen import Score, screen
+from elastic_tendon.errors import ModelError, SimulationError
+from elastic_tendon.identify.add import Report
+from elastic_tendon.identify.determinability import Estimate
+from elastic_tendon.identify.fit import QUICK
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+
+FALSE_ALARMS = 0.05  # of a whole round, shared by the effects that were screened
+# a refit is worth its time where the score test expects this share of the best gain ...
+PROMISING = 0.1
+FEWEST, MOST = 3, 8  # ... and for no fewer and no more effects than this
+NEAR = 0.3  # share of the chosen gain that makes a rival
+MOST_RIVALS = 3
+_AT_ONCE = 2  # refits; the compiled library lets Python go on
+
+
+@dataclass(frozen=True)
+class Data:
+    """What a diagnosis works on: the model as given, fitted recordings, and those that judge."""
+
+    given: Model
+    fitted: tuple[Measurement, ...]
+    heldout: tuple[Measurement, ...]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A refitted answer beside the model it would improve.
+
+    `bic` : less that of the current model. `gain`, `heldout_gain` : shares of the squared error.
+    """
+
+    effect_id: str
+    answer: Answer
+    bic: float
+    p_value: float
+    gain: float
+    heldout_gain: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A round with the answer it chose.
+
+    `alike` : other answers that these data cannot tell from it. `others` : those that
+    explain clearly less now, but may prove better when the next effect has come in.
+    """
+
+    round: Round
+    chosen: Answer | None
+    alike: tuple[Answer, ...]
+    others: tuple[Answer, ...]
+
+
+def look(data: Data, current: Answer, report: Report) -> Outcome:
+    """Find the effect that the current model misses most, if it misses any.
+
+    Parameters
+    ----------
+    data : Data
+    current : the model so far
+    report : called with words and the share of this round that is done
+
+    Returns
+    -------
+    Outcome
+
+    Raises
+    ------
+    BuildError : the compiler refuses an effect
+    SimulationError : the current model cannot be simulated
+    """
+    known = candidates(current.result.model)
+    prepare([(*current.result.model.effect_ids, one) for one in known], report)
+    scores = screen(current.result, known, report)
+    judged = _judge(data, current, _refit(data, current, _promising(scores), report))
+    limit = FALSE_ALARMS / max(len(scores), 1)
+    refusals = {one.effect_id: _refusal(one, limit) for one in judged}
+    chosen = _choose(judged, refusals)
+    alike: list[Judged] = []
+    others: list[Judged] = []
+    if chosen is not None:
+        alike = [one for one in _class_of(chosen, judged) if one is not chosen]
+        others = [
+            one
+            for one in judged
+            if one is not chosen and one not in alike and one.gain > NEAR * chosen.gain
+        ]
+    return Outcome(
+        round=Round(
+            chosen=None if chosen is None else chosen.effect_id,
+            candidates=_table(scores, judged, refusals, chosen, current),
+            reason=_reason(judged, refusals, chosen),
+        ),
+        chosen=None if chosen is None else chosen.answer,
+        alike=tuple(one.answer for one in alike),
+        others=tuple(one.answer for one in others[:MOST_RIVALS]),
+    )
+
+
+def _promising(scores: Sequence[Score]) -> list[Score]:
+    ranked = sorted(scores, key=lambda one: -one.score)
+    likely = [one for one in ranked if one.score >= PROMISING * ranked[0].score]
+    return ranked[: min(max(len(likely), FEWEST), MOST)]
+
+
+def _refit(data: Data, current: Answer, scores: Sequence[Score], report: Report) -> list[Answer]:
+    """Refit with each effect; one that cannot be simulated at its null is left out."""
+
+    def one(score: Score) -> Answer | None:
+        origins = [current.result.model]
+        starts = starts_of(origins, score.effect_id, score.expected)
+        added = (*current.added, score.effect_id)
+        try:
+            return refit(data.given, added, data.fitted, starts, QUICK)
+        except (SimulationError, ModelError):
+            return None
+
+    answers = []
+    pool = ThreadPoolExecutor(_AT_ONCE)
+    try:
+        for done, answer in enumerate(pool.map(one, scores)):
+            report(f"refitting with {scores[done].effect_id}", (done + 1) / len(scores))
+            if answer is not None:
+                answers.append(answer)
+    finally:  # an interrupt does not wait for fits that have not begun
+        pool.shutdown(cancel_futures=True)
+    return answers
+
+
+def _judge(data: Data, current: Answer, answers: Sequence[Answer]) -> list[Judged]:
+    """Answers in the order of their BIC, the best first."""
+    base, *others = bics([current, *answers])
+    before = float(current.floored @ current.floored)
+    heldout = heldout_squares(current, data.heldout)
+    judged = [
+        Judged(
+            effect_id=answer.added[-1],
+            answer=answer,
+            bic=bic - base,
+            p_value=significance(current, answer, answer.added[-1]),
+            gain=1.0 - float(answer.floored @ answer.floored) / before,
+            heldout_gain=1.0 - heldout_squares(answer, data.heldout) / heldout,
+        )
+        for answer, bic in zip(answers, others, strict=True)
+    ]
+    return sorted(judged, key=lambda one: one.bic)
+
+
+def _refusal(one: Judged, limit: float) -> str:
+    """Why an effect cannot be taken, "" where it can."""
+    if one.bic > -UNDECIDED:
+        return "explains no more than its parameters cost"
+    if one.p_value > limit:
+        return f"may be chance: p = {one.p_value:.2g}, where {limit:.2g} is asked of so many"
+    if one.heldout_gain <= 0.0:
+        return "makes the error on held-out data larger"
+    return ""
+
+
+def _choose(judged: Sequence[Judged], refusals: Mapping[str, str]) -> Judged | None:
+    """The simplest of those that cannot be told from the best."""
+    allowed = [one for one in judged if not refusals[one.effect_id]]
+    if not allowed:
+        return None
+    alike = [one for one in allowed if one.bic - allowed[0].bic < UNDECIDED]
+    return min(alike, key=lambda one: (one.answer.complexity, one.bic))
+
+
+def _class_of(one: Judged, judged: Sequence[Judged]) -> list[Judged]:
+    return [other for other in judged if abs(other.bic - one.bic) < UNDECIDED]
+
+
+def _reason(judged: Sequence[Judged], refusals: Mapping[str, str], chosen: Judged | None) -> str:
+    if chosen is not None:
+        title = effects.BY_ID[chosen.effect_id].title
+        return f"{title} explains {100.0 * chosen.gain:.0f} % of the squared error"
+    if not judged:
+        return "no effect can be simulated with these data"
+    best = judged[0]
+    title = effects.BY_ID[best.effect_id].title
+    return f"no effect is surely there; the best, {title}, {refusals[best.effect_id]}"
+
+
+def _table(
+    scores: Sequence[Score],
+    judged: Sequence[Judged],
+    refusals: Mapping[str, str],
+    chosen: Judged | None,
+    current: Answer,
+) -> tuple[Candidate, ...]:
+    """All candidates: what was taken, then by likelihood; those that were not refitted last."""
+    probabilities = _probabilities(scores, judged, current)
+    by_id = {one.effect_id: one for one in scores}
+    ranked = sorted(judged, key=lambda one: one is not chosen)
+    rows = [
+        Candidate(
+            id=one.effect_id,
+            kind="effect",
+            score=by_id[one.effect_id].score,
+            probability=probabilities[one.effect_id],
+            expected=_paths(by_id[one.effect_id]),
+            fitted=_estimates(one),
+            p_value=one.p_value,
+            gain=one.gain,
+            heldout_gain=one.heldout_gain,
+            equivalence_class=tuple(other.effect_id for other in _class_of(one, judged)),
+            verdict="taken"
+            if one is chosen
+            else refusals[one.effect_id] or "explains less, or is less simple, than what was taken",
+        )
+        for one in ranked
+    ]
+    refitted = {one.effect_id for one in judged}
+    rest = [one for one in by_id.values() if one.effect_id not in refitted]
+    return (*rows, *(_unfitted(one, probabilities[one.effect_id]) for one in rest))
+
+
+def _unfitted(score: Score, probability: float) -> Candidate:
+    return Candidate(
+        id=score.effect_id,
+        kind="effect",
+        score=score.score,
+        probability=probability,
+        expected=_paths(score),
+        fitted=(),
+        p_value=None,
+        gain=score.gain,
+        heldout_gain=None,
+        equivalence_class=(score.effect_id,),
+        verdict="the score test expects too little of it for a refit",
+    )
+
+
+def _paths(score: Score) -> dict[str, float]:
+    return {f"effects.{score.effect_id}.{name}": value for name, value in score.expected.items()}
+
+
+def _estimates(one: Judged) -> tuple[Estimate, ...]:
+    own = f"effects.{one.effect_id}."
+    found = one.answer.result.findings.estimates
+    return tuple(estimate for estimate in found if estimate.path.startswith(own))
+
+
+def _probabilities(
+    scores: Sequence[Score], judged: Sequence[Judged], current: Answer
+) -> dict[str, float]:
+    """Weight exp(-BIC / 2) of each effect among all and the current model; by the score where
+    there is no refit."""
+    facts = max(effective_count(current.errors), 2.0)
+    bic = {
+        one.effect_id: len(effects.BY_ID[one.effect_id].parameters) * log(facts) - one.score
+        for one in scores
+    }
+    bic |= {one.effect_id: one.bic for one in judged}
+    least = min([0.0, *bic.values()])
+    weights = {name: exp(-0.5 * (value - least)) for name, value in bic.items()}
+    total = sum(weights.values()) + exp(0.5 * least)  # the current model has a BIC of 0
+    return {name: weight / total for name, weight in weights.items()}
