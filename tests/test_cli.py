@@ -66,11 +66,14 @@ def only_line(result) -> str:
 def test_help_lists_the_commands(run) -> None:
     result = run("--help")
     assert result.exit_code == 0
-    for command in ("demo", "simulate", "export", "design", "compare", "add", "effects", "cache"):
+    for command in (
+        *("demo", "diagnose", "simulate", "compare", "add"),
+        *("export", "design", "effects", "cache"),
+    ):
         assert command in result.stdout
 
 
-@pytest.mark.parametrize("command", ["compare", "add"])
+@pytest.mark.parametrize("command", ["compare", "add", "diagnose"])
 def test_help_shows_the_time_window(run, command: str) -> None:
     assert "[start:end]" in run(command, "--help").stdout
 

@@ -1,4 +1,4 @@
-"""Find and add what a model is missing, in Python: the loop behind `elastic-tendon demo`.
+"""Add an effect that is suspected, in Python, and see how far it gets: `elastic-tendon add`.
 
     python examples/missing_friction/run.py [FOLDER]
 
@@ -14,6 +14,7 @@ from elastic_tendon import demo, load_model
 from elastic_tendon.identify.add import add
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.measurement import read_measurement
+from elastic_tendon.report.comparison_figures import save, story
 
 
 def main(folder: Path) -> None:
@@ -34,7 +35,7 @@ def main(folder: Path) -> None:
         low, high = one.interval
         print(f"{one.path}: {one.given:g} -> {one.fitted:.4g} ({low:.4g} to {high:.4g}) {one.unit}")
 
-    demo.draw(addition, folder / "ladder.png")
+    save(story(addition.steps, addition.ladder), folder / "ladder.png")
 
 
 if __name__ == "__main__":

@@ -1,37 +1,37 @@
-"""The whole loop on bundled data: compare, refit, add what is missing."""
+"""The whole loop on bundled data: compare, refit, find out what is missing, add it."""
 
 from pathlib import Path
 
-from elastic_tendon.identify.add import Addition, Report, add
+from elastic_tendon.diagnosis.diagnose import diagnose
+from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.identify.add import Report
 from elastic_tendon.measurement import read_measurement
 from elastic_tendon.parameters import load_model
 from elastic_tendon.report.comparison_figures import save, story
 
 DATA = Path(__file__).parent / "data"
-EFFECT = "coulomb_friction"
 PICTURE = "elastic_tendon_demo.png"
 
 
-def run(report: Report) -> Addition:
-    """Add Coulomb friction to the bundled model, fitted to the first recording.
+def run(report: Report) -> Diagnosis:
+    """Diagnose the bundled model, fitted to the first recording and judged by the second.
 
     Parameters
     ----------
-    report : called with words and the share of the work done, 0 to 1
+    report : called with words and the share of the work at hand that is done
 
     Returns
     -------
-    Addition
+    Diagnosis
     """
-    return add(
+    return diagnose(
         load_model(DATA / "demo_model.toml"),
-        EFFECT,
         [read_measurement(str(DATA / "demo_fit.csv"))],
         [read_measurement(str(DATA / "demo_validate.csv"))],
-        report,
+        report=report,
     )
 
 
-def draw(addition: Addition, path: Path) -> None:
+def draw(diagnosis: Diagnosis, path: Path) -> None:
     """Write the picture of the way to the improved model."""
-    save(story(addition.steps, addition.ladder), path)
+    save(story(diagnosis.steps, diagnosis.ladder), path)

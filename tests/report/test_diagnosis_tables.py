@@ -16,20 +16,19 @@ from elastic_tendon.report.diagnosis_tables import (
     round_title,
     verdict_sentences,
 )
-from elastic_tendon.report.names import FIXED
 from hand_made_diagnosis import friction_found, nothing_missing, something_unknown
 
 CALL = Call("m.toml", ("a b.csv[0:7]",), (), ("--resample", "0.01"), None, None, None)
 
 
 def joined(sentences) -> str:
-    return "\n".join(sentences).replace(FIXED, " ")
+    return "\n".join(sentences)
 
 
 def printed(renderable) -> str:
     stream = io.StringIO()
     Console(file=stream, width=80).print(renderable)
-    return stream.getvalue().replace(FIXED, " ")
+    return stream.getvalue()
 
 
 def test_what_is_missing_comes_first_with_its_size() -> None:

@@ -1,4 +1,4 @@
-"""The command that finds out what is missing: diagnose."""
+"""The command that finds out what is missing: diagnose; and the demo of it."""
 
 import shlex
 import sys
@@ -38,12 +38,39 @@ from elastic_tendon.cli.shared import (
     save_figures,
     save_json,
 )
-from elastic_tendon.output import check_folder, write_text
-from elastic_tendon.report.names import FIXED
+from elastic_tendon.output import check_folder, check_writable, write_file, write_text
 
 if TYPE_CHECKING:
     from elastic_tendon.diagnosis.result import Diagnosis, Round
-    from elastic_tendon.report.diagnosis_tables import Call
+
+
+@app.command()
+@reporting
+def demo() -> None:
+    """The whole loop on bundled data, in a minute.
+
+    Writes elastic_tendon_demo.png in the current folder, replacing one of an earlier demo.
+    """
+    from elastic_tendon import demo as bundled
+    from elastic_tendon.report import tables
+    from elastic_tendon.report.comparison_figures import is_ours
+
+    picture = Path(bundled.PICTURE)
+    force = is_ours(picture)
+    check_writable(picture, force=force)
+    notice.print(
+        "A machine was measured twice, and its model does not agree. The model is compared with "
+        "the first recording and refitted to it; then every effect of the catalogue is tried. The "
+        "second recording is kept apart and only judges.\n"
+    )
+    with progress() as report:
+        found = bundled.run(report)
+    write_file(picture, lambda path: bundled.draw(found, path), force=force)
+    _show_answer(found)
+    _show_evidence(found, every=False)
+    output.print(f"\nThe picture of this is {picture}.", highlight=False)
+    output.print(tables.NEXT_AFTER_DEMO, highlight=False, markup=False)
+    _stop_if(found)
 
 
 @app.command()
@@ -100,7 +127,7 @@ def diagnose(
     )
     loaded = load(model, own_effects)
     from elastic_tendon.diagnosis.diagnose import diagnose as find
-    from elastic_tendon.report.diagnosis_tables import Call
+    from elastic_tendon.report.diagnosis_tables import Call, next_lines
 
     with Stage(every) as stage:
         measurements = reading.all(loaded, data, stage.report)
@@ -125,13 +152,14 @@ def diagnose(
         learned=_text(files.learned if found.learned else None),
         experiment=_text(experiment if found.next_experiment else None),
     )
-    _show(found, call, every)
+    _show_answer(found)
+    _say(next_lines(found, call))
+    _show_evidence(found, every)
     if experiment is not None and found.next_experiment is None:
         notice.print(f"note: no experiment is proposed, so {experiment} was not written")
     if figures is not None:
         output.print(f"The figures are in {figures}.", highlight=False)
-    if found.interrupted:
-        raise typer.Exit(INTERRUPTED)
+    _stop_if(found)
 
 
 @dataclass(frozen=True)
@@ -238,17 +266,19 @@ def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str
 
 def _printable(line: str) -> str:
     """A line for a comment: names of files may hold what TOML and UTF-8 do not allow there."""
-    spaced = line.replace(FIXED, " ")
-    return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in spaced)
+    return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in line)
 
 
-def _show(found: "Diagnosis", call: "Call", every: bool) -> None:
-    from elastic_tendon.report import diagnosis_tables as words
+def _show_answer(found: "Diagnosis") -> None:
+    from elastic_tendon.report.diagnosis_tables import doubt_sentences, verdict_sentences
+
+    _say(verdict_sentences(found))
+    _say(doubt_sentences(found))
+
+
+def _show_evidence(found: "Diagnosis", every: bool) -> None:
     from elastic_tendon.report import tables
 
-    _say(words.verdict_sentences(found))
-    _say(words.doubt_sentences(found))
-    _say(words.next_lines(found, call))
     output.print(tables.ladder_table(found.ladder))
     output.print(tables.estimates_table(found.findings))
     if found.findings.ratios:
@@ -271,3 +301,8 @@ def _say(sentences: Sequence[str]) -> None:
         output.print(sentence, highlight=False, markup=False, soft_wrap=sentence.startswith("  "))
     if sentences:
         output.print()
+
+
+def _stop_if(found: "Diagnosis") -> None:
+    if found.interrupted:
+        raise typer.Exit(INTERRUPTED)

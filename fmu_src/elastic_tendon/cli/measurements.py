@@ -1,4 +1,4 @@
-"""Commands that hold recordings against a model: simulate, compare, add; and the demo."""
+"""Commands that hold recordings against a model: simulate, compare, add."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -36,7 +36,7 @@ from elastic_tendon.cli.shared import (
     save_json,
     save_picture,
 )
-from elastic_tendon.output import check_folder, check_writable, write_file, write_text
+from elastic_tendon.output import check_folder, check_writable, write_text
 
 if TYPE_CHECKING:
     from elastic_tendon.identify.add import Addition, Report
@@ -44,34 +44,6 @@ if TYPE_CHECKING:
     from elastic_tendon.identify.locate import Location
     from elastic_tendon.measurement import Measurement
     from elastic_tendon.parameters import Model
-
-
-@app.command()
-@reporting
-def demo() -> None:
-    """The whole loop on bundled data, in a minute.
-
-    Writes elastic_tendon_demo.png in the current folder, replacing one of an earlier demo.
-    """
-    from elastic_tendon import demo as bundled
-    from elastic_tendon.report import tables
-    from elastic_tendon.report.comparison_figures import is_ours
-
-    picture = Path(bundled.PICTURE)
-    force = is_ours(picture)
-    check_writable(picture, force=force)
-    notice.print(
-        "A machine was measured twice, and its model does not agree. The model is compared with "
-        "the first recording and refitted to it; then Coulomb friction is added. The second "
-        "recording is kept apart and only judges.\n"
-    )
-    with progress() as report:
-        addition = bundled.run(report)
-    write_file(picture, lambda path: bundled.draw(addition, path), force=force)
-    _show_addition(addition)
-    output.print(f"\nThe picture of this is {picture}.", highlight=False)
-    output.print(tables.NEXT_AFTER_DEMO, highlight=False, markup=False)
-    _stop_if(addition.interrupted)
 
 
 @app.command()

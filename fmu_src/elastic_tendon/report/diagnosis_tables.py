@@ -13,13 +13,12 @@ from elastic_tendon import effects
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, LearnedTerm, Round
 from elastic_tendon.identify.determinability import Estimate
 from elastic_tendon.parameters import quantities
-from elastic_tendon.report.names import FIXED
 from elastic_tendon.report.tables import alias_sentences, with_interval
 from elastic_tendon.report.units import number, shown, times_noise
 
 # candidates that are shown of a round; the option --all-candidates shows all
 CANDIDATES = 5
-LIKELY = 0.005  # of a probability that is shown as more than "<1 %"
+SMALLEST = 0.005  # shares below it are shown as "<1 %"
 
 
 def called(answer: str) -> str:
@@ -97,12 +96,12 @@ def _shift(found: Estimate) -> str:
 
 def _change(found: Estimate) -> str:
     percent = 100.0 * (found.fitted / found.given - 1.0)
-    return f"{percent:+.{0 if abs(percent) >= 10.0 else 1}f}{FIXED}%"
+    return f"{percent:+.{0 if abs(percent) >= 10.0 else 1}f} %"
 
 
 def _with_unit(found: Estimate) -> str:
     unit = "" if found.unit == "1" else f" {found.unit.replace('.', '·')}"
-    return f"{with_interval(found.fitted, found.interval)}{unit}".replace(" ", FIXED)
+    return f"{with_interval(found.fitted, found.interval)}{unit}"
 
 
 def _falls(diagnosis: Diagnosis) -> Iterator[str]:
@@ -168,9 +167,9 @@ def _listed(answers: Sequence[str]) -> str:
 
 
 def _percent(share: float) -> str:
-    if 0.0 < share < LIKELY:
-        return f"<1{FIXED}%"
-    return f"{100.0 * share:.0f}{FIXED}%"
+    if abs(share) < SMALLEST:
+        return "<1 %" if share > 0.0 else "0 %"
+    return f"{100.0 * share:.0f} %"
 
 
 # ---- what to do next ---------------------------------------------------------------------------
@@ -289,7 +288,10 @@ def candidates_table(one: Round, *, every: bool = False) -> Table | None:
             "-" if heldout is None else _percent(heldout),
             escape("\n".join([*_numbers(candidate), candidate.verdict])),
         )
-    captions = ["gain: share by which the squared error falls"]
+    captions = [
+        "gain: share by which the squared error falls; held out: on samples that the",
+        "fit has not seen, other recordings or one stretch after the other",
+    ]
     if left := len(one.candidates) - len(chosen):
         captions.append(f"{left} more, see --all-candidates")
     table.caption = "\n".join(captions)

@@ -1,6 +1,5 @@
 """Names that users give, as figures show them."""
 
-FIXED = "\N{NO-BREAK SPACE}"  # where a line must not end
 LONGEST = 44  # letters of a recording's name in a title
 
 

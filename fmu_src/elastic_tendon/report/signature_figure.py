@@ -6,11 +6,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from elastic_tendon.report.comparison_figures import BLUE, VERMILLION, tidy
-from elastic_tendon.report.names import FIXED, verbatim
+from elastic_tendon.report.names import verbatim
 from elastic_tendon.signature import HIDDEN, Beside, Signature
 
 STATES = ("I", "III", "II")  # from negative deflections to positive ones, Fig. 4
 LINE = 120  # characters that fit above the axes
+FIXED = "\N{NO-BREAK SPACE}"  # where a line must not end
 
 
 def signature_figure(signature: Signature) -> Figure:

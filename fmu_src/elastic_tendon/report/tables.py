@@ -20,6 +20,7 @@ NOTICEABLE = 1e-3
 NEXT_AFTER_DEMO = """
 Try next, with your own recording (columns time_s, motor_position_rad, joint_position_rad):
   elastic-tendon compare biorob_x4_joint_3 recording.csv
+  elastic-tendon diagnose biorob_x4_joint_3 recording.csv
   elastic-tendon effects"""
 
 
