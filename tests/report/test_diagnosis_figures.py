@@ -72,6 +72,7 @@ def test_bars_are_the_candidates_the_chosen_one_stands_out() -> None:
     left, right = candidates(friction_found().rounds).axes
     widths = [bar.get_width() for bar in left.patches]
     assert widths[:2] == [0.93, 0.07]
+    assert left.get_yticklabels()[-1].get_text() == "none of them"
     assert [to_hex(bar.get_facecolor()).upper() for bar in left.patches].count(VERMILLION) == 1
     assert left.patches[0].get_facecolor() != left.patches[1].get_facecolor()
     assert [bar.get_width() for bar in right.patches] == [0.984, 0.984, 0.979, 0.979]

@@ -13,6 +13,7 @@ from elastic_tendon.report.diagnosis_tables import (
     candidates_table,
     doubt_sentences,
     next_lines,
+    none_of_them,
     round_title,
     verdict_sentences,
 )
@@ -121,11 +122,21 @@ def test_candidates_come_with_the_evidence_and_fit_the_terminal(every: bool) -> 
     table = candidates_table(found, every=every)
     assert table is not None
     text = printed(table)
-    assert table.row_count == (len(found.candidates) if every else CANDIDATES)
+    assert table.row_count == 1 + (len(found.candidates) if every else CANDIDATES)
     assert ("3 more, see --all-candidates" in text) is not every
     assert "…" not in text
     for word in ("93 %", "12346", "98 %", "0.34999", "more numbers", "about 0.0311"):
         assert word in text
+
+
+def test_what_speaks_for_none_of_the_candidates_is_shown() -> None:
+    first = friction_found().rounds[0]
+    assert none_of_them(first) == pytest.approx(0.0)
+    unlikely = [replace(one, probability=0.01) for one in first.candidates]
+    undecided = replace(first, candidates=tuple(unlikely), chosen=None)
+    table = candidates_table(undecided)
+    assert table is not None
+    assert f"none of them {100 - len(unlikely)} %" in " ".join(printed(table).split())
 
 
 def test_a_round_without_candidates_has_no_table() -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ SOFTWARE = "elastic-tendon"  # in the metadata of a PNG
 PICTURES = (".png", ".svg", ".pdf")
 PAIRS = 20  # of axes in an overlay; a longer picture could not be read, nor at length be written
 LEGEND: dict[str, Any] = {"framealpha": 0.8, "edgecolor": "none"}  # curves may fill the axes
+TITLE = 20  # letters of a step's title in a line
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
 
 
@@ -129,7 +131,7 @@ def ladder(rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    figure = Figure(figsize=(max(7.0, 1.5 * len(rungs)), 4.2), layout="constrained")
     axes = figure.subplots()
     _draw_ladder(axes, rungs, signal)
     figure.suptitle("Error after each step")
@@ -160,7 +162,7 @@ def _draw_ladder(axes: Axes, rungs: Sequence[Rung], signal: str) -> None:
     axes.margins(y=0.15)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_xticks(places, [verbatim(one.title) for one in rungs])
+    axes.set_xticks(places, [fill(verbatim(one.title), TITLE) for one in rungs])
     axes.set_xlim(-0.4, len(rungs) - 0.6)
     axes.set_ylabel(f"RMS error, {quantity.words} ({quantity.small_unit})")
     axes.legend(frameon=False)

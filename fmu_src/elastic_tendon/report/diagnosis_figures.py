@@ -24,7 +24,7 @@ from elastic_tendon.report.comparison_figures import (
     static_torque,
     tidy,
 )
-from elastic_tendon.report.diagnosis_tables import called
+from elastic_tendon.report.diagnosis_tables import NONE, called, none_of_them
 from elastic_tendon.report.location_figures import Drawing, file_names, missing_torque
 from elastic_tendon.report.names import shortened, verbatim
 from elastic_tendon.report.thinning import envelope, some
@@ -163,7 +163,7 @@ def candidates(rounds: Sequence[Round]) -> Figure:
     matplotlib.figure.Figure; two panels for each round
     """
     drawn = [(number, one) for number, one in enumerate(rounds, start=1) if one.candidates]
-    counts = [min(len(one.candidates), BARS) for _, one in drawn]
+    counts = [1 + min(len(one.candidates), BARS) for _, one in drawn]
     size = (9.0, 0.9 + sum(0.9 + 0.36 * count for count in counts))
     figure = Figure(figsize=size, layout="constrained")
     panels = figure.subplots(
@@ -171,7 +171,7 @@ def candidates(rounds: Sequence[Round]) -> Figure:
     )
     for (left, right), (number, one) in zip(panels, drawn, strict=True):
         shown_ones = one.candidates[:BARS]
-        _draw_probability(left, shown_ones, one.chosen)
+        _draw_probability(left, shown_ones, one)
         _draw_gains(right, shown_ones)
         what = "nothing added" if one.chosen is None else f"{called(one.chosen)} added"
         left.set_title(f"round {number}: {verbatim(what)}", loc="left", fontsize="medium")
@@ -182,12 +182,14 @@ def candidates(rounds: Sequence[Round]) -> Figure:
     return figure
 
 
-def _draw_probability(axes: Axes, found: Sequence[Candidate], chosen: str | None) -> None:
-    places = np.arange(len(found))
-    colours = [VERMILLION if one.id == chosen else "0.7" for one in found]
-    axes.barh(places, [one.probability for one in found], color=colours, height=0.7)
-    axes.set_yticks(places, [verbatim(called(one.id)) for one in found])
-    axes.set_ylim(len(found) - 0.4, -0.6)  # the likeliest on top
+def _draw_probability(axes: Axes, found: Sequence[Candidate], one: Round) -> None:
+    colours = [VERMILLION if candidate.id == one.chosen else "0.7" for candidate in found]
+    lengths = [candidate.probability for candidate in found]
+    names = [verbatim(called(candidate.id)) for candidate in found]
+    axes.barh(np.arange(len(found)), lengths, color=colours, height=0.7)
+    axes.barh(len(found), none_of_them(one), color="0.7", height=0.7)
+    axes.set_yticks(np.arange(len(found) + 1), [*names, NONE])
+    axes.set_ylim(len(found) + 0.6, -0.6)  # the likeliest on top
     axes.set_xlim(0.0, 1.0)
     _finish_bars(axes)
 

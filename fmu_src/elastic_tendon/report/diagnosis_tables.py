@@ -18,6 +18,7 @@ from elastic_tendon.report.units import number, shown, times_noise
 
 # candidates that are shown of a round; the option --all-candidates shows all
 CANDIDATES = 5
+NONE = "none of them"
 SMALLEST = 0.005  # shares below it are shown as "<1 %"
 
 
@@ -288,6 +289,7 @@ def candidates_table(one: Round, *, every: bool = False) -> Table | None:
             "-" if heldout is None else _percent(heldout),
             escape("\n".join([*_numbers(candidate), candidate.verdict])),
         )
+    table.add_row(NONE, _percent(none_of_them(one)), "-", "-", "-", "")
     captions = [
         "gain: share by which the squared error falls; held out: on samples that the",
         "fit has not seen, other recordings or one stretch after the other",
@@ -296,6 +298,11 @@ def candidates_table(one: Round, *, every: bool = False) -> Table | None:
         captions.append(f"{left} more, see --all-candidates")
     table.caption = "\n".join(captions)
     return table
+
+
+def none_of_them(one: Round) -> float:
+    """Probability, 0 to 1, that no candidate of a round is to be added."""
+    return max(0.0, 1.0 - sum(candidate.probability for candidate in one.candidates))
 
 
 def _numbers(candidate: Candidate) -> Iterator[str]:
