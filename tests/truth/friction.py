@@ -68,6 +68,27 @@ class Stribeck:
 
 
 @dataclass(frozen=True)
+class HessSoom:
+    """Stribeck's curve as Hess and Soom write it: the excess falls as 1 / (1 + (v / v_s)²)."""
+
+    coulomb_torque: float  # N·m
+    static_torque: float  # N·m
+    stribeck_velocity: float  # v_s, rad/s
+    sticks: ClassVar[bool] = True
+    state_count: ClassVar[int] = 0
+
+    def opposing(self, direction: int, velocity: float, _state: Sequence[float]) -> float:
+        """See `Friction`."""
+        excess = self.static_torque - self.coulomb_torque
+        share = 1.0 / (1.0 + (velocity / self.stribeck_velocity) ** 2)
+        return direction * (self.coulomb_torque + excess * share)
+
+    def rates(self, _direction: int, _velocity: float, _state: Sequence[float]) -> list[float]:
+        """No states, no rates."""
+        return []
+
+
+@dataclass(frozen=True)
 class Dahl:
     """Dahl's law: a bristle of torsional `stiffness` that yields smoothly towards `torque`.
 
