@@ -204,6 +204,21 @@ def test_aliases_are_called_undecidable_with_the_reason() -> None:
     assert "the same wherever nothing depends on the angle itself" in answer.text
 
 
+def test_what_the_machine_would_need_is_told() -> None:
+    """Eccentricity and gravity are alike where the motor hardly moves and nothing loads it."""
+    machine = BELIEVED.with_effect("pulley_eccentricity", {"amplitude": 0.02, "phase": 0.7})
+    slow = multisine(11, Limits(0.3, 0.3, 0.0), 6.0)
+    data = [record_truth(machine, slow, 11, load=False)]
+    models = [
+        BELIEVED.with_effect("pulley_eccentricity", {"amplitude": 0.02, "phase": 0.7}),
+        BELIEVED.with_effect("gravity_load", {"torque": 0.5, "angle": 0.7}),
+    ]
+    given = {model.effect_ids[0]: (model, free_parameters(model)) for model in models}
+    answer = next_experiment(rivals_for(given, data), data)
+    assert isinstance(answer, Undecidable)
+    assert answer.text.endswith("N·m, could.")
+
+
 def test_one_rival_alone_is_refused() -> None:
     rivals, data = offsets()
     with pytest.raises(ValueError, match="at least two"):
@@ -288,6 +303,22 @@ def test_limits_are_those_of_recordings_and_springs() -> None:
     assert low < limits.deflection[0] < 0.0 < limits.deflection[1] < high
     unloaded = limits_of([BELIEVED], [replace(slow, load_torque=None)])
     assert unloaded.load is None
+
+
+def test_a_static_curve_has_limits_too() -> None:
+    load = np.linspace(-3.0, 3.0, 50)
+    curve = Measurement(
+        *("curve", 1000.0 * np.arange(50.0), np.zeros(50), {"joint_position": 0.02 * load}),
+        load_torque=load,
+        static=True,
+    )
+    limits = limits_of([BELIEVED], [curve])
+    assert limits.motor_was_held
+    assert limits.motor.low < 0.0 < limits.motor.high
+    assert limits.load is not None
+    assert limits.load.high == pytest.approx(3.0 * BEYOND_RECORDED)
+    assert limits.load.rate > 1.0
+    assert limits.duration * limits.step < 1.0
 
 
 def test_linear_and_full_refit_agree_where_the_difference_is_small() -> None:

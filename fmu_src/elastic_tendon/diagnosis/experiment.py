@@ -29,6 +29,7 @@ from elastic_tendon.diagnosis.separation import (
     refit,
 )
 from elastic_tendon.errors import ModelError, SimulationError
+from elastic_tendon.identify.fit import Progress
 from elastic_tendon.identify.residuals import Array, simulate_measurement
 from elastic_tendon.measurement import Measurement
 
@@ -50,10 +51,11 @@ ROUNDS_TO_FIT = 4  # in which a motion is made smaller until the springs bear it
 # a pair that a drawn motion tells apart by less than this, or a full refit with less power, is
 # left out of the worst case
 SEPARABLE = 1.0
-WORTH_IT = 0.5
+WORTH_IT = 0.8
 # the experiment is repeated until it decides so surely, at most so often
 SURE = 0.95
-REPEATS = (1, 2, 3, 5)
+REPEATS = (2, 3, 5, 8)
+FIRST_SHARE = 0.6  # of the work; the rest is to find what else would decide
 WORDS = "searching the experiment that decides"
 
 
@@ -124,20 +126,19 @@ def next_experiment(
     """
     if len(rivals) < 2:
         raise ValueError(f"{len(rivals)} rivals; at least two are needed to be told apart")
-    search = _prepare(rivals, measurements)
-    judged = _judge_many(search, report)
-    separable = _separable(search, judged)
     ids = [rival.id for rival in rivals]
-    ranked = sorted(judged, key=lambda one: one.worst(separable), reverse=True)
-    if not ranked or not separable:
-        return _undecidable(search, ids)
-    checked = []
-    for index, one in enumerate(ranked[:CHECKED]):
-        report(WORDS, 0.8 + 0.15 * index / CHECKED)
-        checked.append(_checked(search, one.proposal, separable))
-    report(WORDS, 0.95)
-    best = _repeated(search, max(checked, key=_Checked.worth), separable)
-    return _answer(search, best, ids) if best.decided else _undecidable(search, ids)
+    models = [rival.fit.model for rival in rivals]
+    limits = limits_of(models, measurements)
+    search = _prepare(rivals, limits)
+    best = _best(search, lambda share: report(WORDS, FIRST_SHARE * share))
+    if best is not None:
+        return _answer(search, best, ids)
+    wider = limits.widened()
+    remaining = 1.0 - FIRST_SHARE
+    with_more = _best(
+        _prepare(rivals, wider), lambda share: report(WORDS, FIRST_SHARE + remaining * share)
+    )
+    return Undecidable(undecidable_text(ids, models, wider if with_more is not None else None))
 
 
 def experiment_table(experiment: Experiment) -> "pd.DataFrame":
@@ -158,8 +159,7 @@ def experiment_table(experiment: Experiment) -> "pd.DataFrame":
     )
 
 
-def _prepare(rivals: Sequence[Rival], measurements: Sequence[Measurement]) -> _Search:
-    limits = limits_of([rival.fit.model for rival in rivals], measurements)
+def _prepare(rivals: Sequence[Rival], limits: Limits) -> _Search:
     samples = len(limits.sample_times())
     time = np.linspace(0.0, limits.duration, min(samples, SEARCH_SAMPLES))
     thinner = sqrt(len(time) / samples)
@@ -183,20 +183,37 @@ def _measurement(
 # ---- search --------------------------------------------------------------------------------
 
 
-def _judge_many(search: _Search, report: Report) -> list[_Judged]:
+def _best(search: _Search, progress: Progress) -> "_Checked | None":
+    """The proposal that decides most, as often as it takes; None if it is not worth it."""
+    judged = _judge_many(search, lambda share: progress(0.8 * share))
+    separable = _separable(search, judged)
+    if not separable:
+        return None
+    ranked = sorted(judged, key=lambda one: one.worst(separable), reverse=True)
+    checked = []
+    for index, one in enumerate(ranked[:CHECKED]):
+        progress(0.8 + 0.15 * index / CHECKED)
+        checked.append(_checked(search, one.proposal, separable))
+    progress(0.95)
+    best = _repeated(search, max(checked, key=_Checked.worth), separable)
+    progress(1.0)
+    return best if best.decided else None
+
+
+def _judge_many(search: _Search, progress: Progress) -> list[_Judged]:
     """Motions drawn at random, then neighbours of the best."""
     rng = np.random.default_rng(SEED)
     budget = max(SEARCH // len(search.rivals), 4 * KEPT)
     drawn = round(DRAWN * budget)
     judged: list[_Judged] = []
     for index in range(drawn):
-        report(WORDS, 0.8 * index / budget)
+        progress(index / budget)
         judged += _judge(search, random_proposal(rng, search.limits))
     separable = _separable(search, judged)
     best = sorted(judged, key=lambda one: one.worst(separable), reverse=True)[:KEPT]
     distances = DISTANCE * 0.5 ** np.linspace(0.0, 3.0, (budget - drawn) // KEPT)
     for distance in distances if separable else ():
-        report(WORDS, 0.8 * (len(judged) / budget))
+        progress(len(judged) / budget)
         for place, one in enumerate(best):
             for tried in _judge(search, neighbour(one.proposal, rng, distance)):
                 judged.append(tried)
@@ -304,7 +321,7 @@ def _checked(
 def _repeated(search: _Search, once: _Checked, pairs: Sequence[Pair]) -> _Checked:
     """The proposal as often as it takes; it ends as it begins, so it can follow on itself."""
     best = once
-    for repeats in REPEATS[1:]:
+    for repeats in REPEATS:
         if all(best.power(pair) >= SURE for pair in best.pairs):
             break
         best = _checked(search, once.proposal, pairs, repeats)
@@ -347,7 +364,3 @@ def _separated(search: _Search, best: _Checked, pair: Pair, ids: Sequence[str]) 
         together=sqrt(left.noncentrality),
         power=best.power(pair),
     )
-
-
-def _undecidable(search: _Search, ids: Sequence[str]) -> Undecidable:
-    return Undecidable(undecidable_text(ids, [one.model for one in search.rivals]))

@@ -6,17 +6,19 @@ was recorded did not decide.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastic_tendon.design import DesignTable, design
+from elastic_tendon.design import design
 from elastic_tendon.excitation import RATE
 from elastic_tendon.identify.residuals import Array
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
 BEYOND_RECORDED = 1.5  # times the range and the speed that were recorded
+WIDER = 3.0  # times what a further experiment may do: in search of what the machine would need
+LOADING_TIME = 0.5  # s from the lowest to the highest load where no rate is known
 MARGIN = 0.9  # share of the deflection (16) that is used; the springs' numbers are uncertain
 SPEED_WINDOW = 0.05  # s over which a speed is taken, so that the encoder's noise is not one
 SHORTEST, LONGEST = 6.0, 20.0  # s of an experiment, whatever was recorded
@@ -47,6 +49,7 @@ class Limits:
 
     `load` is None where no load was recorded. `deflection` : lowest and highest, rad. `step` s
     between samples, `duration` s. `frequency` : natural, with both tendons taut, Hz.
+    `torque` : lowest and highest load that the springs bear at rest, N·m.
     `motor_was_held` : its reach is not from the recordings but from the springs.
     """
 
@@ -57,6 +60,18 @@ class Limits:
     duration: float
     frequency: float
     motor_was_held: bool
+    torque: tuple[float, float]
+
+    def widened(self) -> "Limits":
+        """What a machine might do that can move further and faster, and bear a load at all."""
+        middle = 0.5 * (self.motor.low + self.motor.high)
+        half = 0.5 * WIDER * (self.motor.high - self.motor.low)
+        low, high = self.torque
+        motor = replace(
+            self.motor, low=middle - half, high=middle + half, rate=WIDER * self.motor.rate
+        )
+        load = Reach(0.0, low, high, rate=(high - low) / LOADING_TIME, recorded=(0.0, 0.0))
+        return replace(self, motor=motor, load=load)
 
     def sample_times(self) -> Array:
         """Times of the samples to record, (n,) s from 0."""
@@ -84,6 +99,11 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
         MARGIN * min(max(table.negative_max_deflection for table in tables), -LEAST_DEFLECTION),
         MARGIN * max(min(table.positive_max_deflection for table in tables), LEAST_DEFLECTION),
     )
+    # a load on the joint pushes it the way it acts: its torque is against that of the tendons
+    torque = (
+        max(-abs(table.negative_max_torque) for table in tables),
+        min(abs(table.positive_max_torque) for table in tables),
+    )
     transmission = models[0].transmission
     ratio = transmission.joint_pulley_radius / transmission.motor_pulley_radius  # n_t, (9)
     span = ratio * (deflection[1] - deflection[0])
@@ -92,12 +112,13 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
     frequency = max(table.frequency_state_3 for table in tables)
     return Limits(
         motor=_held_motor(positions[0], span, frequency) if held else _moved_motor(timed),
-        load=_load(timed or measurements, tables),
+        load=_load(measurements, torque),
         deflection=deflection,
         step=step,
         duration=float(np.clip(recorded, SHORTEST, longest)),
         frequency=frequency / (2.0 * np.pi),
         motor_was_held=held,
+        torque=torque,
     )
 
 
@@ -125,10 +146,10 @@ def _moved_motor(recordings: Sequence[Measurement]) -> Reach:
     )
 
 
-def _load(recordings: Sequence[Measurement], tables: Sequence[DesignTable]) -> Reach | None:
+def _load(recordings: Sequence[Measurement], torque: tuple[float, float]) -> Reach | None:
     """Reach of the load: from none on, within the torque at the largest deflection."""
     loaded = [
-        (one.time, one.load_torque)
+        (one, one.load_torque)
         for one in recordings
         if one.load_torque is not None and np.ptp(one.load_torque) > 0.0
     ]
@@ -136,14 +157,13 @@ def _load(recordings: Sequence[Measurement], tables: Sequence[DesignTable]) -> R
         return None
     low = min(float(load.min()) for _, load in loaded)
     high = max(float(load.max()) for _, load in loaded)
-    # a load on the joint pushes it the way it acts: its torque is against that of the tendons
-    least = max(-abs(table.positive_max_torque) for table in tables)
-    most = min(abs(table.negative_max_torque) for table in tables)
+    # static curves show no rate; then it is chosen as for a machine that bears any load
+    rates = [_fastest(one.time, load) for one, load in loaded if not one.static]
     return Reach(
         start=0.0,
-        low=max(BEYOND_RECORDED * min(low, 0.0), least),
-        high=min(BEYOND_RECORDED * max(high, 0.0), most),
-        rate=BEYOND_RECORDED * max(_fastest(time, load) for time, load in loaded),
+        low=max(BEYOND_RECORDED * min(low, 0.0), torque[0]),
+        high=min(BEYOND_RECORDED * max(high, 0.0), torque[1]),
+        rate=BEYOND_RECORDED * max(rates) if rates else (high - low) / LOADING_TIME,
         recorded=(low, high),
     )
 
