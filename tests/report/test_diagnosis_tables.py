@@ -17,7 +17,7 @@ from elastic_tendon.report.diagnosis_tables import (
     round_title,
     verdict_sentences,
 )
-from hand_made_diagnosis import friction_found, nothing_missing, something_unknown
+from hand_made_diagnosis import TORQUE, friction_found, nothing_missing, something_unknown
 
 CALL = Call("m.toml", ("a b.csv[0:7]",), (), ("--resample", "0.01"), None, None, None)
 
@@ -37,6 +37,16 @@ def test_what_is_missing_comes_first_with_its_size() -> None:
     assert text.startswith("What is missing: Coulomb friction, torque 0.34999 ± 0.00028 N·m.")
     assert "Numbers that are off too: link.inertia by +13 %." in text
     assert "error goes from 37.5 to 0.230 mrad, 0.991 times the noise; on held-out data" in text
+
+
+def test_a_size_that_the_data_leave_open_is_said_to_be_so() -> None:
+    found = friction_found()
+    estimates = tuple(
+        replace(one, determined=one.path != TORQUE) for one in found.findings.estimates
+    )
+    unsure = replace(found, findings=replace(found.findings, estimates=estimates))
+    text = joined(verdict_sentences(unsure))
+    assert "torque about 0.35 N·m, which these data leave open" in text
 
 
 def test_wrong_numbers_are_told_with_interval_and_what_was_given() -> None:
@@ -65,7 +75,7 @@ def test_what_no_effect_explains_is_told_as_such() -> None:
 def test_what_the_data_cannot_tell_apart_is_said() -> None:
     text = joined(doubt_sentences(friction_found()))
     assert "These data cannot tell apart: Coulomb friction and LuGre friction." in text
-    assert "The model has Coulomb friction, the simplest of them." in text
+    assert "Coulomb friction was added; the others would do as well." in text
     assert "No motion tells the two apart." in text
     assert "does not depend on what the machine does by more than chance" in text
 
@@ -92,6 +102,7 @@ def test_next_commands_can_be_typed() -> None:
         "elastic-tendon diagnose m.toml 'a b.csv[0:7]' new_recording.csv --resample 0.01",
         "elastic-tendon simulate 'my model.toml' next.csv -o predicted.csv",
         "elastic-tendon effects coulomb_friction",
+        "elastic-tendon effects lugre_friction",
         "elastic-tendon export 'my model.toml' -o 'my model.fmu'",
     ]
     unsaved = joined(next_lines(friction_found(), CALL))

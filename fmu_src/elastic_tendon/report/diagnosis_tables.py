@@ -78,7 +78,8 @@ def _sized(diagnosis: Diagnosis, effect_id: str) -> str:
         elif found.determined:
             numbers.append(f"{words} {_with_unit(found)}")
         else:
-            numbers.append(f"{words} not determined")
+            unit = _unit(found.unit)
+            numbers.append(f"{words} about {found.fitted:.3g}{unit}, which these data leave open")
     return ", ".join([called(effect_id), *numbers])
 
 
@@ -101,8 +102,12 @@ def _change(found: Estimate) -> str:
 
 
 def _with_unit(found: Estimate) -> str:
-    unit = "" if found.unit == "1" else f" {found.unit.replace('.', '·')}"
-    return f"{with_interval(found.fitted, found.interval)}{unit}"
+    return f"{with_interval(found.fitted, found.interval)}{_unit(found.unit)}"
+
+
+def _unit(unit: str) -> str:
+    """A unit as it follows a number; nothing for plain numbers."""
+    return "" if unit == "1" else f" {unit.replace('.', '·')}"
 
 
 def _falls(diagnosis: Diagnosis) -> Iterator[str]:
@@ -111,7 +116,7 @@ def _falls(diagnosis: Diagnosis) -> Iterator[str]:
         quantity = shown(name)
         noise = times_noise(last.noise_ratio[name])
         judged = name in last.heldout_rmse
-        if len(diagnosis.ladder) == 1:
+        if diagnosis.verdict == "adequate":
             text = f"The {quantity.words} error is {quantity.error(rmse)}, {noise}"
             if judged:
                 text += f", and {quantity.error(last.heldout_rmse[name])} on held-out data"
@@ -134,7 +139,7 @@ def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
         text = f"These data cannot tell apart: {_listed(one)}."
         taken = [member for member in one if member in diagnosis.added]
         if taken:
-            text += f" The model has {called(taken[0])}, the simplest of them."
+            text += f" {called(taken[0])} was added; the others would do as well."
         sentences.append(text)
     for effect_id in diagnosis.added:
         sentences += alias_sentences(effects.BY_ID[effect_id])
@@ -213,7 +218,8 @@ def next_lines(diagnosis: Diagnosis, call: Call) -> list[str]:
         lines += _next_learned(diagnosis.learned, call)
     if diagnosis.added:
         lines.append("How to make sure on the machine, and how to be rid of it:")
-        lines += [call.line("effects", one) for one in diagnosis.added]
+        meant = [*diagnosis.added, *(one for alike in diagnosis.indistinguishable for one in alike)]
+        lines += [call.line("effects", one) for one in dict.fromkeys(meant)]
     if call.saved is not None:
         fmu = str(Path(call.saved).with_suffix(".fmu"))
         lines += ["To ship the model:", call.line("export", call.saved, "-o", fmu)]
@@ -327,10 +333,7 @@ def _short(path: str) -> str:
 
 
 def _units(paths: Sequence[str]) -> Mapping[str, str]:
-    """Unit of each parameter with a space before it; nothing for plain numbers."""
+    """Unit of each parameter as it follows a number."""
     present = {path.split(".")[1] for path in paths if path.startswith("effects.")}
     declared = {one.path: one.unit for one in quantities(present)}
-    return {
-        path: "" if declared[path] == "1" else f" {declared[path].replace('.', '·')}"
-        for path in paths
-    }
+    return {path: _unit(declared[path]) for path in paths}
