@@ -90,8 +90,14 @@ def test_remaining_error_of_each_signal_is_told() -> None:
     assert "it is <1 % of the squared error" in text
 
 
-def test_an_interrupted_diagnosis_says_so_first() -> None:
+def test_an_interrupted_diagnosis_says_so_first_and_claims_no_more_than_it_knows() -> None:
     assert verdict_sentences(friction_found(interrupted=True))[0].startswith("Stopped before")
+    unknown = joined(verdict_sentences(replace(something_unknown(), interrupted=True)))
+    assert "Something is missing, and it is not known yet what." in unknown
+    adequate = joined(verdict_sentences(replace(nothing_missing(), interrupted=True)))
+    assert "Nothing was found missing yet." in adequate
+    wrong = friction_found(verdict="wrong_parameter", added=(), interrupted=True)
+    assert "No effect is missing" not in joined(verdict_sentences(wrong))
 
 
 def test_next_commands_can_be_typed() -> None:

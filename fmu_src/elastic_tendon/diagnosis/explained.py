@@ -15,8 +15,9 @@ from elastic_tendon.identify.missing_torque import MissingTorque, TorqueCurve, m
 from elastic_tendon.identify.residuals import Array
 from elastic_tendon.parameters import Model, parse_model
 
-# they order everything a little, as a motion is smooth and every torque accelerates the joint
-TELL_NOTHING = ("time", "joint_acceleration")
+# they order everything a little: a motion is smooth, every torque accelerates the joint, and the
+# load deflects it
+TELL_NOTHING = ("time", "joint_acceleration", "load_torque")
 
 
 @dataclass(frozen=True)

@@ -44,10 +44,13 @@ def verdict_sentences(diagnosis: Diagnosis) -> list[str]:
 
 
 def _answers(diagnosis: Diagnosis) -> Iterator[str]:
+    found_out = not diagnosis.interrupted  # else more may be missing than is known
     if diagnosis.verdict == "adequate":
-        yield f"Nothing is missing: {diagnosis.given.name} explains these data."
+        explains = f"{diagnosis.given.name} explains these data"
+        yield f"Nothing is missing: {explains}." if found_out else "Nothing was found missing yet."
     elif diagnosis.verdict == "unknown_effect":
-        yield "Something is missing that no known effect explains."
+        known = "that no known effect explains" if found_out else "and it is not known yet what"
+        yield f"Something is missing{'' if found_out else ','} {known}."
     if diagnosis.added:
         listed = "; ".join(_sized(diagnosis, one) for one in diagnosis.added)
         unknown = diagnosis.verdict == "unknown_effect"
@@ -57,7 +60,9 @@ def _answers(diagnosis: Diagnosis) -> Iterator[str]:
         moved = diagnosis.parameters_changed
         changes = [(_moved if wrong else _shift)(_estimates(diagnosis)[path]) for path in moved]
         if wrong:
-            yield f"Wrong numbers: {'; '.join(changes)}. No effect is missing."
+            yield f"Wrong numbers: {'; '.join(changes)}."
+            if found_out:
+                yield "No effect is missing."
         else:
             yield f"Numbers that are off too: {', '.join(changes)}."
 
