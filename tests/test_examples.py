@@ -32,7 +32,17 @@ def _check_paper_figures(printed):
     assert 0.25 < float(corners[1]) < 0.32
 
 
+def _check_diagnose(printed):
+    """The hidden effect is found with the size that the script gave it."""
+    found = re.search(
+        r"What is missing: Gravity load, torque (\S+) ± \S+ N·m, angle (\S+) ±", printed
+    )
+    assert abs(float(found[1]) - 0.8) < 0.01
+    assert abs(float(found[2]) - 0.3) < 0.01
+
+
 CHECKS = {
+    "diagnose": _check_diagnose,
     "paper_figures": _check_paper_figures,
     "system_simulation": _check_system_simulation,
 }
