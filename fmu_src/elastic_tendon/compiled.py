@@ -149,6 +149,7 @@ def _load(effect_ids: tuple[str, ...]) -> ctypes.CDLL:
 # ---- calls ---------------------------------------------------------------------------------
 
 _EVENT_CAPACITY = 4096
+_KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
 _STATISTICS = ("steps", "implicit_steps", "rejected", "rates", "events", "grazing")
 
 
@@ -256,12 +257,22 @@ def _time(values: ArrayLike) -> Array:
 
 
 def _slopes(time: Array, samples: Array) -> Array:
-    """Derivatives at the samples of the twice continuously differentiable cubic spline."""
-    from scipy.interpolate import CubicSpline
+    """Derivatives at the samples of the twice continuously differentiable cubic spline.
 
+    Fits simulate one recording again and again, so those of a few are kept.
+    """
     if not samples.any():
         return samples
-    return np.ascontiguousarray(CubicSpline(time, samples)(time, 1))
+    key = (time.tobytes(), samples.tobytes())
+    return _spline_slopes(*key) if len(time) <= _KEPT_SAMPLES else _spline_slopes.__wrapped__(*key)
+
+
+@lru_cache(maxsize=16)
+def _spline_slopes(time: bytes, samples: bytes) -> Array:
+    from scipy.interpolate import CubicSpline
+
+    at = np.frombuffer(time)
+    return np.ascontiguousarray(CubicSpline(at, np.frombuffer(samples))(at, 1))
 
 
 def _address(array: Array | NDArray[np.int32] | None) -> int | None:

@@ -9,10 +9,10 @@ from math import log
 import numpy as np
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.linearised import effective_count
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.fit import THOROUGH, Effort, FitResult, Progress, fit
-from elastic_tendon.identify.residuals import Array, noise_floors, stack
+from elastic_tendon.identify.residuals import Array, autocorrelation_time, noise_floors, stack
+from elastic_tendon.identify.stretches import settling_samples
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, typical_value
 
@@ -21,6 +21,7 @@ UNDECIDED = 10.0  # difference of BIC below which data do not decide (Kass & Raf
 EXPECTED_SHARES = (1.0, 0.3)
 # simulated recordings can be met exactly; errors below this share of the noise count as this
 LEAST_SHARE_OF_NOISE = 0.5
+LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,29 @@ def refit(
     SimulationError : not even the nulls can be simulated
     """
     start = with_nulls(given, added)
-    result = fit(start, measurements, starts=starts, effort=effort, progress=progress)
+    result = fit(
+        start,
+        measurements,
+        starts=starts,
+        least=_least(start, added),
+        effort=effort,
+        progress=progress,
+    )
     return Answer(tuple(added), result)
+
+
+def _least(model: Model, added: Sequence[str]) -> dict[str, float]:
+    """What effects that are structurally absent at their null must have of each strength.
+
+    A lighter mass or a softer bristle would only be invisible, and slow to simulate.
+    """
+    return {
+        f"effects.{effect_id}.{one.name}": one.null + LEAST * typical_value(model, one)
+        for effect_id in added
+        if effects.BY_ID[effect_id].singular_null
+        for one in effects.BY_ID[effect_id].parameters
+        if not one.shape
+    }
 
 
 def with_nulls(model: Model, added: Sequence[str]) -> Model:
@@ -135,46 +157,55 @@ def _bounded(model: Model, effect_id: str, values: Mapping[str, float]) -> Model
 def bics(answers: Sequence[Answer]) -> list[float]:
     """Bayesian information criterion of answers to the same data; lower is better.
 
-    ``N_eff log(mean square) + prior + parameters log(N_eff)``, for each signal. How many
-    independent facts N_eff the data hold is judged by the errors of the closest answer, which
-    are the whitest. Numbers of the given model cost what the prior says; those of effects one
-    parameter each.
+    ``N_eff log(mean square) + prior + parameters log(N_eff)``. How many independent facts N_eff
+    the data hold for the question that the answers differ in is judged by the closest of them.
+    Numbers of the given model cost what the prior says; those of effects one parameter each.
 
     Parameters
     ----------
-    answers : Answer of the same measurements
+    answers : Answer of the same measurements, the one they start from first
 
     Returns
     -------
     list of float, one for each
     """
     closest = min(answers, key=lambda one: float(one.floored @ one.floored))
-    counts = _counts(closest)
-    facts = effective_count(closest.errors)
+    facts = facts_between(answers[0], closest)
     return [
-        _deviance(one, counts) + one.implausibility + one.complexity * log(max(facts, 2.0))
+        facts * log(_mean_square(one)) + one.implausibility + one.complexity * log(facts)
         for one in answers
     ]
 
 
-def _counts(answer: Answer) -> dict[str, float]:
-    names = {name for part in answer.errors for name in part}
-    return {
-        name: effective_count([{name: part[name]} for part in answer.errors if name in part])
-        for name in sorted(names)
-    }
+def facts_between(before: Answer, after: Answer) -> float:
+    """Number of independent facts that the errors hold about the change from one answer to another.
+
+    What decides between them is the product of this change and the errors that are left; samples
+    in which it hangs together count as one. But no longer than the joint takes to settle: what
+    hangs together longer was not stirred up by chance, it is the lack of fit itself.
+
+    Parameters
+    ----------
+    before, after : Answer of the same measurements
+
+    Returns
+    -------
+    float, at least 2
+    """
+    change = before.floored - after.floored
+    if not change.any():
+        return float(max(len(change), 2))
+    facts, first = 0.0, 0
+    for one, part in zip(after.result.problem.measurements, after.errors, strict=True):
+        settled = settling_samples(after.result.model, one)
+        for values in part.values():
+            own = slice(first, first + len(values))
+            memory = autocorrelation_time(change[own] * after.floored[own])
+            facts += len(values) / min(memory, settled)
+            first += len(values)
+    return max(facts, 2.0)
 
 
-def _deviance(answer: Answer, counts: Mapping[str, float]) -> float:
-    deviance = 0.0
-    measurements = answer.result.problem.measurements
-    for name, count in counts.items():
-        squares = np.concatenate(
-            [
-                (part[name] / noise_floors(one)[name]) ** 2
-                for part, one in zip(answer.errors, measurements, strict=True)
-                if name in part
-            ]
-        )
-        deviance += count * log(max(float(np.mean(squares)), LEAST_SHARE_OF_NOISE**2))
-    return deviance
+def _mean_square(answer: Answer) -> float:
+    """Of the errors in units of their noise, which simulated recordings can be far below."""
+    return max(float(np.mean(answer.floored**2)), LEAST_SHARE_OF_NOISE**2)

@@ -11,12 +11,19 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
+from scipy.stats import t as t_distribution
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.linearised import block_numbers
+from elastic_tendon.diagnosis.answer import Answer, facts_between
 from elastic_tendon.identify.compare import compare
-from elastic_tendon.identify.residuals import Array, noise_floors, residuals_of, stack
+from elastic_tendon.identify.residuals import (
+    Array,
+    autocorrelation_time,
+    noise_floors,
+    residuals_of,
+    stack,
+)
+from elastic_tendon.identify.stretches import left_out, stretch_numbers
 from elastic_tendon.measurement import Measurement
 
 ON_BOUND = 1e-9  # in prior sigmas
@@ -53,7 +60,7 @@ def significance(before: Answer, after: Answer, effect_id: str) -> float:
     padded = np.zeros((len(errors), 1))
     padded[: len(change), 0] = -change
     columns = np.hstack([jacobian, padded])
-    moves = _left_out(columns, errors, block_numbers(result, after.errors))
+    moves = left_out(columns, errors, _blocks(before, after))
     blocks = len(moves)
     if blocks < 3:
         return 1.0
@@ -65,7 +72,7 @@ def significance(before: Answer, after: Answer, effect_id: str) -> float:
     return 0.5 * tail if one_sided else tail
 
 
-def cross_validated(answer: Answer) -> list[dict[str, Array]]:
+def _cross_validated(answer: Answer) -> list[dict[str, Array]]:
     """Errors of each stretch of time under the numbers that the other stretches call for.
 
     The refit is linearised at the optimum of all.
@@ -79,15 +86,16 @@ def cross_validated(answer: Answer) -> list[dict[str, Array]]:
     for each recording, signal -> (n,) array, the signal's unit
     """
     jacobian, errors = _linear(answer, without=())
-    numbers = block_numbers(answer.result, answer.errors)
-    moves = _left_out(jacobian, errors, numbers)
+    memory = max(autocorrelation_time(values) for part in answer.errors for values in part.values())
+    numbers = stretch_numbers(answer.result.problem.measurements, memory)
+    moves = left_out(jacobian, errors, numbers)
     samples = len(numbers)
     predicted = errors[:samples] + np.einsum("ij,ij->i", jacobian[:samples], moves[numbers])
     return _unstack(answer, predicted)
 
 
-def heldout_squares(answer: Answer, heldout: Sequence[Measurement]) -> float:
-    """Sum of squared errors, in units of the noise, on data that the answer was not fitted to.
+def heldout_errors(answer: Answer, heldout: Sequence[Measurement]) -> Array:
+    """Errors (N,) in units of the noise on data that the answer was not fitted to.
 
     Parameters
     ----------
@@ -104,9 +112,29 @@ def heldout_squares(answer: Answer, heldout: Sequence[Measurement]) -> float:
         errors = [residuals_of(file.trajectory, file.measurement) for file in files]
         judged = tuple(heldout)
     else:
-        errors, judged = cross_validated(answer), answer.result.problem.measurements
-    values = stack(errors, tuple(noise_floors(one) for one in judged))
-    return float(values @ values)
+        errors, judged = _cross_validated(answer), answer.result.problem.measurements
+    return stack(errors, tuple(noise_floors(one) for one in judged))
+
+
+def heldout_significance(before: Answer, after: Answer, heldout: Sequence[Measurement]) -> float:
+    """Probability that squared errors on held-out recordings fall so much by chance.
+
+    By stretches of time: Student's test of whether they fall on average (Diebold & Mariano 1995).
+    """
+    errors = [heldout_errors(one, heldout) for one in (before, after)]
+    fall = errors[0] ** 2 - errors[1] ** 2
+    memory = autocorrelation_time(fall - float(np.mean(fall)))
+    numbers = stretch_numbers(heldout, memory)
+    means = np.bincount(numbers, fall) / np.bincount(numbers)
+    scatter = float(np.std(means, ddof=1)) / np.sqrt(len(means)) if len(means) > 2 else 0.0
+    if scatter == 0.0:
+        return 1.0
+    return float(t_distribution.sf(float(np.mean(means)) / scatter, len(means) - 1))
+
+
+def _blocks(before: Answer, after: Answer) -> NDArray[np.int_]:
+    memory = len(after.floored) / facts_between(before, after)
+    return stretch_numbers(after.result.problem.measurements, memory)
 
 
 def _linear(answer: Answer, without: Sequence[int]) -> tuple[Array, Array]:
@@ -120,22 +148,6 @@ def _linear(answer: Answer, without: Sequence[int]) -> tuple[Array, Array]:
     kept = jacobian[:, free]
     kept = kept[:, np.linalg.norm(kept, axis=0) > 0.0]
     return kept, problem.residuals(result.vector, result.sigmas)
-
-
-def _left_out(columns: Array, errors: Array, numbers: NDArray[np.int_]) -> Array:
-    """By how much the least-squares solution moves (B, k) when each block in turn is left out."""
-    scale = np.linalg.norm(columns, axis=0)
-    scaled = columns / scale
-    whole = scaled.T @ scaled
-    gradient = scaled.T @ errors
-    samples = len(numbers)
-    moves = np.empty((int(numbers.max()) + 1, columns.shape[1]))
-    for block in range(len(moves)):
-        own = np.flatnonzero(numbers == block)
-        part = scaled[:samples][own]
-        rest = whole - part.T @ part
-        moves[block] = -np.linalg.lstsq(rest, gradient - part.T @ errors[own], rcond=1e-12)[0]
-    return np.asarray(moves / scale)
 
 
 def _unstack(answer: Answer, values: Array) -> list[dict[str, Array]]:

@@ -8,7 +8,7 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import UNDECIDED, Answer, bics, refit
 from elastic_tendon.diagnosis.candidates import prepare
-from elastic_tendon.diagnosis.confirm import heldout_squares
+from elastic_tendon.diagnosis.confirm import heldout_errors
 from elastic_tendon.diagnosis.experiment import Undecidable, next_experiment
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
@@ -234,10 +234,9 @@ def _verdict(
     """By the contract's rules; what remains counts where it is more than chance."""
     answer = found.answer
     if any(one.significant for one in lack.values()):
-        base, last = (heldout_squares(one, data.heldout) for one in (found.path[0][2], answer))
-        judged = data.heldout or data.fitted
-        samples = sum(len(one.time) * len(one.signals) for one in judged)
-        if not answer.added or last - samples > base - last:
+        errors = (heldout_errors(one, data.heldout) for one in (found.path[0][2], answer))
+        base, last = (float(np.mean(one**2)) for one in errors)  # 1 is the noise
+        if not answer.added or last - 1.0 > base - last:
             return "unknown_effect"
     if answer.added:
         return "missing_effect"

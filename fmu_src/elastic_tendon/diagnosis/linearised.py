@@ -4,23 +4,17 @@ A change of the errors that the free numbers, or an initial state, can imitate s
 a missing effect. It is projected out, with the prior's share, before anything is scored.
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elastic_tendon.identify.fit import FitResult
 from elastic_tendon.identify.problem import Sigmas
-from elastic_tendon.identify.residuals import Array, autocorrelation_time, noise_floors, rms
+from elastic_tendon.identify.residuals import Array, noise_floors, rms
 
 # directions weaker than this share of the strongest are rounding
 ROUNDING = 1e-10
-BLOCKS_WANTED = 24  # fewer say little of how the blocks scatter
-SHORTEST_BLOCK = 0.5  # s
-FEWEST_SAMPLES = 10  # in a block
-BLOCK_TIMES = 4.0  # autocorrelation times in a block, so that neighbours hardly hang together
 
 
 @dataclass(frozen=True)
@@ -77,34 +71,3 @@ def orthonormal(columns: Array) -> Array:
         return np.asarray(scaled)
     basis, singular, _ = np.linalg.svd(scaled, full_matrices=False)
     return np.asarray(basis[:, singular > ROUNDING * singular[0]])
-
-
-def effective_count(errors: Sequence[Mapping[str, Array]]) -> float:
-    """Number of independent facts in the errors of several recordings and signals."""
-    return sum(
-        len(values) / autocorrelation_time(values) for part in errors for values in part.values()
-    )
-
-
-def block_numbers(result: FitResult, errors: Sequence[Mapping[str, Array]]) -> NDArray[np.int_]:
-    """Number of the stretch of time to which each of the N stacked samples belongs.
-
-    Signals of one recording share their stretches, as one disturbance shows in all. A stretch is
-    several autocorrelation times of the errors long.
-    """
-    measurements = result.problem.measurements
-    # what a stretch of samples covers; rows of a static curve have no time that means anything
-    total = sum(len(one.time) for one in measurements)
-    numbers: list[NDArray[np.int_]] = []
-    first = 0
-    for one, part in zip(measurements, errors, strict=True):
-        step = (one.time[-1] - one.time[0]) / (len(one.time) - 1)
-        shortest = FEWEST_SAMPLES if one.static else max(FEWEST_SAMPLES, SHORTEST_BLOCK / step)
-        memory = max(autocorrelation_time(values) for values in part.values())
-        wanted = BLOCKS_WANTED * len(one.time) / total
-        length = max(shortest, BLOCK_TIMES * memory)
-        count = int(np.clip(len(one.time) / length, 1, max(wanted, 1)))
-        own = first + (np.arange(len(one.time)) * count) // len(one.time)
-        numbers += [own] * len(part)
-        first += count
-    return np.concatenate(numbers).astype(np.int_)

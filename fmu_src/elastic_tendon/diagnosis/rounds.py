@@ -6,23 +6,23 @@ from dataclasses import dataclass
 from math import exp, log
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.answer import UNDECIDED, Answer, bics, refit, starts_of
+from elastic_tendon.diagnosis.answer import UNDECIDED, Answer, bics, facts_between, refit, starts_of
 from elastic_tendon.diagnosis.candidates import candidates, prepare
-from elastic_tendon.diagnosis.confirm import heldout_squares, significance
-from elastic_tendon.diagnosis.linearised import effective_count
+from elastic_tendon.diagnosis.confirm import heldout_errors, heldout_significance, significance
 from elastic_tendon.diagnosis.result import Candidate, Round
 from elastic_tendon.diagnosis.screen import Score, screen
 from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.identify.add import Report
 from elastic_tendon.identify.determinability import Estimate
 from elastic_tendon.identify.fit import QUICK
+from elastic_tendon.identify.residuals import Array
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
-FALSE_ALARMS = 0.05  # of a whole round, shared by the effects that were screened
+CHANCE = 0.01  # probability up to which a gain that BIC calls worth its parameters is no chance
 # a refit is worth its time where the score test expects this share of the best gain ...
-PROMISING = 0.1
-FEWEST, MOST = 3, 8  # ... and for no fewer and no more effects than this
+PROMISING = 0.2
+FEWEST, MOST = 3, 6  # ... and for no fewer and no more effects than this
 NEAR = 0.3  # share of the chosen gain that makes a rival
 MOST_RIVALS = 3
 _AT_ONCE = 2  # refits; the compiled library lets Python go on
@@ -88,8 +88,7 @@ def look(data: Data, current: Answer, report: Report) -> Outcome:
     prepare([(*current.result.model.effect_ids, one) for one in known], report)
     scores = screen(current.result, known, report)
     judged = _judge(data, current, _refit(data, current, _promising(scores), report))
-    limit = FALSE_ALARMS / max(len(scores), 1)
-    refusals = {one.effect_id: _refusal(one, limit) for one in judged}
+    refusals = {one.effect_id: _refusal(one) for one in judged}
     chosen = _choose(judged, refusals)
     alike: list[Judged] = []
     others: list[Judged] = []
@@ -145,30 +144,42 @@ def _refit(data: Data, current: Answer, scores: Sequence[Score], report: Report)
 def _judge(data: Data, current: Answer, answers: Sequence[Answer]) -> list[Judged]:
     """Answers in the order of their BIC, the best first."""
     base, *others = bics([current, *answers])
-    before = float(current.floored @ current.floored)
-    heldout = heldout_squares(current, data.heldout)
+    before = _squares(current.floored)
+    heldout = _squares(heldout_errors(current, data.heldout))
     judged = [
         Judged(
             effect_id=answer.added[-1],
             answer=answer,
             bic=bic - base,
-            p_value=significance(current, answer, answer.added[-1]),
-            gain=1.0 - float(answer.floored @ answer.floored) / before,
-            heldout_gain=1.0 - heldout_squares(answer, data.heldout) / heldout,
+            p_value=_p_value(current, answer, data.heldout),
+            gain=1.0 - _squares(answer.floored) / before,
+            heldout_gain=1.0 - _squares(heldout_errors(answer, data.heldout)) / heldout,
         )
         for answer, bic in zip(answers, others, strict=True)
     ]
     return sorted(judged, key=lambda one: one.bic)
 
 
-def _refusal(one: Judged, limit: float) -> str:
+def _squares(errors: Array) -> float:
+    return float(errors @ errors)
+
+
+def _p_value(current: Answer, answer: Answer, heldout: Sequence[Measurement]) -> float:
+    """Either kind of data may convince; that there are two chances is paid for."""
+    fitted = significance(current, answer, answer.added[-1])
+    if not heldout:
+        return fitted
+    return min(1.0, 2.0 * min(fitted, heldout_significance(current, answer, heldout)))
+
+
+def _refusal(one: Judged) -> str:
     """Why an effect cannot be taken, "" where it can."""
     if one.bic > -UNDECIDED:
         return "explains no more than its parameters cost"
-    if one.p_value > limit:
-        return f"may be chance: p = {one.p_value:.2g}, where {limit:.2g} is asked of so many"
     if one.heldout_gain <= 0.0:
         return "makes the error on held-out data larger"
+    if one.p_value > CHANCE:
+        return f"may be chance, p = {one.p_value:.2g}"
     return ""
 
 
@@ -261,7 +272,7 @@ def _probabilities(
 ) -> dict[str, float]:
     """Weight exp(-BIC / 2) of each effect among all and the current model; by the score where
     there is no refit."""
-    facts = max(effective_count(current.errors), 2.0)
+    facts = max([facts_between(current, one.answer) for one in judged], default=2.0)
     bic = {
         one.effect_id: len(effects.BY_ID[one.effect_id].parameters) * log(facts) - one.score
         for one in scores

@@ -34,16 +34,20 @@ class Coordinates:
     """Way between the fit's variables x (m,) and the free numbers of a model.
 
     `given` is the model that the prior is centred on; `paths` are the m free numbers; `sigma`
-    (m,) is the prior's one sigma in their units and `centre` (m,) their given values.
+    (m,) is the prior's one sigma in their units and `centre` (m,) their given values. `least` (m,)
+    are lower bounds beside those of the quantities.
     """
 
     given: Model
     paths: tuple[str, ...]
     centre: Array
     sigma: Array
+    least: Array
 
     @classmethod
-    def of(cls, given: Model, paths: Sequence[str]) -> "Coordinates":
+    def of(
+        cls, given: Model, paths: Sequence[str], least: Mapping[str, float] | None = None
+    ) -> "Coordinates":
         """Coordinates for some of a model's numbers; each needs an uncertainty above zero."""
         values = given.values()
         return cls(
@@ -51,6 +55,7 @@ class Coordinates:
             paths=tuple(paths),
             centre=np.array([values[path] for path in paths]),
             sigma=np.array([given.uncertainty_of(path) for path in paths]),
+            least=np.array([(least or {}).get(path, -np.inf) for path in paths]),
         )
 
     def values(self, x: Array) -> Array:
@@ -91,7 +96,7 @@ class Coordinates:
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest x, two (m,) arrays, from the bounds of the quantities and (27)."""
         declared = {one.path: one for one in quantities(self.given.effect_ids)}
-        lower = np.array([declared[path].lower for path in self.paths])
+        lower = np.maximum([declared[path].lower for path in self.paths], self.least)
         upper = np.array([declared[path].upper for path in self.paths])
         for index, path in enumerate(self.paths):
             if path == PRETENSION:

@@ -11,10 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from elastic_tendon.identify.coordinates import SPRINGS
 from elastic_tendon.identify.problem import Problem, Sigmas
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.identify.residuals import Array, autocorrelation_time, stack
+from elastic_tendon.identify.stretches import (
+    FEWEST_STRETCHES,
+    left_out,
+    settling_samples,
+    stretch_numbers,
+)
 from elastic_tendon.parameters import Model, quantities
 
 INERTIA = "link.inertia"
@@ -88,8 +95,9 @@ class OpenDirections:
 def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
     """Judge a fitted vector.
 
-    The covariance is that of data and prior together. The sigmas of the errors already hold
-    their size and their autocorrelation, so it needs no further inflation.
+    How far the data let each number scatter is seen by leaving out stretches of time, which holds
+    for noise of any colour; what the prior adds is known. With too few stretches the sigmas of
+    the errors, which hold their size and their autocorrelation, stand in.
 
     Parameters
     ----------
@@ -106,9 +114,10 @@ def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
     jacobian = problem.data_jacobian(vector, sigmas)
     data = _project_out(jacobian[:, :count] * coordinates.sigma, jacobian[:, count:])
     values = coordinates.values(problem.numbers(vector))
-    covariance = _covariance(data)
+    covariance, quantile = _covariance(problem, vector, sigmas, data, jacobian)
     open_directions = find_open_directions(data, values / coordinates.sigma, coordinates.paths)
-    estimates = _estimates(problem, values, np.sqrt(np.diag(covariance)), open_directions)
+    shrinkage = np.sqrt(np.diag(covariance))
+    estimates = _estimates(problem, values, shrinkage, quantile, open_directions)
     information = np.linalg.svd(data, compute_uv=False) ** 2
     return Findings(
         effective=float(np.sum(information / (information + 1.0))),
@@ -123,7 +132,36 @@ def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
     )
 
 
-def _covariance(data: Array) -> Array:
+def _covariance(
+    problem: Problem, vector: Array, sigmas: Sigmas, data: Array, jacobian: Array
+) -> tuple[Array, float]:
+    """Covariance (m, m) in prior sigmas, and how many of its roots hold 95 % to either side.
+
+    `data` (N, m) are the derivatives to the numbers with the initial states projected out.
+    """
+    count = data.shape[1]
+    whole = _inverse(data)
+    errors = problem.errors(vector)
+    memory = max(
+        min(autocorrelation_time(values), settling_samples(problem.model(vector), one))
+        for one, part in zip(problem.measurements, errors, strict=True)
+        for values in part.values()
+    )
+    numbers = stretch_numbers(problem.measurements, memory)
+    if numbers.max() + 1 < FEWEST_STRETCHES // 2:
+        return whole, CONFIDENCE
+    prior = np.eye(jacobian.shape[1])[:count]
+    columns = np.vstack([jacobian, prior])
+    columns[: len(jacobian), :count] *= problem.coordinates.sigma
+    values = problem.coordinates.values(problem.numbers(vector))
+    shift = (values - problem.coordinates.centre) / problem.coordinates.sigma
+    moves = left_out(columns, np.concatenate([stack(errors, sigmas), shift]), numbers)[:, :count]
+    blocks = len(moves)
+    scattered = moves.T @ moves * ((blocks - 1) / blocks) + whole @ whole
+    return scattered, float(student.ppf(0.975, blocks - 1))
+
+
+def _inverse(data: Array) -> Array:
     """(data' data + 1)^-1, of data (N, m) and the prior; whatever the size of the data.
 
     From singular values: in the product of data without noise the prior would be lost.
@@ -217,7 +255,11 @@ def _sparse(basis: Array) -> Array:
 
 
 def _estimates(
-    problem: Problem, values: Array, shrinkage: Array, open_directions: OpenDirections
+    problem: Problem,
+    values: Array,
+    shrinkage: Array,
+    quantile: float,
+    open_directions: OpenDirections,
 ) -> tuple[Estimate, ...]:
     coordinates = problem.coordinates
     declared = {one.path: one for one in quantities(coordinates.given.effect_ids)}
@@ -229,8 +271,8 @@ def _estimates(
         before = min(float(coordinates.sigma[index]), allowed)
         sigma = float(shrinkage[index] * coordinates.sigma[index])
         fitted = float(values[index])
-        low = max(fitted - CONFIDENCE * sigma, quantity.lower)
-        high = min(fitted + CONFIDENCE * sigma, quantity.upper)
+        low = max(fitted - quantile * sigma, quantity.lower)
+        high = min(fitted + quantile * sigma, quantity.upper)
         estimates.append(
             Estimate(
                 path=path,

@@ -8,7 +8,7 @@ a sigma taken from the errors, minimising the sum of squares and renewing sigma 
 N_eff log(sum of squares) + prior, so the rounds below converge.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -174,6 +174,7 @@ def fit(
     *,
     free: Sequence[str] | None = None,
     starts: Sequence[Model] = (),
+    least: Mapping[str, float] | None = None,
     effort: Effort = THOROUGH,
     progress: Progress = lambda _share: None,
 ) -> FitResult:
@@ -187,6 +188,7 @@ def fit(
     measurements : sequence of Measurement, fitted together
     free : dotted paths of the numbers to fit; None: all that have an uncertainty
     starts : further models with the same effects to start from
+    least : lower bounds by dotted path, above those of the quantities
     effort : how long to search
     progress : called with the share of the work done, 0 to 1
 
@@ -199,7 +201,7 @@ def fit(
     SimulationError : not even the given model can be simulated
     """
     paths = free_parameters(given) if free is None else tuple(free)
-    problem = problem_of(given, measurements, paths)
+    problem = problem_of(given, measurements, paths, least)
     vectors = [problem.start(given)]
     for model in starts:
         try:
@@ -227,9 +229,7 @@ def fit(
     )
 
 
-def _run(
-    search: _Search, starts: Sequence[Array], effort: Effort, progress: Progress
-) -> None:
+def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Progress) -> None:
     """Scout under samples taken as independent, then settle under what they really tell.
 
     Scouting lets the data overrule the prior, so that a number that is far off is found; the

@@ -173,6 +173,14 @@ class Problem:
         return (values - self.coordinates.centre) / self.coordinates.sigma
 
 
-def problem_of(given: Model, measurements: Sequence[Measurement], paths: Sequence[str]) -> Problem:
-    """Problem of fitting some numbers of a model, the prior centred on the model as given."""
-    return Problem(Coordinates.of(given, paths), tuple(measurements))
+def problem_of(
+    given: Model,
+    measurements: Sequence[Measurement],
+    paths: Sequence[str],
+    least: Mapping[str, float] | None = None,
+) -> Problem:
+    """Problem of fitting some numbers of a model, the prior centred on the model as given.
+
+    `least` holds lower bounds by path, where they are above those of the quantities.
+    """
+    return Problem(Coordinates.of(given, paths, least), tuple(measurements))
