@@ -4,7 +4,6 @@ import json
 import sys
 import tomllib
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -13,6 +12,7 @@ from typer.testing import CliRunner
 
 from elastic_tendon import cli, demo
 from elastic_tendon.cli import diagnosis as command
+from elastic_tendon.diagnosis import diagnose as loop_module
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.parameters import load_model
@@ -34,9 +34,7 @@ def run(monkeypatch, tmp_path: Path):
             calls.append((arguments, others))
             return found() if loop is None else loop(*arguments, **others)
 
-        module = ModuleType("diagnose")
-        module.diagnose = diagnose
-        monkeypatch.setitem(sys.modules, "elastic_tendon.diagnosis.diagnose", module)
+        monkeypatch.setattr(loop_module, "diagnose", diagnose)
         result = CliRunner().invoke(
             *(cli.app, ["diagnose", MODEL, *data, *options]), env={"COLUMNS": "80"}, **settings
         )
