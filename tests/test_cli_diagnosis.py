@@ -89,7 +89,7 @@ def test_the_saved_model_says_where_it_comes_from(run) -> None:
     assert all(line.startswith("#") for line in head.strip().splitlines())
     for words in ("fitted: demo_fit.csv", "held out: demo_validate.csv", "coulomb_friction"):
         assert words in head
-    assert "torque 0.34999 ± 0.00028 N·m" in head
+    assert "What is missing: Coulomb friction, torque 0.3" in head
     assert tomllib.loads(text)["uncertainty"]["link.inertia"] > 0.0
 
 
