@@ -329,10 +329,10 @@ def test_linear_and_full_refit_agree_where_the_difference_is_small() -> None:
     sigmas = {"joint_position": NOISE}
     right, wrong = (known(one, measurement) for one in rivals)
     predictions = [predict(one, measurement, sigmas) for one in (right, wrong)]
-    linear = left_over(predictions[0], predictions[1], wrong)
+    linear = left_over(predictions[0].signals, predictions[1], wrong)
     full = refit(predictions[0], wrong, measurement, sigmas)
     assert linear == pytest.approx(full.noncentrality, rel=0.3)
-    assert left_over(predictions[0], predictions[0], right) == pytest.approx(0.0, abs=1e-9)
+    assert left_over(predictions[0].signals, predictions[0], right) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_power_is_that_of_noisy_differences() -> None:

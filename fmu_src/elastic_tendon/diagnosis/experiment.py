@@ -21,10 +21,11 @@ from elastic_tendon.diagnosis.separation import (
     Known,
     Refit,
     Rival,
+    expected_power,
     known,
     left_over,
     noise,
-    power,
+    plausible,
     predict,
     refit,
 )
@@ -245,7 +246,9 @@ def _judge(search: _Search, proposal: Proposal) -> list[_Judged]:
     except (ModelError, SimulationError):
         return []
     left = {
-        (right, wrong): left_over(predictions[right], predictions[wrong], search.rivals[wrong])
+        (right, wrong): left_over(
+            predictions[right].signals, predictions[wrong], search.rivals[wrong]
+        )
         for right, wrong in search.pairs
     }
     return [_Judged(fitted, left)]
@@ -284,10 +287,11 @@ class _Checked:
     proposal: Proposal
     repeats: int
     refits: dict[Pair, Refit]
+    powers: dict[Pair, float]
 
     def power(self, pair: Pair) -> float:
         """Predicted probability that a pair is decided, whichever of the two is right."""
-        return min(power(self.refits[one].noncentrality) for one in (pair, pair[::-1]))
+        return min(self.powers[pair], self.powers[pair[::-1]])
 
     @property
     def pairs(self) -> list[Pair]:
@@ -315,7 +319,18 @@ def _checked(
         (right, wrong): refit(predictions[right], search.rivals[wrong], experiment, sigmas)
         for right, wrong in pairs
     }
-    return _Checked(proposal, repeats, refits)
+    expected = [plausible(one, experiment, sigmas) for one in search.rivals]
+    powers = {
+        (right, wrong): expected_power(
+            expected[right],
+            predictions[right].signals,
+            predictions[wrong],
+            search.rivals[wrong],
+            refits[right, wrong].noncentrality,
+        )
+        for right, wrong in pairs
+    }
+    return _Checked(proposal, repeats, refits, powers)
 
 
 def _repeated(search: _Search, once: _Checked, pairs: Sequence[Pair]) -> _Checked:

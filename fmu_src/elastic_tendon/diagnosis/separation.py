@@ -7,9 +7,11 @@ that the experiment will show (T-optimality: Atkinson & Fedorov 1975).
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.optimize import least_squares
 from scipy.stats import ncx2
 
@@ -18,11 +20,20 @@ from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.identify.fit import FitResult
 from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.problem import Problem
-from elastic_tendon.identify.residuals import Array, InitialState, sensitivity, stack
+from elastic_tendon.identify.residuals import (
+    Array,
+    InitialState,
+    residuals_of,
+    sensitivity,
+    simulate_measurement,
+    stack,
+)
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
 EVALUATIONS = 15  # of a refit that checks a prediction
+SEED, DRAWS = 20130507, 24  # numbers of a rival that its data leave likely
+TINY = 1e-12  # noncentrality of what does not differ at all
 FREE = 1e-12  # information on a state that no data determine: next to none
 
 
@@ -122,9 +133,45 @@ def predict(one: Known, experiment: Measurement, sigmas: dict[str, float]) -> Pr
     return Prediction(stack([found.residuals], [sigmas]), jacobian)
 
 
-def left_over(right: Prediction, wrong: Prediction, known_of_wrong: Known) -> float:
-    """Squared difference, in units of the noise, that a linear refit of the wrong leaves."""
-    difference = right.signals - wrong.signals
+def plausible(one: Known, experiment: Measurement, sigmas: dict[str, float]) -> list[Array]:
+    """Signals that a rival expects with other numbers that the data at hand leave likely.
+
+    A weak effect is fitted too strong as often as too weak; what a fit promises is then not what
+    an experiment shows.
+
+    Parameters
+    ----------
+    one, experiment, sigmas : as in `predict`
+
+    Returns
+    -------
+    list of (N,) arrays, divided by the noise; one for each draw that can be simulated
+    """
+    problem = one.rival.fit.problem
+    numbers = problem.numbers(one.rival.fit.vector)
+    count = len(numbers)
+    lower, upper = problem.coordinates.bounds()
+    drawn = np.random.default_rng(SEED).standard_normal((count, DRAWS))
+    # away from the optimum by what has this information
+    away = solve_triangular(one.root[:count, :count], drawn)
+    found = []
+    for column in away.T:
+        with suppress(ModelError, SimulationError):
+            model = problem.coordinates.model(np.clip(numbers + column, lower, upper))
+            trajectory = simulate_measurement(model, experiment, one.initial)
+            found.append(stack([residuals_of(trajectory, experiment)], [sigmas]))
+    return found
+
+
+def left_over(right: Array, wrong: Prediction, known_of_wrong: Known) -> float:
+    """Squared difference, in units of the noise, that a linear refit of the wrong leaves.
+
+    Parameters
+    ----------
+    right : (N,) array, signals divided by the noise
+    wrong, known_of_wrong : of the rival that is refitted to them
+    """
+    difference = right - wrong.signals
     gradient = wrong.jacobian.T @ difference
     root = known_of_wrong.root
     information = wrong.jacobian.T @ wrong.jacobian + root.T @ root
@@ -195,6 +242,29 @@ def refit(
 def power(noncentrality: float) -> float:
     """Probability that the deviance will differ by more than what decides, 0 to 1."""
     return float(ncx2.sf(UNDECIDED, 1, noncentrality))
+
+
+def expected_power(
+    right: Sequence[Array], fitted: Array, wrong: Prediction, known_of_wrong: Known, full: float
+) -> float:
+    """Power over all that the right rival may expect, never more than as it is fitted.
+
+    The draws follow a prior that is wide for an effect, so strong effects would flatter the mean.
+
+    Parameters
+    ----------
+    right : (N,) arrays, see `plausible`
+    fitted : (N,) array, what it expects as fitted
+    wrong, known_of_wrong : of the other rival
+    full : noncentrality that a full refit leaves of `fitted`; the linear ones are scaled to it
+
+    Returns
+    -------
+    float, 0 to 1
+    """
+    scale = full / max(left_over(fitted, wrong, known_of_wrong), TINY)
+    powers = [power(scale * left_over(one, wrong, known_of_wrong)) for one in right]
+    return min(power(full), float(np.mean(powers or [1.0])))
 
 
 def noise(rivals: Sequence[Rival]) -> dict[str, float]:
