@@ -18,7 +18,7 @@ from elastic_tendon.parameters import Model, parse_model
 from hidden_effect import machines, motions, recordings
 from hidden_effect.machines import Hidden, Reached, Tree, get, sigma_of, with_effects, with_numbers
 from hidden_effect.recordings import QUANTISED, Noise
-from hidden_effect.refit import Target, base_numbers, refit, rivals
+from hidden_effect.refit import Target, base_numbers, refit, rivals, started
 from truth.catalogue import actuator_of
 from truth.fast import FastRun, Inputs, Player, TruthError
 from truth.outside import OTHER_LAWS, OUTSIDE, Law, foreign_run
@@ -59,6 +59,7 @@ class Order:
     seed: int = 0
     torque: bool = False  # whether the joint's torque is recorded too
     interpolation: Interpolation = "cubic"
+    duration: float = motions.DURATION  # s
 
     @property
     def name(self) -> str:
@@ -66,6 +67,7 @@ class Order:
         parts = [self.family, "+".join(self.effects) or "none", f"R{self.ratio:g}"]
         parts += [self.experiment, self.noise, str(self.seed)]
         parts += ["torque"] * self.torque + [self.interpolation] * (self.interpolation != "cubic")
+        parts += [f"{self.duration:g}s"] * (self.duration != motions.DURATION)
         return "_".join(parts).replace(" ", "-")
 
 
@@ -145,7 +147,7 @@ def machine_of(order: Order) -> Machine:
 
 def machine_in(order: Order, tree: Tree, given: Tree, seed: int) -> Machine:
     """The machine in an experiment of the ordered kind."""
-    experiment = motions.experiment_of(order.experiment, tree, seed)
+    experiment = motions.experiment_of(order.experiment, tree, seed, order.duration)
     return Machine(
         tree,
         given,
@@ -174,7 +176,9 @@ def left_of(machine: Machine, inputs: Inputs, run: FastRun, noise: Noise) -> flo
     """RMS (rad) that the base model, refitted within its uncertainty, leaves of a run."""
     # not whitened: R is a ratio of standard deviations
     target = target_of(inputs, machine, run, replace(noise, kind="white"))
-    best = refit(machine.given, base_numbers(machine.given), [target])
+    # from the true numbers, so that no basin is mistaken for the best
+    numbers = started(base_numbers(machine.given), machine.tree)
+    best = refit(machine.given, numbers, [target])
     return math.sqrt(best.chi2 / target.count) * noise.sigma
 
 
@@ -195,59 +199,79 @@ class Tuned:
     ratio: float
 
 
-def tuned(order: Order, machine: Machine, hidden: Hidden, rng: np.random.Generator) -> Tuned:
+def tuned(
+    order: Order,
+    machine: Machine,
+    hidden: Hidden,
+    rng: np.random.Generator,
+    fixed: Noise | None = None,
+) -> Tuned:
     """The strength of an effect and the noise at which the ordered R is reached.
 
     A typical strength is kept where noise between SMALLEST and LARGEST gives R; where it does not,
-    or where the noise is fixed, the strength is found by a search.
+    or where the noise is `fixed` or that of counts, the strength is found by a search.
 
     Raises
     ------
     UnreachableError : no strength does it
     """
     strength = float(np.exp(rng.uniform(*np.log(TYPICAL))))
-    noise = first_noise(order, rng)
-
-    def tried(strength: float) -> tuple[Tree, float]:
-        truth = with_effects(machine.tree, [(hidden.effect, hidden.at(strength))])
-        inputs = recorded_inputs(machine, truth)
-        # the motor's true motion drives the truth; only its recording has the offset
-        try:
-            run = Player(inputs).run(truth, machine.start)
-            return truth, left_of(machine, inputs, run, noise)
-        except TruthError:
-            return truth, math.inf
-
-    truth, left = tried(strength)
-    if order.noise != "quantised" and 0.0 < left < math.inf:
-        sigma = float(np.clip(left / order.ratio, SMALLEST_NOISE, LARGEST_NOISE))
-        if sigma < SMALLEST_NOISE * 1.01 or sigma > 0.99 * LARGEST_NOISE:
-            sigma = noise.sigma
-        noise = replace(noise, sigma=sigma)
-        truth, left = tried(strength)
-    wanted, low, high = order.ratio * noise.sigma, 0.0, math.inf
+    noise = fixed or first_noise(order, rng)
+    tuning = Tuning(machine, hidden)
+    left = tuning.left(strength, noise)
+    if fixed is None and order.noise != "quantised" and 0.0 < left < math.inf:
+        wanted = left / order.ratio
+        if SMALLEST_NOISE < wanted < LARGEST_NOISE:
+            noise = replace(noise, sigma=wanted)
+            left = tuning.left(strength, noise)
+    low, high = 0.0, math.inf
     for _ in range(SEARCHES):
-        if abs(left / wanted - 1.0) < RATIO_ERROR:
-            return Tuned(truth, strength, noise, left / noise.sigma)
-        low, high = (strength, high) if left < wanted else (low, strength)
-        guess = strength * float(np.clip(wanted / max(left, 1e-3 * wanted), 0.1, 6.0))
-        if not low < guess < high:
-            guess = math.sqrt(low * high) if low > 0.0 and high < math.inf else 0.5 * (low + high)
-        strength = guess
+        ratio = left / noise.sigma
+        if abs(ratio / order.ratio - 1.0) < RATIO_ERROR:
+            return Tuned(tuning.truth(strength), strength, noise, ratio)
+        low, high = (strength, high) if ratio < order.ratio else (low, strength)
+        factor = float(np.clip(order.ratio / max(ratio, 1e-3 * order.ratio), 0.1, 6.0))
+        if not low < factor * strength < high:
+            between = math.sqrt(low * high) if 0.0 < low < high < math.inf else 0.5 * (low + high)
+            factor = between / strength
+        strength *= factor
         if strength > STRONGEST:
             break
-        truth, left = tried(strength)
-    raise UnreachableError(
-        f"{order.name}: R is {left / noise.sigma:.3g} at strength {strength:.3g}"
-    )
+        left = tuning.left(strength, noise)
+    ratio = left / noise.sigma
+    raise UnreachableError(f"{order.name}: R is {ratio:.3g} at strength {strength:.3g}")
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """An effect on a machine, to be tried at several strengths."""
+
+    machine: Machine
+    hidden: Hidden
+
+    def truth(self, strength: float) -> Tree:
+        """The machine with the effect."""
+        effect = (self.hidden.effect, self.hidden.at(strength))
+        return with_effects(self.machine.tree, [effect])
+
+    def left(self, strength: float, noise: Noise) -> float:
+        """What the refitted base model leaves, rad; infinite where the joint runs away."""
+        truth = self.truth(strength)
+        inputs = recorded_inputs(self.machine, truth)
+        try:
+            # the encoder's offset is taken off again inside
+            run = Player(inputs).run(truth, self.machine.start)
+            return left_of(self.machine, inputs, run, noise)
+        except TruthError:
+            return math.inf
 
 
 def typical(order: Order, machine: Machine, hidden: Hidden, rng: np.random.Generator) -> Tuned:
     """An effect that other numbers of the base model make up for, as strong as it usually is."""
     strength, noise = float(np.exp(rng.uniform(*np.log(TYPICAL)))), first_noise(order, rng)
-    truth = with_effects(machine.tree, [(hidden.effect, hidden.at(strength))])
-    left = left_of(machine, machine.inputs, Player(machine.inputs).run(truth, machine.start), noise)
-    return Tuned(truth, strength, noise, left / noise.sigma)
+    tuning = Tuning(machine, hidden)
+    ratio = tuning.left(strength, noise) / noise.sigma
+    return Tuned(tuning.truth(strength), strength, noise, ratio)
 
 
 def torque_noise(order: Order, tree: Tree, noise: Noise) -> float:
@@ -346,23 +370,17 @@ def wrong_case(order: Order) -> Case:
 
 
 def two_case(order: Order) -> Case:
-    """Two effects, each as strong alone as ordered."""
+    """Two effects, each as strong alone as ordered, beside the noise of the first."""
     machine, rng = machine_of(order), generator(order, "effect")
-    sizes, truth, noise = machines.sizes_of(machine.tree), machine.tree, None
-    ratio = 0.0
+    sizes = machines.sizes_of(machine.tree)
+    found: list[Tuned] = []
     for effect in order.effects:
         hidden = machines.hidden_numbers(effect, sizes, machine.reached, rng)
-        found = tuned(order, machine, hidden, rng)
-        if noise is not None:  # the first one's noise stands
-            strength = found.strength * noise.sigma / found.noise.sigma
-            found = replace(
-                found, truth=with_effects(machine.tree, [(effect, hidden.at(strength))])
-            )
-        noise = noise or found.noise
-        ratio = found.ratio
-        truth = with_effects(truth, found.truth["effects"].items())
-    assert noise is not None
-    return assembled(order, machine, truth, noise, ratio)
+        fixed = found[0].noise if found else None
+        found.append(tuned(order, machine, hidden, rng, fixed))
+    together = [pair for one in found for pair in one.truth["effects"].items()]
+    truth = with_effects(machine.tree, together)
+    return assembled(order, machine, truth, found[0].noise, min(one.ratio for one in found))
 
 
 @dataclass(frozen=True)

@@ -60,11 +60,10 @@ def run_of(tree: Tree, inputs: Inputs, start: tuple[float, float]) -> FastRun:
 
 
 def _deflection(tree: Tree, inputs: Inputs, start: tuple[float, float]) -> Vector:
-    ratio = (
-        tree["transmission"]["motor_pulley_radius"] / tree["transmission"]["joint_pulley_radius"]
-    )
-    run = run_of(tree, inputs, start)
-    return run.joint_position - ratio * inputs.motor_position
+    transmission = tree["transmission"]
+    ratio = transmission["motor_pulley_radius"] / transmission["joint_pulley_radius"]
+    motor_side: Vector = ratio * inputs.motor_position
+    return run_of(tree, inputs, start).joint_position - motor_side
 
 
 def within(tree: Tree, experiment: Experiment, largest: float) -> Experiment:
@@ -85,7 +84,7 @@ def within(tree: Tree, experiment: Experiment, largest: float) -> Experiment:
     return shrunk(experiment, small)
 
 
-def only_slack(truth: Actuator, seed: int, limits: Limits) -> Experiment:
+def only_slack(truth: Actuator, seed: int, limits: Limits, duration: float) -> Experiment:
     """A load holds the joint where one tendon is slack, and the motor moves it a little there."""
     rng = np.random.default_rng(seed)
     lower, upper = truth.slack_boundaries()
@@ -94,8 +93,8 @@ def only_slack(truth: Actuator, seed: int, limits: Limits) -> Experiment:
     target = sign * (0.45 * boundary + 0.55 * REACH * limits.deflection)
     forces = truth.spring_forces((0.0, 0.0), (target, 0.0), (False, False))
     hold = -truth.joint_pulley_radius * (max(forces[0], 0.0) - max(forces[1], 0.0))
-    small = multisine(seed, Limits(limits.deflection, 0.4, 0.0), DURATION)
-    push = multisine(seed + 1, Limits(1.0, 1.0, 0.0), DURATION).motor_position
+    small = multisine(seed, Limits(limits.deflection, 0.4, 0.0), duration)
+    push = multisine(seed + 1, Limits(1.0, 1.0, 0.0), duration).motor_position
     room = 0.15 * abs(hold)
     return replace(
         small,
@@ -104,19 +103,22 @@ def only_slack(truth: Actuator, seed: int, limits: Limits) -> Experiment:
     )
 
 
-def experiment_of(kind: str, tree: Tree, seed: int) -> Experiment:
-    """An experiment of a kind in `KINDS` for an actuator without effects."""
+def experiment_of(kind: str, tree: Tree, seed: int, duration: float = DURATION) -> Experiment:
+    """An experiment of a kind in `KINDS` for an actuator without effects.
+
+    A free decay and a static sweep take as long as they do; the others last `duration` (s).
+    """
     truth = actuator_of(tree)
     limits = limits_of(truth, SPEED)
     limits = replace(limits, torque=0.5 * limits.torque)
     if kind == "only slack":
-        return only_slack(truth, seed, limits)
+        return only_slack(truth, seed, limits, duration)
     if kind == "only taut":
         bound = TAUT * min(abs(one) for one in truth.slack_boundaries())
-        return within(tree, multisine(seed, limits, DURATION), bound)
+        return within(tree, multisine(seed, limits, duration), bound)
     makers = {
-        "multisine": lambda: multisine(seed, limits, DURATION),
-        "steps": lambda: steps_with_load_pulses(seed, limits, DURATION),
+        "multisine": lambda: multisine(seed, limits, duration),
+        "steps": lambda: steps_with_load_pulses(seed, limits, duration),
         "free decay": lambda: free_decay(seed, limits),
         "static sweep": lambda: swept(seed, limits),
     }

@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 DIFFERENCE = 1e-3  # of each number's scale, for derivatives
 CLOSE = 10.0  # ΔBIC of a class
 WORTH_REFITTING = 100.0  # ΔBIC after a linear refit, above which a rival is left at that
+FAR = 0.2  # of the ΔBIC of no effect at all, likewise
 PROBE = 0.05  # of an effect's typical strength, for its linear refit
 POSITION_SIGMA, VELOCITY_SIGMA = 0.02, 0.5  # rad, rad/s: scale of an initial state
 
@@ -281,7 +282,8 @@ def rivals(
     given = with_effects(given, others.items())
     known = [free for one, two in others.items() for free in free_numbers(one, {}, dict(two))]
     numbers = [*base_numbers(given), *known]
-    base = refit(given, numbers, targets)
+    # from the true numbers, so that no basin is mistaken for the best
+    base = refit(given, started(numbers, true_tree), targets)
     own = refit(
         true_tree, [*started(numbers, true_tree), *free_numbers(name, {}, dict(values))], targets
     )
@@ -295,7 +297,7 @@ def rivals(
         if starts:
             difference = bic(starts[0].objective, PARAMETERS[rival], targets) - best
         likely = kin(rival, name, values, sizes_of(given))
-        if difference < max(WORTH_REFITTING, 0.5 * found[""]) or likely:
+        if difference < max(WORTH_REFITTING, FAR * found[""]) or likely:
             tried = [(base.tree, (one.shape, one.strength)) for one in starts[:2]]
             tried += [(own.tree, form) for form in likely]
             found[rival] = best_of(rival, tried, numbers, targets) - best

@@ -261,10 +261,10 @@ def friction_law(make: Callable[[float], Coulomb | Dahl | HessSoom]) -> Law:
     return Law(applied)
 
 
-def dahl(_rng: np.random.Generator, actuator: Actuator, _elongation: float) -> Law:
+def dahl(rng: np.random.Generator, actuator: Actuator, _elongation: float) -> Law:
     """Friction of a bristle that yields before it slips."""
-    size, stiffness = 0.03 * largest_torque(actuator), 20.0 * joint_stiffness(actuator)
-    return friction_law(lambda strength: Dahl(strength * size, stiffness))
+    size, yielding = 0.03 * largest_torque(actuator), 0.004 * float(rng.uniform(0.6, 1.6))  # rad
+    return friction_law(lambda strength: Dahl(strength * size, strength * size / yielding))
 
 
 def hess_soom(rng: np.random.Generator, actuator: Actuator, _elongation: float) -> Law:

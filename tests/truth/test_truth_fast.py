@@ -1,0 +1,105 @@
+"""The truth on a fixed step against the truth that locates every event."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from truth.catalogue import actuator_of, signal_maps_of
+from truth.experiments import Limits, multisine
+from truth.fast import Inputs, Player, TruthError
+from truth.recording import record
+from truth.solver import simulate
+
+# far below the smallest noise in a study, 2e-5 rad, and below what a kink costs on a fixed step
+AGREEMENT = 6e-6  # rad
+TORQUE_AGREEMENT = 1e-3  # N·m
+# a mass on the springs swings at some 30 Hz, which a step of 0.5 ms resolves less well
+MASS_AGREEMENT = 2e-5  # rad
+
+TREE = {
+    "transmission": {
+        "joint_pulley_radius": 0.031,
+        "motor_pulley_radius": 0.0223,
+        "pretension_force": 63.0,
+        "upper_spring": {"stiffness": 9100.0, "parallel": 2, "max_deflection": 0.0163},
+        "lower_spring": {"stiffness": 5200.0, "parallel": 3, "max_deflection": 0.0141},
+    },
+    "link": {"inertia": 0.027, "damping": 0.11},
+}
+EFFECTS = {
+    "coulomb_friction": {"torque": 0.6},
+    "stribeck_friction": {
+        "coulomb_torque": 0.5,
+        "static_torque": 0.8,
+        "stribeck_velocity": 0.5,
+    },
+    "lugre_friction": {
+        "coulomb_torque": 0.25,
+        "static_torque": 0.4,
+        "stribeck_velocity": 0.5,
+        "bristle_stiffness": 300.0,
+        "bristle_damping": 0.5,
+    },
+    "quadratic_drag": {"coefficient": 0.02},
+    "gravity_load": {"torque": 0.8, "angle": 0.4},
+    "joint_stop": {"lower": -0.3, "upper": 0.4, "stiffness": 200.0, "damping": 1.0},
+    "overstretch_protection": {"engagement": 0.45, "stiffness": 9000.0},
+    "spring_hardening": {"cubic_stiffness": 2.5e7},
+    "spring_hysteresis": {"force": 12.0, "yield_length": 0.0011},
+    "spring_relaxation": {"stiffness": 3000.0, "time_constant": 0.13},
+    "spring_mass": {"mass": 0.3, "damping": 2.0},
+    "tendon_guide_friction": {"wrap_friction": 0.12},
+    "tendon_compliance": {"compliance": 1.3e-5},
+    "gear_backlash": {"gap": 0.02},
+    "pulley_eccentricity": {"amplitude": 0.05, "phase": 0.7},
+    "joint_encoder_offset": {"offset": 0.013},
+    "motor_encoder_offset": {"offset": 0.013},
+    "measurement_delay": {"delay": 0.0073},
+}
+TIME = np.arange(0.0, 1.0, 0.002)
+EXPERIMENT = multisine(3, Limits(0.4, 5.0, 4.0), 1.0)
+
+
+def tree_with(effects: dict, damping: float) -> dict:
+    tree = copy.deepcopy(TREE) | {"effects": effects}
+    for side in ("upper_spring", "lower_spring"):
+        tree["transmission"][side]["damping"] = damping
+    return tree
+
+
+def inputs(offset: float = 0.0) -> Inputs:
+    """What the sensors show of the experiment."""
+    motor = np.array([EXPERIMENT.motor_position.value(time) for time in TIME])
+    load = np.array([EXPERIMENT.load_torque.value(time) for time in TIME])
+    return Inputs(TIME, motor + offset, load)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_every_effect_agrees_with_the_located_events(effect):
+    tree = tree_with({effect: EFFECTS[effect]}, 0.0)
+    maps = signal_maps_of(tree)
+    exact = record(actuator_of(tree), EXPERIMENT, TIME, maps)
+    fast = Player(inputs(maps.motor_offset)).run(tree, (0.0, 0.0))
+    allowed = MASS_AGREEMENT if effect == "spring_mass" else AGREEMENT
+    np.testing.assert_allclose(fast.joint_position, exact["joint_position"], rtol=0, atol=allowed)
+    if effect != "spring_mass":
+        np.testing.assert_allclose(
+            fast.joint_torque, exact["joint_torque"], rtol=0, atol=TORQUE_AGREEMENT
+        )
+    # an effect that does nothing would agree as well
+    bare = Player(inputs(maps.motor_offset)).run(tree_with({}, 0.0), (0.0, 0.0))
+    assert np.max(np.abs(bare.joint_position - fast.joint_position)) > 1e-3
+
+
+def test_damped_springs_agree_too():
+    tree = tree_with({}, 3.1)
+    exact = simulate(actuator_of(tree), EXPERIMENT, TIME)
+    fast = Player(inputs()).run(tree, (0.0, 0.0))
+    np.testing.assert_allclose(fast.joint_position, exact["joint_position"], rtol=0, atol=AGREEMENT)
+
+
+def test_a_joint_that_runs_away_is_refused():
+    tree = tree_with({"spring_hardening": {"cubic_stiffness": -1e9}}, 0.0)
+    with pytest.raises(TruthError, match="ran away"):
+        Player(inputs()).run(tree, (3.0, 0.0))
