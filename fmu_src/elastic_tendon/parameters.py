@@ -131,6 +131,20 @@ class Model(BaseModel):
         }
         return parse_model(tree, self.name)
 
+    def without(self, effect_ids: Iterable[str]) -> "Model":
+        """Model without some of its effects, all other numbers the same."""
+        gone = tuple(f"effects.{one}." for one in effect_ids)
+        tree = self.model_dump()
+        tree["effects"] = {
+            name: numbers
+            for name, numbers in tree["effects"].items()
+            if f"effects.{name}." not in gone
+        }
+        tree["uncertainty"] = {
+            path: one for path, one in self.uncertainty.items() if not path.startswith(gone)
+        }
+        return parse_model(tree, self.name)
+
     def uncertainty_of(self, path: str) -> float:
         """One sigma of the Gaussian prior of a run-time number, in its own unit; 0: known.
 

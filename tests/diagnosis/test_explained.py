@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from elastic_tendon.diagnosis.explained import explained, without_effect
+from elastic_tendon.diagnosis.explained import explained
 from hand_made_diagnosis import COULOMB, TORQUE, friction_found
 
 
 @pytest.fixture(scope="module")
 def found():
     diagnosis = friction_found()
-    bare = without_effect(diagnosis.model, COULOMB)
+    bare = diagnosis.model.without([COULOMB])
     return explained(bare, diagnosis.comparison.files[0], diagnosis.model)
 
 
@@ -34,7 +34,7 @@ def test_little_remains(found) -> None:
 
 def test_only_the_effect_is_taken_out() -> None:
     model = friction_found().model
-    bare = without_effect(model, COULOMB)
+    bare = model.without([COULOMB])
     kept = {path: value for path, value in model.values().items() if path != TORQUE}
     assert bare.values() == kept
     assert TORQUE in model.uncertainty

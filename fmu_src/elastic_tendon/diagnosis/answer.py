@@ -11,8 +11,8 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.fit import THOROUGH, Effort, FitResult, Progress, fit
-from elastic_tendon.identify.residuals import Array, autocorrelation_time, noise_floors, stack
-from elastic_tendon.identify.stretches import settling_samples
+from elastic_tendon.identify.residuals import Array, noise_floors, stack
+from elastic_tendon.identify.stretches import independent_facts
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, typical_value
 
@@ -195,15 +195,9 @@ def facts_between(before: Answer, after: Answer) -> float:
     change = before.floored - after.floored
     if not change.any():
         return float(max(len(change), 2))
-    facts, first = 0.0, 0
-    for one, part in zip(after.result.problem.measurements, after.errors, strict=True):
-        settled = settling_samples(after.result.model, one)
-        for values in part.values():
-            own = slice(first, first + len(values))
-            memory = autocorrelation_time(change[own] * after.floored[own])
-            facts += len(values) / min(memory, settled)
-            first += len(values)
-    return max(facts, 2.0)
+    result = after.result
+    products = change * after.floored
+    return max(independent_facts(result.model, result.problem.measurements, products), 2.0)
 
 
 def _mean_square(answer: Answer) -> float:

@@ -27,6 +27,7 @@ from elastic_tendon.identify.stretches import left_out, stretch_numbers
 from elastic_tendon.measurement import Measurement
 
 ON_BOUND = 1e-9  # in prior sigmas
+CHANCE = 0.01  # probability up to which a gain is no chance
 
 
 def significance(before: Answer, after: Answer, effect_id: str) -> float:
@@ -116,13 +117,17 @@ def heldout_errors(answer: Answer, heldout: Sequence[Measurement]) -> Array:
     return stack(errors, tuple(noise_floors(one) for one in judged))
 
 
-def heldout_significance(before: Answer, after: Answer, heldout: Sequence[Measurement]) -> float:
+def heldout_significance(before: Array, after: Array, heldout: Sequence[Measurement]) -> float:
     """Probability that squared errors on held-out recordings fall so much by chance.
 
     By stretches of time: Student's test of whether they fall on average (Diebold & Mariano 1995).
+
+    Parameters
+    ----------
+    before, after : (N,) arrays, see `heldout_errors`
+    heldout : the recordings
     """
-    errors = [heldout_errors(one, heldout) for one in (before, after)]
-    fall = errors[0] ** 2 - errors[1] ** 2
+    fall = before**2 - after**2
     memory = autocorrelation_time(fall - float(np.mean(fall)))
     numbers = stretch_numbers(heldout, memory)
     means = np.bincount(numbers, fall) / np.bincount(numbers)
@@ -130,6 +135,11 @@ def heldout_significance(before: Answer, after: Answer, heldout: Sequence[Measur
     if scatter == 0.0:
         return 1.0
     return float(t_distribution.sf(float(np.mean(means)) / scatter, len(means) - 1))
+
+
+def refuted(rival: Array, answer: Array, heldout: Sequence[Measurement]) -> bool:
+    """Whether held-out recordings speak clearly for an answer and against its rival."""
+    return bool(heldout) and heldout_significance(rival, answer, heldout) < CHANCE
 
 
 def _blocks(before: Answer, after: Answer) -> NDArray[np.int_]:

@@ -8,10 +8,11 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import UNDECIDED, Answer, bics, refit
 from elastic_tendon.diagnosis.candidates import prepare
-from elastic_tendon.diagnosis.confirm import heldout_errors
+from elastic_tendon.diagnosis.confirm import heldout_errors, refuted
 from elastic_tendon.diagnosis.experiment import Undecidable, next_experiment
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
+from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
@@ -107,9 +108,8 @@ def _search(data: Data, found: _Found, report: Report, ask: Ask | None) -> None:
         found.rounds.append(outcome.round)
         if outcome.chosen is None:
             return
-        effect_id = outcome.chosen.added[-1]
-        report(f"refitting with {effect_id}", 0.0)
-        answer = refit(data.given, outcome.chosen.added, data.fitted, [outcome.chosen.result.model])
+        answer = outcome.chosen
+        effect_id = answer.added[-1]
         found.path.append((f"+ {effects.BY_ID[effect_id].title}", effect_id, answer))
         found.rivals[effect_id] = (*outcome.alike, *outcome.others)
         found.classes = [(answer, *outcome.alike)]
@@ -131,8 +131,14 @@ def _revise(data: Data, found: _Found, report: Report) -> None:
         variants = {}
     else:
         bic = dict(zip(map(id, flat), values, strict=True))
+        heldout = heldout_errors(answer, data.heldout)
         variants = {
-            one: [other for other in others if bic[id(other)] < own + UNDECIDED]
+            one: [
+                other
+                for other in others
+                if bic[id(other)] < own + UNDECIDED
+                and not refuted(heldout_errors(other, data.heldout), heldout, data.heldout)
+            ]
             for one, others in variants.items()
         }
     found.classes = [(answer, *others) for others in variants.values()]
@@ -164,8 +170,6 @@ def _conclude(data: Data, found: _Found, report: Report, interrupted: bool) -> D
     verdict = _verdict(data, found, lack, changed)
     learned: LearnedTerm | None = None
     if verdict == "unknown_effect" and not interrupted:
-        from elastic_tendon.diagnosis.learned import learn
-
         learned = learn(answer.result, report)
     classes = [one for one in found.classes if len(one) > 1]
     experiment, words = (None, ()) if interrupted else _experiment(data, classes, report)

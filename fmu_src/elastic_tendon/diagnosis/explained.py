@@ -13,7 +13,7 @@ import numpy as np
 from elastic_tendon.identify.compare import FileComparison, compare
 from elastic_tendon.identify.missing_torque import MissingTorque, TorqueCurve, missing_torque
 from elastic_tendon.identify.residuals import Array
-from elastic_tendon.parameters import Model, parse_model
+from elastic_tendon.parameters import Model
 
 # they order everything a little: a motion is smooth, every torque accelerates the joint, and the
 # load deflects it
@@ -37,21 +37,6 @@ class Explained:
     modelled: MissingTorque
     remaining_variable: Array
     remaining: MissingTorque
-
-
-def without_effect(model: Model, effect_id: str) -> Model:
-    """The model with all its other effects and the same numbers.
-
-    Parameters
-    ----------
-    model : Model that has the effect
-    effect_id : str
-    """
-    tree = model.model_dump()
-    del tree["effects"][effect_id]
-    lost = f"effects.{effect_id}."
-    kept = {path: one for path, one in model.uncertainty.items() if not path.startswith(lost)}
-    return parse_model(tree | {"uncertainty": kept}, model.name)
 
 
 def explained(without: Model, compared: FileComparison, model: Model) -> Explained:

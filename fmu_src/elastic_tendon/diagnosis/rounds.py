@@ -8,7 +8,13 @@ from math import exp, log
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import UNDECIDED, Answer, bics, facts_between, refit, starts_of
 from elastic_tendon.diagnosis.candidates import candidates, prepare
-from elastic_tendon.diagnosis.confirm import heldout_errors, heldout_significance, significance
+from elastic_tendon.diagnosis.confirm import (
+    CHANCE,
+    heldout_errors,
+    heldout_significance,
+    refuted,
+    significance,
+)
 from elastic_tendon.diagnosis.result import Candidate, Round
 from elastic_tendon.diagnosis.screen import Score, screen
 from elastic_tendon.errors import ModelError, SimulationError
@@ -19,12 +25,13 @@ from elastic_tendon.identify.residuals import Array
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
-CHANCE = 0.01  # probability up to which a gain that BIC calls worth its parameters is no chance
 # a refit is worth its time where the score test expects this share of the best gain ...
 PROMISING = 0.2
 FEWEST, MOST = 3, 6  # ... and for no fewer and no more effects than this
 NEAR = 0.3  # share of the chosen gain that makes a rival
 MOST_RIVALS = 3
+# chi-squared of the score test; a refit finds more of an effect, but not ever so much more
+HOPELESS = 4.0
 _AT_ONCE = 2  # refits; the compiled library lets Python go on
 
 
@@ -42,6 +49,7 @@ class Judged:
     """A refitted answer beside the model it would improve.
 
     `bic` : less that of the current model. `gain`, `heldout_gain` : shares of the squared error.
+    `heldout` : errors on held-out data, see `heldout_errors`.
     """
 
     effect_id: str
@@ -50,6 +58,7 @@ class Judged:
     p_value: float
     gain: float
     heldout_gain: float
+    heldout: Array
 
 
 @dataclass(frozen=True)
@@ -84,16 +93,20 @@ def look(data: Data, current: Answer, report: Report) -> Outcome:
     BuildError : the compiler refuses an effect
     SimulationError : the current model cannot be simulated
     """
-    known = candidates(current.result.model)
-    prepare([(*current.result.model.effect_ids, one) for one in known], report)
-    scores = screen(current.result, known, report)
-    judged = _judge(data, current, _refit(data, current, _promising(scores), report))
+    model = current.result.model
+    origin = model.without(current.added)
+    known = candidates(model)
+    prepare([(*origin.effect_ids, one) for one in known], report)
+    scores = screen(current.result, origin, known, report)
+    promising = _promising(scores)
+    prepare([(*model.effect_ids, one.effect_id) for one in promising], report)
+    judged = _judge(data, current, _refit(data, current, promising, report))
     refusals = {one.effect_id: _refusal(one) for one in judged}
     chosen = _choose(judged, refusals)
     alike: list[Judged] = []
     others: list[Judged] = []
     if chosen is not None:
-        alike = [one for one in _class_of(chosen, judged) if one is not chosen]
+        alike = [one for one in _class_of(chosen, judged, data) if one is not chosen]
         others = [
             one
             for one in judged
@@ -102,7 +115,7 @@ def look(data: Data, current: Answer, report: Report) -> Outcome:
     return Outcome(
         round=Round(
             chosen=None if chosen is None else chosen.effect_id,
-            candidates=_table(scores, judged, refusals, chosen, current),
+            candidates=_table(data, scores, judged, refusals, chosen, current),
             reason=_reason(judged, refusals, chosen),
         ),
         chosen=None if chosen is None else chosen.answer,
@@ -112,9 +125,9 @@ def look(data: Data, current: Answer, report: Report) -> Outcome:
 
 
 def _promising(scores: Sequence[Score]) -> list[Score]:
-    ranked = sorted(scores, key=lambda one: -one.score)
-    likely = [one for one in ranked if one.score >= PROMISING * ranked[0].score]
-    return ranked[: min(max(len(likely), FEWEST), MOST)]
+    worth = [one for one in sorted(scores, key=lambda one: -one.score) if one.score > HOPELESS]
+    likely = [one for one in worth if one.score >= PROMISING * worth[0].score]
+    return worth[: min(max(len(likely), FEWEST), MOST)]
 
 
 def _refit(data: Data, current: Answer, scores: Sequence[Score], report: Report) -> list[Answer]:
@@ -144,32 +157,30 @@ def _refit(data: Data, current: Answer, scores: Sequence[Score], report: Report)
 def _judge(data: Data, current: Answer, answers: Sequence[Answer]) -> list[Judged]:
     """Answers in the order of their BIC, the best first."""
     base, *others = bics([current, *answers])
-    before = _squares(current.floored)
-    heldout = _squares(heldout_errors(current, data.heldout))
-    judged = [
-        Judged(
-            effect_id=answer.added[-1],
-            answer=answer,
-            bic=bic - base,
-            p_value=_p_value(current, answer, data.heldout),
-            gain=1.0 - _squares(answer.floored) / before,
-            heldout_gain=1.0 - _squares(heldout_errors(answer, data.heldout)) / heldout,
+    heldout = heldout_errors(current, data.heldout)
+    judged = []
+    for answer, bic in zip(answers, others, strict=True):
+        after = heldout_errors(answer, data.heldout)
+        p_value = significance(current, answer, answer.added[-1])
+        if data.heldout:  # either kind of data may convince; that there are two is paid for
+            p_value = min(p_value, heldout_significance(heldout, after, data.heldout))
+            p_value = min(1.0, 2.0 * p_value)
+        judged.append(
+            Judged(
+                effect_id=answer.added[-1],
+                answer=answer,
+                bic=bic - base,
+                p_value=p_value,
+                gain=1.0 - _squares(answer.floored) / _squares(current.floored),
+                heldout_gain=1.0 - _squares(after) / _squares(heldout),
+                heldout=after,
+            )
         )
-        for answer, bic in zip(answers, others, strict=True)
-    ]
     return sorted(judged, key=lambda one: one.bic)
 
 
 def _squares(errors: Array) -> float:
     return float(errors @ errors)
-
-
-def _p_value(current: Answer, answer: Answer, heldout: Sequence[Measurement]) -> float:
-    """Either kind of data may convince; that there are two chances is paid for."""
-    fitted = significance(current, answer, answer.added[-1])
-    if not heldout:
-        return fitted
-    return min(1.0, 2.0 * min(fitted, heldout_significance(current, answer, heldout)))
 
 
 def _refusal(one: Judged) -> str:
@@ -189,11 +200,18 @@ def _choose(judged: Sequence[Judged], refusals: Mapping[str, str]) -> Judged | N
     if not allowed:
         return None
     alike = [one for one in allowed if one.bic - allowed[0].bic < UNDECIDED]
-    return min(alike, key=lambda one: (one.answer.complexity, one.bic))
+    order = effects.BY_ID.ids()  # the catalogue begins with what is most common
+    return min(alike, key=lambda one: (one.answer.complexity, order.index(one.effect_id)))
 
 
-def _class_of(one: Judged, judged: Sequence[Judged]) -> list[Judged]:
-    return [other for other in judged if abs(other.bic - one.bic) < UNDECIDED]
+def _class_of(one: Judged, judged: Sequence[Judged], data: Data) -> list[Judged]:
+    """Those that neither fitted nor held-out data tell from it."""
+    return [
+        other
+        for other in judged
+        if abs(other.bic - one.bic) < UNDECIDED
+        and not refuted(other.heldout, one.heldout, data.heldout)
+    ]
 
 
 def _reason(judged: Sequence[Judged], refusals: Mapping[str, str], chosen: Judged | None) -> str:
@@ -201,13 +219,14 @@ def _reason(judged: Sequence[Judged], refusals: Mapping[str, str], chosen: Judge
         title = effects.BY_ID[chosen.effect_id].title
         return f"{title} explains {100.0 * chosen.gain:.0f} % of the squared error"
     if not judged:
-        return "no effect can be simulated with these data"
+        return "no effect explains more of the error than chance would"
     best = judged[0]
     title = effects.BY_ID[best.effect_id].title
     return f"no effect is surely there; the best, {title}, {refusals[best.effect_id]}"
 
 
 def _table(
+    data: Data,
     scores: Sequence[Score],
     judged: Sequence[Judged],
     refusals: Mapping[str, str],
@@ -229,7 +248,7 @@ def _table(
             p_value=one.p_value,
             gain=one.gain,
             heldout_gain=one.heldout_gain,
-            equivalence_class=tuple(other.effect_id for other in _class_of(one, judged)),
+            equivalence_class=tuple(other.effect_id for other in _class_of(one, judged, data)),
             verdict="taken"
             if one is chosen
             else refusals[one.effect_id] or "explains less, or is less simple, than what was taken",

@@ -21,13 +21,15 @@ from elastic_tendon.identify.add import Report
 from elastic_tendon.identify.fit import FitResult
 from elastic_tendon.identify.residuals import (
     Array,
-    autocorrelation_time,
+    InitialState,
     residuals_of,
     sensitivity,
     simulate_measurement,
     stack,
 )
-from elastic_tendon.parameters import typical_value
+from elastic_tendon.identify.stretches import independent_facts
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model, typical_value
 
 # of the typical strength, where an effect has no derivative at its null
 PROBES = (0.1, 1.0)
@@ -50,12 +52,16 @@ class Score:
     response: Array
 
 
-def screen(result: FitResult, effect_ids: Sequence[str], report: Report) -> tuple[Score, ...]:
+def screen(
+    result: FitResult, origin: Model, effect_ids: Sequence[str], report: Report
+) -> tuple[Score, ...]:
     """Score effects against the errors of a fitted model, best first.
 
     Parameters
     ----------
     result : FitResult
+    origin : the fitted model, or with fewer effects: what a further effect brings is nearly the
+        same with and without those that came in before, and needs no library of its own
     effect_ids : that the model could take
     report : called with words and the share that is done
 
@@ -72,7 +78,7 @@ def screen(result: FitResult, effect_ids: Sequence[str], report: Report) -> tupl
     for index, effect_id in enumerate(effect_ids):
         report("screening effects", index / len(effect_ids))
         effect = effects.BY_ID[effect_id]
-        tried = [_score(linear, trial) for trial in _trials(result, effect, linear)]
+        tried = [_score(result, linear, trial) for trial in _trials(result, origin, effect, linear)]
         if scores := [one for one in tried if one is not None]:
             found.append(max(scores, key=lambda one: one.gain))
     return tuple(sorted(found, key=lambda one: -one.gain))
@@ -89,11 +95,13 @@ class _Trial:
     columns: Array
 
 
-def _trials(result: FitResult, effect: Effect, linear: Linearised) -> Iterator[_Trial]:
+def _trials(
+    result: FitResult, origin: Model, effect: Effect, linear: Linearised
+) -> Iterator[_Trial]:
     probe = _finite if effect.singular_null else _derivative
-    for shape in shapes(result.model, effect, result.problem.measurements):
+    for shape in shapes(origin, effect, result.problem.measurements):
         try:
-            yield from probe(result, effect, shape, linear)
+            yield from probe(result, origin, effect, shape, linear)
         except (SimulationError, ModelError):  # numbers that do not go together
             continue
 
@@ -103,15 +111,19 @@ def _strengths(effect: Effect) -> list[Parameter]:
 
 
 def _derivative(
-    result: FitResult, effect: Effect, shape: Mapping[str, float], linear: Linearised
+    result: FitResult,
+    origin: Model,
+    effect: Effect,
+    shape: Mapping[str, float],
+    linear: Linearised,
 ) -> Iterator[_Trial]:
     strengths = _strengths(effect)
     start = {one.name: one.null for one in strengths}
-    model = result.model.with_effect(effect.id, {**start, **shape})
+    model = origin.with_effect(effect.id, {**start, **shape})
     paths = [f"effects.{effect.id}.{one.name}" for one in strengths]
     pairs = zip(result.problem.measurements, result.initial_states, strict=True)
     derivatives = [sensitivity(model, one, state, paths).derivatives for one, state in pairs]
-    units = np.array([abs(typical_value(model, one)) for one in strengths])
+    units = np.array([abs(typical_value(origin, one)) for one in strengths])
     columns = stack(
         [{name: value[:, : len(paths)] for name, value in part.items()} for part in derivatives],
         linear.sigmas,
@@ -126,22 +138,30 @@ def _derivative(
 
 
 def _finite(
-    result: FitResult, effect: Effect, shape: Mapping[str, float], linear: Linearised
+    result: FitResult,
+    origin: Model,
+    effect: Effect,
+    shape: Mapping[str, float],
+    linear: Linearised,
 ) -> Iterator[_Trial]:
     pairs = list(zip(result.problem.measurements, result.initial_states, strict=True))
-    before = stack(result.problem.errors(result.vector), linear.sigmas)
+    before = stack([_errors(origin, *pair) for pair in pairs], linear.sigmas)
     for multiple in PROBES:
         unit = {
-            one.name: min(max(multiple * typical_value(result.model, one), one.lower), one.upper)
+            one.name: min(max(multiple * typical_value(origin, one), one.lower), one.upper)
             for one in _strengths(effect)
         }
-        model = result.model.with_effect(effect.id, {**unit, **shape})
-        after = [residuals_of(simulate_measurement(model, *pair), pair[0]) for pair in pairs]
+        model = origin.with_effect(effect.id, {**unit, **shape})
+        after = [_errors(model, *pair) for pair in pairs]
         columns = (stack(after, linear.sigmas) - before)[:, np.newaxis]
         yield _Trial(effect, shape, (unit,), np.zeros(1), columns)
 
 
-def _score(linear: Linearised, trial: _Trial) -> Score | None:
+def _errors(model: Model, measurement: Measurement, initial: InitialState) -> dict[str, Array]:
+    return residuals_of(simulate_measurement(model, measurement, initial), measurement)
+
+
+def _score(result: FitResult, linear: Linearised, trial: _Trial) -> Score | None:
     visible = linear.remaining(trial.columns)
     norms = np.linalg.norm(visible, axis=0)
     seen = norms > VISIBLE * np.maximum(np.linalg.norm(trial.columns, axis=0), 1.0)
@@ -157,7 +177,8 @@ def _score(linear: Linearised, trial: _Trial) -> Score | None:
     before = float(linear.errors @ linear.errors)
     left = linear.errors + response
     gain = 1.0 - float(left @ left) / before
-    facts = linear.samples / autocorrelation_time(left[: linear.samples])
+    products = (left * response)[: linear.samples]
+    facts = independent_facts(result.model, result.problem.measurements, products)
     return Score(
         effect_id=trial.effect.id,
         gain=gain,

@@ -3,7 +3,15 @@
 from collections.abc import Mapping
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Contribution, Effect, Joint, Parameter, Relation, Slot, Spread
+from elastic_tendon.effects.base import (
+    Contribution,
+    Effect,
+    Joint,
+    Parameter,
+    Relation,
+    Slot,
+    Spread,
+)
 from elastic_tendon.symbolic import both, where
 
 

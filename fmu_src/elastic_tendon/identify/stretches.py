@@ -11,7 +11,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.identify.residuals import Array, autocorrelation_time
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, sizes_of
 
@@ -33,6 +33,21 @@ def settling_samples(model: Model, measurement: Measurement) -> float:
     period = 2.0 * pi / sizes_of(model.transmission, model.link).frequency
     step = float(measurement.time[-1] - measurement.time[0]) / (len(measurement.time) - 1)
     return 2.0 * period / step
+
+
+def independent_facts(model: Model, measurements: Sequence[Measurement], values: Array) -> float:
+    """How many independent facts there are in the stacked samples (N,) of all signals.
+
+    Those that hang together count as one, but no longer than the joint takes to settle.
+    """
+    facts, first = 0.0, 0
+    for one in measurements:
+        settled = settling_samples(model, one)
+        for _ in one.signals:
+            own = values[first : first + len(one.time)]
+            facts += len(own) / min(autocorrelation_time(own), settled)
+            first += len(own)
+    return facts
 
 
 def stretch_numbers(measurements: Sequence[Measurement], memory: float) -> NDArray[np.int_]:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import PercentFormatter
 
-from elastic_tendon.diagnosis.explained import Explained, explained, without_effect
+from elastic_tendon.diagnosis.explained import Explained, explained
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, Round
 from elastic_tendon.identify.compare import Comparison, FileComparison, compare
 from elastic_tendon.identify.residuals import Array
@@ -232,7 +232,7 @@ def explained_by(diagnosis: Diagnosis, effect_id: str) -> Figure:
     matplotlib.figure.Figure; the first fitted recording
     """
     file = diagnosis.comparison.files[0]
-    found = explained(without_effect(diagnosis.model, effect_id), file, diagnosis.model)
+    found = explained(diagnosis.model.without([effect_id]), file, diagnosis.model)
     title = f"what {called(effect_id)} explains"
     return _signature(found, f"{shortened(file.measurement.name)}: {verbatim(title)}")
 
