@@ -15,7 +15,7 @@ from elastic_tendon.parameters import Model, typical_value
 
 MULTIPLES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a shape's typical magnitude
 QUADRANTS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
-QUANTILES = (0.01, 0.05, 0.2)  # of the measured joint position, from either end
+MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
 _AT_ONCE = 2  # compilers; each keeps a core busy
 
 
@@ -50,12 +50,10 @@ def _spread(
     if parameter.spread is Spread.TURN:
         return QUADRANTS
     if parameter.spread is Spread.JOINT_RANGE:
-        positions = np.concatenate(
-            [one.signals["joint_position"] for one in measurements if not one.static]
-            or [one.signals["joint_position"] for one in measurements]
-        )
-        shares = [q if parameter.null < 0.0 else 1.0 - q for q in QUANTILES]
-        return tuple(float(value) for value in np.quantile(positions, shares))
+        positions = np.concatenate([one.signals["joint_position"] for one in measurements])
+        low, high = float(positions.min()), float(positions.max())
+        end, inward = (low, high - low) if parameter.null < 0.0 else (high, low - high)
+        return (parameter.null, *(end + margin * inward for margin in MARGINS))
     typical = typical_value(model, parameter)
     inside = np.clip([typical * one for one in MULTIPLES], parameter.lower, parameter.upper)
     return tuple(dict.fromkeys(float(value) for value in inside))

@@ -27,7 +27,8 @@ from elastic_tendon.identify.stretches import left_out, stretch_numbers
 from elastic_tendon.measurement import Measurement
 
 ON_BOUND = 1e-9  # in prior sigmas
-CHANCE = 0.01  # probability up to which a gain is no chance
+CHANCE = 0.01  # probability up to which a gain is no chance ...
+REFUTED = 0.05  # ... and a loss on held-out data is none
 
 
 def significance(before: Answer, after: Answer, effect_id: str) -> float:
@@ -137,9 +138,12 @@ def heldout_significance(before: Array, after: Array, heldout: Sequence[Measurem
     return float(t_distribution.sf(float(np.mean(means)) / scatter, len(means) - 1))
 
 
-def refuted(rival: Array, answer: Array, heldout: Sequence[Measurement]) -> bool:
-    """Whether held-out recordings speak clearly for an answer and against its rival."""
-    return bool(heldout) and heldout_significance(rival, answer, heldout) < CHANCE
+def refuted(rival: Array, answer: Array, judges: Sequence[Measurement]) -> bool:
+    """Whether errors on data that was not fitted speak for an answer and against its rival.
+
+    A single bad moment does not: numbers that the fitted data leave open may show there first.
+    """
+    return heldout_significance(rival, answer, judges) < REFUTED
 
 
 def _blocks(before: Answer, after: Answer) -> NDArray[np.int_]:

@@ -131,13 +131,13 @@ def _revise(data: Data, found: _Found, report: Report) -> None:
         variants = {}
     else:
         bic = dict(zip(map(id, flat), values, strict=True))
-        heldout = heldout_errors(answer, data.heldout)
+        heldout, judges = heldout_errors(answer, data.heldout), data.heldout or data.fitted
         variants = {
             one: [
                 other
                 for other in others
                 if bic[id(other)] < own + UNDECIDED
-                and not refuted(heldout_errors(other, data.heldout), heldout, data.heldout)
+                and not refuted(heldout_errors(other, data.heldout), heldout, judges)
             ]
             for one, others in variants.items()
         }

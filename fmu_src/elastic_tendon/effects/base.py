@@ -63,7 +63,7 @@ class Spread(Enum):
 
     TYPICAL = "multiples of the typical magnitude"
     TURN = "a whole turn"
-    JOINT_RANGE = "the range in which the joint moved; below its middle where the null is below 0"
+    JOINT_RANGE = "the ends of the range of the joint, the lower one where the null is below 0"
 
 
 @dataclass(frozen=True)
