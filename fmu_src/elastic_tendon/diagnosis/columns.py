@@ -1,0 +1,224 @@
+"""What a curve adds while the actuator moves as it did, and what the error makes of it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+
+from elastic_tendon.diagnosis.effect_text import law_text
+from elastic_tendon.diagnosis.forms import FORMS, Curve, Grid, grid_over
+from elastic_tendon.diagnosis.motion import Motion
+from elastic_tendon.diagnosis.splines import bump
+from elastic_tendon.effects.base import (
+    FrictionBounds,
+    Joint,
+    JointPulley,
+    MotorAngle,
+    Signal,
+    Slot,
+    Spring,
+)
+from elastic_tendon.errors import SimulationError
+from elastic_tendon.identify.residuals import Array, residuals_of, rms, simulate_measurement
+from elastic_tendon.parameters import sizes_of
+
+# what a column is added to: load torque (N·m), motor position (rad), read joint position (rad)
+Acts = Literal["load", "motor", "reading"]
+Answer = Callable[[Any], Any]  # equations of an effect for given coefficients: place -> answer
+
+PROBE_PARTS = 3
+# of the actuator's sizes, the least change by which a response is found
+LEAST_CHANGE = 1e-7
+
+
+@dataclass(frozen=True)
+class Term:
+    """Something that the error may depend on.
+
+    `variables` are told to users; `columns` gives what is added in a motion of n samples, (n, k);
+    `curve` is None for what can be seen but not be learned.
+    """
+
+    variables: tuple[str, ...]
+    acts: Acts
+    columns: Callable[[Motion], Array]
+    curve: Curve | None = None
+
+
+def terms_for(motions: Sequence[Motion]) -> list[Term]:
+    """Everything that the error is held against, over the ranges of these recordings.
+
+    Parameters
+    ----------
+    motions : of all recordings
+
+    Returns
+    -------
+    list of Term; what never changes is left out
+    """
+    found = []
+    for form in FORMS:
+        grids = [
+            _grid(motions, axis, parts) for axis, parts in zip(form.axes, form.parts, strict=True)
+        ]
+        if all(grids):
+            found.append(_curve_term(Curve(form, tuple(grid for grid in grids if grid))))
+    return found + _probes(motions)
+
+
+def _grid(motions: Sequence[Motion], axis: str, parts: int) -> Grid | None:
+    return grid_over(np.concatenate([getattr(motion, axis) for motion in motions]), parts)
+
+
+def _curve_term(curve: Curve) -> Term:
+    namespace: dict[str, Any] = {}
+    exec(law_text(curve), namespace)
+    acts, at_slot = _AT_SLOT[curve.form.slot]
+
+    def columns(motion: Motion) -> Array:
+        answers = (_answer(namespace["equations"], curve, name) for name in curve.names)
+        return np.column_stack([at_slot(answer, motion) for answer in answers])
+
+    return Term(curve.form.variables, acts, columns, curve)
+
+
+def _answer(equations: Callable[..., Any], curve: Curve, name: str) -> Answer:
+    """The equations with one coefficient 1 and the others 0."""
+    p = SimpleNamespace(**{one: float(one == name) for one in curve.names})
+    return lambda at: equations(at, p, None, None)
+
+
+# ---- what each slot adds -------------------------------------------------------------------
+
+
+def _joint_torque(answer: Answer, motion: Motion) -> Array:
+    return np.asarray(answer(Joint(motion.position, motion.velocity)).value)
+
+
+def _friction(bounds: FrictionBounds, motion: Motion) -> Array:
+    """The torque that opposes the motion; a joint at rest shows none."""
+    way = np.sign(motion.velocity)
+    return np.asarray(np.where(way > 0, bounds.lower, np.where(way < 0, bounds.upper, 0.0)))
+
+
+def _dry_friction(answer: Answer, motion: Motion) -> Array:
+    return _friction(answer(Joint(motion.position, motion.velocity)), motion)
+
+
+def _tendon_loss(answer: Answer, motion: Motion) -> Array:
+    radius = motion.model.transmission.joint_pulley_radius
+    return _friction(answer(JointPulley(*motion.tensions, radius)), motion)
+
+
+def _spring_torque(answer: Answer, motion: Motion) -> Array:
+    transmission = motion.model.transmission
+    radius, torque = transmission.joint_pulley_radius, np.zeros(len(motion.time))
+    springs = (transmission.upper_spring, transmission.lower_spring)
+    for way, spring, length in zip((1.0, -1.0), springs, motion.elongations, strict=True):
+        rate = -way * radius * motion.deflection_rate
+        place = Spring(length, rate, spring.stiffness, spring.max_deflection)
+        torque += way * radius * spring.parallel * np.where(length > 0, answer(place).value, 0.0)
+    return torque
+
+
+def _angle(answer: Answer, motion: Motion) -> Array:
+    return np.asarray(answer(MotorAngle(motion.motor_position, 0.0)).value - motion.motor_position)
+
+
+def _reading(answer: Answer, motion: Motion) -> Array:
+    return np.asarray(answer(Signal(motion.position)).value)
+
+
+_AT_SLOT: Mapping[Slot, tuple[Acts, Callable[[Answer, Motion], Array]]] = {
+    Slot.JOINT_TORQUE: ("load", _joint_torque),
+    Slot.DRY_FRICTION: ("load", _dry_friction),
+    Slot.TENDON_LOSS: ("load", _tendon_loss),
+    Slot.SPRING_LAW: ("load", _spring_torque),
+    Slot.ANGLE_MAP: ("motor", _angle),
+    Slot.JOINT_SIGNAL: ("reading", _reading),
+}
+
+
+# ---- what can be seen but not be learned ---------------------------------------------------
+
+
+def _probes(motions: Sequence[Motion]) -> list[Term]:
+    """Drift, errors of the measured load, inertia that changes, losses of the springs."""
+    longest = max(float(motion.time[-1]) for motion in motions)
+
+    def drift(motion: Motion) -> Array:
+        share = motion.time / longest
+        return np.column_stack([share, share**2])
+
+    acts: tuple[Acts, ...] = ("load", "reading")
+    found = [Term(("time",), one, drift) for one in acts]
+    along: tuple[tuple[tuple[str, ...], str, Callable[[Motion], Array]], ...] = (
+        (("load_torque",), "load_torque", lambda one: np.ones(len(one.time))),
+        (("joint_position", "joint_acceleration"), "position", lambda one: one.acceleration),
+        (("deflection", "deflection_rate"), "deflection", lambda one: np.sign(one.deflection_rate)),
+    )
+    for variables, axis, factor in along:
+        if grid := _grid(motions, axis, PROBE_PARTS):
+            found.append(Term(variables, "load", _bumps(grid, axis, factor)))
+    return found
+
+
+def _bumps(grid: Grid, axis: str, factor: Callable[[Motion], Array]) -> Callable[[Motion], Array]:
+    """Bumps over one variable, each times a factor that changes with the motion."""
+
+    def columns(motion: Motion) -> Array:
+        values = getattr(motion, axis)
+        each = [bump((values - x) / grid.width) * factor(motion) for x in grid.centres]
+        return np.column_stack(each)
+
+    return columns
+
+
+# ---- what the error makes of it ------------------------------------------------------------
+
+
+def responses(motion: Motion, acts: Acts, columns: Array) -> dict[str, Array]:
+    """What each column, added where it acts, does to the error of every signal.
+
+    The model is simulated once for each column, moved by about as much as it errs.
+
+    Parameters
+    ----------
+    motion : Motion of n samples
+    acts : where the columns act
+    columns : (n, k) array
+
+    Returns
+    -------
+    dict, signal -> (n, k) array, its unit by that of the column; zero where the model cannot be
+    simulated
+    """
+    found = {name: np.zeros(columns.shape) for name in motion.errors}
+    if acts == "reading":
+        found["joint_position"] = columns.copy()
+        return found
+    sizes = sizes_of(motion.model.transmission, motion.model.link)
+    change = max(rms(motion.errors["joint_position"]), LEAST_CHANGE)  # rad
+    if acts == "load":
+        change *= sizes.joint_stiffness
+    measurement = motion.measurement
+    for index, column in enumerate(columns.T):
+        height = float(np.max(np.abs(column)))
+        if height == 0.0:
+            continue
+        step = change / height
+        if acts == "load":
+            moved = replace(measurement, load_torque=motion.load_torque + step * column)
+        else:
+            moved = replace(measurement, motor_position=motion.motor_position + step * column)
+        try:
+            after = residuals_of(
+                simulate_measurement(motion.model, moved, motion.initial), measurement
+            )
+        except SimulationError:
+            continue
+        for name, values in after.items():
+            found[name][:, index] = (values - motion.errors[name]) / step
+    return found

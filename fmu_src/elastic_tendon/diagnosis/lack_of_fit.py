@@ -1,0 +1,152 @@
+"""What remains of the error: does it depend on the state of the machine?"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_tendon.diagnosis.block_test import (
+    Products,
+    chance_of,
+    error_as_is,
+    gains_of,
+    unseen_weights,
+)
+from elastic_tendon.diagnosis.columns import Term, terms_for
+from elastic_tendon.diagnosis.motion import Motion
+from elastic_tendon.diagnosis.rows import Rows, rows_of
+from elastic_tendon.identify.fit import FitResult
+from elastic_tendon.identify.residuals import Array, rms
+
+Report = Callable[[str, float], object]
+
+SIGNIFICANT = 0.01  # probability by chance, of all signals together
+# of the noise floor: what explains less than this RMS is no effect, but what solving leaves
+AUDIBLE = 0.1
+# correlations above those of chance by so many standard deviations are memory
+REMEMBERED = 4.0
+TRIED = (10, 20)  # blocks, in search of what is memory and what is a missing effect
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """Of one signal: does its error depend on the state of the machine by more than chance?
+
+    `p_value` pays for the number of terms and signals; `variables` are those of the best term,
+    `explains` the share of the squared error that it predicts on stretches it has not seen.
+    """
+
+    p_value: float
+    significant: bool
+    variables: tuple[str, ...]
+    explains: float
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the error was held against.
+
+    `products` of each of the `terms`, over blocks that are longer than the error remembers;
+    `gains` (terms, signals): share of squared error that each predicts on unseen blocks.
+    """
+
+    motions: tuple[Motion, ...]
+    terms: tuple[Term, ...]
+    products: tuple[Products, ...]
+    gains: Array
+    found: Mapping[str, LackOfFit]
+
+
+def lack_of_fit(
+    result: FitResult, report: Report = lambda _text, _share: None
+) -> dict[str, LackOfFit]:
+    """Judge for each signal whether its error depends on the state of the machine.
+
+    Parameters
+    ----------
+    result : of a fit
+    report : told what is being done, and the share of it that is done
+
+    Returns
+    -------
+    dict, signal -> LackOfFit
+    """
+    return dict(search(result, report).found)
+
+
+def search(result: FitResult, report: Report = lambda _text, _share: None) -> Search:
+    """Hold the error of a fit against every term; see `lack_of_fit`."""
+    pairs = zip(result.problem.measurements, result.initial_states, strict=True)
+    motions = tuple(Motion(result.model, one, initial) for one, initial in pairs)
+    terms = terms_for(motions)
+    rows = rows_of(result, motions)
+    products = []
+    for index, term in enumerate(terms):
+        report("what remains of the error", index / (len(terms) + 1))
+        products.append(rows.products(term))
+    report("what remains of the error", len(terms) / (len(terms) + 1))
+    gains = gains_of(products, error_as_is(products[0]))[..., 0]
+    best = int(np.argmax(gains.max(axis=1)))
+    firsts = rows.longer_blocks(_memory(rows, terms[best], products[best]))
+    products = [one.merged(firsts) for one in products]
+    gains = gains_of(products, error_as_is(products[0]))[..., 0]
+    chances = chance_of(products, gains)
+    found = {}
+    for signal, name in enumerate(rows.names):
+        p_value = min(1.0, float(chances[signal]) * len(rows.names))
+        best, explains = int(np.argmax(gains[:, signal])), max(0.0, float(gains[:, signal].max()))
+        found[name] = LackOfFit(
+            p_value=p_value,
+            significant=p_value <= SIGNIFICANT and _audible(motions, name, explains),
+            variables=terms[best].variables,
+            explains=explains,
+        )
+    return Search(motions, tuple(terms), tuple(products), gains, found)
+
+
+def _audible(motions: Sequence[Motion], name: str, explains: float) -> bool:
+    """Whether what is explained is large enough, beside the noise, to be an effect."""
+    with_it = [motion for motion in motions if name in motion.errors]
+    error = np.mean([rms(one.errors[name]) ** 2 for one in with_it])
+    noise = np.mean([one.measurement.noise[name].sigma ** 2 for one in with_it])
+    return bool(explains * error > AUDIBLE**2 * noise)
+
+
+def _memory(rows: Rows, term: Term, products: Products) -> float:
+    """How long the error remembers, in samples, less what the best term predicts of it.
+
+    What a missing effect adds would look like a long memory. It is predicted for each block from
+    the others, because fitted to all of them, a term would eat a disturbance and hide its memory.
+    Long blocks may be unlike all others, short ones remember; the better prediction counts.
+    """
+    found = []
+    for number in TRIED:
+        firsts = rows.merged_to(number)
+        weights = unseen_weights(products.merged(firsts))
+        sizes = np.diff(firsts, append=len(products.square))
+        left = rows.left_by(term, np.repeat(weights, sizes, axis=0))
+        found.append(max(memory_of(error) for errors in left for error in errors.values()))
+    return min(found)
+
+
+def memory_of(error: Array) -> float:
+    """Number of samples over which an error remembers itself, (n,) array; 1 where it does not.
+
+    By the sum of squared correlations, which an oscillation that dies away does not cancel, and
+    by the longest lags at which they are still above those of chance (M. S. Bartlett, 1946).
+    """
+    n = len(error)
+    spectrum = np.abs(np.fft.rfft(error - np.mean(error), 2 * n)) ** 2
+    covariance = np.fft.irfft(spectrum)[: max(n // 4, 2)]
+    if covariance[0] <= 0.0:
+        return 1.0
+    squares = (covariance[1:] / covariance[0]) ** 2
+    memory = 1.0 + 2.0 * float(np.sum(np.maximum(squares - 1.0 / n, 0.0)[: max(n // 10, 1)]))
+    longest, low = memory, 1
+    while low < len(squares):
+        band = squares[low - 1 : 2 * low - 1]
+        above = REMEMBERED * np.sqrt(2.0 * max(memory, 1.0) / len(band))
+        if n / memory * float(np.mean(band)) - 1.0 > above:
+            longest = max(longest, 0.2 * low)
+        low *= 2
+    return longest

@@ -1,0 +1,108 @@
+"""What the actuator was doing in a recording, as the fitted model has it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from elastic_tendon.compiled import Trajectory
+from elastic_tendon.identify.residuals import (
+    Array,
+    InitialState,
+    residuals_of,
+    simulate_measurement,
+)
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+from elastic_tendon.transmission import prestretched_length
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One recording replayed by a model; every property is an (n,) array in SI units."""
+
+    model: Model
+    measurement: Measurement
+    initial: InitialState
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """Simulated states and outputs."""
+        return simulate_measurement(self.model, self.measurement, self.initial)
+
+    @cached_property
+    def errors(self) -> dict[str, Array]:
+        """Simulated less measured, by signal."""
+        return residuals_of(self.trajectory, self.measurement)
+
+    @property
+    def motor_position(self) -> Array:
+        """Motor position as recorded, rad."""
+        return self.measurement.motor_position
+
+    @property
+    def load_torque(self) -> Array:
+        """Load torque, N·m; zero where none acts."""
+        load = self.measurement.load_torque
+        return np.zeros(len(self.measurement.time)) if load is None else load
+
+    @property
+    def time(self) -> Array:
+        """Time since the first sample, s."""
+        return np.asarray(self.measurement.time - self.measurement.time[0])
+
+    @property
+    def position(self) -> Array:
+        """Joint position, rad."""
+        return self.trajectory["joint_position"]
+
+    @property
+    def velocity(self) -> Array:
+        """Joint velocity, rad/s."""
+        return self.trajectory["joint_velocity"]
+
+    @property
+    def speed(self) -> Array:
+        """Magnitude of the joint velocity, rad/s."""
+        return np.abs(self.velocity)
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """Acceleration of the joint, rad/s²."""
+        return np.gradient(self.velocity, self.measurement.time)
+
+    @property
+    def deflection(self) -> Array:
+        """Deflection of the joint from the motor's position, rad."""
+        return self.trajectory["deflection"]
+
+    @cached_property
+    def deflection_rate(self) -> Array:
+        """Its rate, rad/s."""
+        return np.gradient(self.deflection, self.measurement.time)
+
+    @property
+    def tensions(self) -> tuple[Array, Array]:
+        """Tension of the upper and the lower tendon, N."""
+        return self.trajectory["upper_spring_force"], self.trajectory["lower_spring_force"]
+
+    @property
+    def tension(self) -> Array:
+        """Both tensions one after the other, (2 n,), N."""
+        return np.concatenate(self.tensions)
+
+    @cached_property
+    def elongations(self) -> tuple[Array, Array]:
+        """Elongation of the upper and the lower spring from rest, m; 0 where it is slack."""
+        transmission = self.model.transmission
+        found = []
+        for sign, spring in ((-1.0, transmission.upper_spring), (1.0, transmission.lower_spring)):
+            rest = prestretched_length(transmission.pretension_force, spring.combined_stiffness)
+            reach = rest + sign * transmission.joint_pulley_radius * self.deflection
+            found.append(np.maximum(reach, 0.0))
+        return found[0], found[1]
+
+    @property
+    def elongation(self) -> Array:
+        """Both elongations one after the other, (2 n,), m."""
+        return np.concatenate(self.elongations)
