@@ -4,6 +4,7 @@ import json
 import os
 import pickle
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -31,18 +32,22 @@ def written(path: Path, content: bytes) -> None:
     beside.replace(path)
 
 
-def facts_of(case: Case) -> Content:
-    """What the score needs to know of a case."""
+def all_rivals(case: Case) -> dict[str, dict[str, float]]:
+    """ΔBIC of the rivals of every hidden effect of the catalogue."""
+    return {one: rivals_of(case, one) for one in case.order.effects if one in EFFECTS}
+
+
+def facts_of(case: Case, rivals: Mapping[str, Mapping[str, float]]) -> Content:
+    """What the score needs to know of a case; `rivals` as of `Result`."""
     order = asdict(case.order)
     known = {field.name for field in fields(Result)} & order.keys()
-    catalogued = [one for one in case.order.effects if one in EFFECTS]
     # with a torque signal each sample is two values
     count = sum(len(one.time) * len(one.signals) for one in case.fit)
     return {key: order[key] for key in known} | {
         "name": case.name,
         "ratio": case.facts.ratio,
         "samples": count,
-        "rivals": {one: rivals_of(case, one) for one in catalogued},
+        "rivals": rivals,
         "numbers": case.facts.numbers,
         "floor": case.facts.heldout_floor,
     }
@@ -60,7 +65,7 @@ def prepared(order: Order, folder: Path) -> tuple[Case, Content]:
         case, facts = pickle.loads(path.read_bytes())
     else:
         case = build(order)
-        facts = facts_of(case)
+        facts = facts_of(case, all_rivals(case))
         written(path, pickle.dumps((case, facts)))
     return case, facts
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hidden_effect import machines, motions
 from hidden_effect.cases import (
     LARGEST_NOISE,
     SMALLEST_NOISE,
@@ -13,6 +14,8 @@ from hidden_effect.cases import (
 )
 from hidden_effect.plan import orders
 from hidden_effect.recordings import QUANTISED
+from truth.catalogue import actuator_of
+from truth.solver import simulate
 
 SHORT = 3.0  # s
 
@@ -35,6 +38,18 @@ def test_the_noise_is_as_loud_as_ordered_beside_the_effect(drag):
     assert drag.facts.ratio == pytest.approx(1.0, rel=0.06)
     assert SMALLEST_NOISE <= drag.facts.noise.sigma <= LARGEST_NOISE
     assert drag.facts.floor["joint_position"] == pytest.approx(drag.facts.noise.sigma, rel=0.05)
+
+
+@pytest.mark.parametrize("kind", motions.RICH)
+def test_a_rich_experiment_lets_either_tendon_go_slack(kind):
+    for seed in range(4):
+        tree = machines.actuator(np.random.default_rng(seed))
+        experiment = motions.experiment_of(kind, tree, seed)
+        run = simulate(actuator_of(tree), experiment, np.arange(0.0, 10.0, 0.01), tolerance=1e-6)
+        assert {1, 2, 3} <= set(run["slack_state"].astype(int))
+        assert (
+            np.max(np.abs(run["deflection"])) < motions.limits_of(actuator_of(tree), 1.0).deflection
+        )
 
 
 def test_the_tool_gets_neither_the_effect_nor_the_true_numbers(drag):

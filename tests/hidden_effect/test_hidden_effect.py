@@ -16,21 +16,22 @@ from hidden_effect.score import (
 )
 from hidden_effect.study import asked, facts_of, judged, result_of
 
-SHORT = 4.0  # s, less than half of what the study has
+SHORT = 8.0  # s; in much less no stretches of time can be left out to see whether a gain lasts
 SEED = 900  # of development
-# the study's target is 1.10 for 95 % of cases of 10 s; here the fit has 2000 samples only
-HELD_OUT = 1.15
+HELD_OUT = 1.10  # the study's target for 95 % of its cases
+
+
+# what no measurement of the joint tells apart while nothing depends on its angle itself; the other
+# effects are far ahead of their rivals, which would take longer to find than the diagnosis
+ALIASES = {"joint_encoder_offset": ("motor_encoder_offset",)}
 
 
 @cache
 def result(order: Order) -> Result:
     case = build(order)
-    return result_of(facts_of(case), *_asked(case))
-
-
-def _asked(case):
+    rivals = {one: dict.fromkeys(ALIASES.get(one, ()), 0.0) for one in order.effects}
     diagnosis, seconds = asked(case.given, case.fit, case.validation)
-    return diagnosis, None, seconds
+    return result_of(facts_of(case, rivals), diagnosis, None, seconds)
 
 
 def effect(name: str, experiment: str = "multisine", noise: str = "white") -> Order:
@@ -83,7 +84,7 @@ def test_two_effects_are_both_found():
 
 
 def test_an_effect_outside_the_catalogue_is_blamed_on_none_of_it():
-    found = result(Order("outside", ("unseen load",), 3.0, seed=SEED, duration=SHORT))
+    found = result(Order("outside", ("stiffness drift",), 3.0, seed=SEED))
     assert found.diagnosis["verdict"] == "unknown_effect"
     assert found.added == ()
 

@@ -183,7 +183,7 @@ def test_held_out_errors_are_in_units_of_the_floor():
     worse = replace(
         RESULT, name="worse", diagnosis=said(ladder=[{"heldout_rmse": {"joint_position": 2e-4}}])
     )
-    found = figure([RESULT, worse], "95th percentile")
+    found = figure([RESULT, worse], "floor, 95th percentile")
     assert (found.value, found.missed) == (pytest.approx(2.0), ("worse",))
     assert figure([RESULT, RESULT, worse], "floor, median").value == pytest.approx(1.01)
 
