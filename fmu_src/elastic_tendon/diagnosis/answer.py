@@ -9,6 +9,7 @@ from math import log
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.diagnosis.candidates import sensible
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.fit import THOROUGH, Effort, FitResult, Progress, fit
 from elastic_tendon.identify.residuals import Array, noise_floors, stack
@@ -21,7 +22,6 @@ UNDECIDED = 10.0  # difference of BIC below which data do not decide (Kass & Raf
 EXPECTED_SHARES = (1.0, 0.3)
 # simulated recordings can be met exactly; errors below this share of the noise count as this
 LEAST_SHARE_OF_NOISE = 0.5
-LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 
 
 @dataclass(frozen=True)
@@ -93,25 +93,11 @@ def refit(
         start,
         measurements,
         starts=starts,
-        least=_least(start, added),
+        limits=sensible(start, added, measurements),
         effort=effort,
         progress=progress,
     )
     return Answer(tuple(added), result)
-
-
-def _least(model: Model, added: Sequence[str]) -> dict[str, float]:
-    """What effects that are structurally absent at their null must have of each strength.
-
-    A lighter mass or a softer bristle would only be invisible, and slow to simulate.
-    """
-    return {
-        f"effects.{effect_id}.{one.name}": one.null + LEAST * typical_value(model, one)
-        for effect_id in added
-        if effects.BY_ID[effect_id].singular_null
-        for one in effects.BY_ID[effect_id].parameters
-        if not one.shape
-    }
 
 
 def with_nulls(model: Model, added: Sequence[str]) -> Model:

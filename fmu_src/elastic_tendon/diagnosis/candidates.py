@@ -1,6 +1,6 @@
 """Which effects may be missing, and where a search for each begins."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import product
 
@@ -16,6 +16,8 @@ from elastic_tendon.parameters import Model, typical_value
 MULTIPLES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a shape's typical magnitude
 QUADRANTS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
+FARTHEST = 0.2  # of that range, from its end to where a stop may be
+LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 _AT_ONCE = 2  # compilers; each keeps a core busy
 
 
@@ -44,15 +46,41 @@ def shapes(
         yield dict(zip(names, values, strict=True))
 
 
+def sensible(
+    model: Model, effect_ids: Iterable[str], measurements: Sequence[Measurement]
+) -> dict[str, tuple[float, float]]:
+    """Between which values each parameter of some effects still means what the effect is.
+
+    A lighter mass or a softer bristle, of effects that are structurally absent at their null,
+    would only be invisible, and slow to simulate. A stop in the middle of the motion is none.
+    """
+    limits = {}
+    for effect in map(effects.BY_ID.__getitem__, effect_ids):
+        for one in effect.parameters:
+            path = f"effects.{effect.id}.{one.name}"
+            if effect.singular_null and not one.shape:
+                limits[path] = (one.null + LEAST * typical_value(model, one), np.inf)
+            elif one.spread is Spread.JOINT_RANGE:
+                end, inward = _end(one, measurements)
+                border = end + FARTHEST * inward
+                limits[path] = (-np.inf, border) if one.null < 0.0 else (border, np.inf)
+    return limits
+
+
+def _end(parameter: Parameter, measurements: Sequence[Measurement]) -> tuple[float, float]:
+    """The end of the joint's range at which a parameter lies, and the way to the other end."""
+    positions = np.concatenate([one.signals["joint_position"] for one in measurements])
+    low, high = float(positions.min()), float(positions.max())
+    return (low, high - low) if parameter.null < 0.0 else (high, low - high)
+
+
 def _spread(
     model: Model, parameter: Parameter, measurements: Sequence[Measurement]
 ) -> tuple[float, ...]:
     if parameter.spread is Spread.TURN:
         return QUADRANTS
     if parameter.spread is Spread.JOINT_RANGE:
-        positions = np.concatenate([one.signals["joint_position"] for one in measurements])
-        low, high = float(positions.min()), float(positions.max())
-        end, inward = (low, high - low) if parameter.null < 0.0 else (high, low - high)
+        end, inward = _end(parameter, measurements)
         return (parameter.null, *(end + margin * inward for margin in MARGINS))
     typical = typical_value(model, parameter)
     inside = np.clip([typical * one for one in MULTIPLES], parameter.lower, parameter.upper)

@@ -18,6 +18,8 @@ from elastic_tendon.parameters import Model, quantities
 
 PRETENSION = "transmission.pretension_force"
 SPRINGS = ("transmission.upper_spring", "transmission.lower_spring")
+UNLIMITED = (-np.inf, np.inf)
+Limits = Mapping[str, tuple[float, float]]  # lowest and highest value by dotted path
 
 
 def free_parameters(model: Model) -> tuple[str, ...]:
@@ -34,20 +36,18 @@ class Coordinates:
     """Way between the fit's variables x (m,) and the free numbers of a model.
 
     `given` is the model that the prior is centred on; `paths` are the m free numbers; `sigma`
-    (m,) is the prior's one sigma in their units and `centre` (m,) their given values. `least` (m,)
-    are lower bounds beside those of the quantities.
+    (m,) is the prior's one sigma in their units and `centre` (m,) their given values. `limits`
+    (m, 2) are bounds beside those of the quantities.
     """
 
     given: Model
     paths: tuple[str, ...]
     centre: Array
     sigma: Array
-    least: Array
+    limits: Array
 
     @classmethod
-    def of(
-        cls, given: Model, paths: Sequence[str], least: Mapping[str, float] | None = None
-    ) -> "Coordinates":
+    def of(cls, given: Model, paths: Sequence[str], limits: Limits | None = None) -> "Coordinates":
         """Coordinates for some of a model's numbers; each needs an uncertainty above zero."""
         values = given.values()
         return cls(
@@ -55,7 +55,7 @@ class Coordinates:
             paths=tuple(paths),
             centre=np.array([values[path] for path in paths]),
             sigma=np.array([given.uncertainty_of(path) for path in paths]),
-            least=np.array([(least or {}).get(path, -np.inf) for path in paths]),
+            limits=np.array([(limits or {}).get(path, UNLIMITED) for path in paths]).reshape(-1, 2),
         )
 
     def values(self, x: Array) -> Array:
@@ -96,8 +96,8 @@ class Coordinates:
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest x, two (m,) arrays, from the bounds of the quantities and (27)."""
         declared = {one.path: one for one in quantities(self.given.effect_ids)}
-        lower = np.maximum([declared[path].lower for path in self.paths], self.least)
-        upper = np.array([declared[path].upper for path in self.paths])
+        lower = np.maximum([declared[path].lower for path in self.paths], self.limits[:, 0])
+        upper = np.minimum([declared[path].upper for path in self.paths], self.limits[:, 1])
         for index, path in enumerate(self.paths):
             if path == PRETENSION:
                 upper[index] = min(upper[index], self._given_limit())

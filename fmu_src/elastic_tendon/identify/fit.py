@@ -8,14 +8,14 @@ a sigma taken from the errors, minimising the sum of squares and renewing sigma 
 N_eff log(sum of squares) + prior, so the rounds below converge.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.identify.coordinates import free_parameters
+from elastic_tendon.identify.coordinates import Limits, free_parameters
 from elastic_tendon.identify.determinability import Findings, findings
 from elastic_tendon.identify.problem import Problem, Sigmas, problem_of
 from elastic_tendon.identify.residuals import Array, InitialState
@@ -174,7 +174,7 @@ def fit(
     *,
     free: Sequence[str] | None = None,
     starts: Sequence[Model] = (),
-    least: Mapping[str, float] | None = None,
+    limits: Limits | None = None,
     effort: Effort = THOROUGH,
     progress: Progress = lambda _share: None,
 ) -> FitResult:
@@ -188,7 +188,7 @@ def fit(
     measurements : sequence of Measurement, fitted together
     free : dotted paths of the numbers to fit; None: all that have an uncertainty
     starts : further models with the same effects to start from
-    least : lower bounds by dotted path, above those of the quantities
+    limits : bounds by dotted path, beside those of the quantities
     effort : how long to search
     progress : called with the share of the work done, 0 to 1
 
@@ -201,7 +201,7 @@ def fit(
     SimulationError : not even the given model can be simulated
     """
     paths = free_parameters(given) if free is None else tuple(free)
-    problem = problem_of(given, measurements, paths, least)
+    problem = problem_of(given, measurements, paths, limits)
     vectors = [problem.start(given)]
     for model in starts:
         try:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic_tendon.errors import ModelError, SimulationError
-from elastic_tendon.identify.coordinates import Coordinates
+from elastic_tendon.identify.coordinates import Coordinates, Limits
 from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.residuals import (
     INITIAL_STATES,
@@ -177,10 +177,10 @@ def problem_of(
     given: Model,
     measurements: Sequence[Measurement],
     paths: Sequence[str],
-    least: Mapping[str, float] | None = None,
+    limits: Limits | None = None,
 ) -> Problem:
     """Problem of fitting some numbers of a model, the prior centred on the model as given.
 
-    `least` holds lower bounds by path, where they are above those of the quantities.
+    `limits` are bounds beside those of the quantities.
     """
-    return Problem(Coordinates.of(given, paths, least), tuple(measurements))
+    return Problem(Coordinates.of(given, paths, limits), tuple(measurements))

@@ -81,7 +81,11 @@ class Measurement:
         _, mine, theirs = np.intersect1d(self.time, other.time, return_indices=True)
         if len(mine) < MINIMUM_SAMPLES or np.ptp(self.motor_position[mine]) == 0.0:
             return False
-        return bool(np.array_equal(self.motor_position[mine], other.motor_position[theirs]))
+        # a motion may be repeated exactly, but what it measures is never twice the same
+        signals = self.signals.keys() & other.signals.keys()
+        pairs = [(self.signals[name][mine], other.signals[name][theirs]) for name in signals]
+        pairs.append((self.motor_position[mine], other.motor_position[theirs]))
+        return all(np.array_equal(own, others) for own, others in pairs)
 
     def samples(self, keep: slice | NDArray[np.bool_]) -> "Measurement":
         """Some of the samples, all else the same."""
