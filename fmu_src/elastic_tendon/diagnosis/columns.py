@@ -29,6 +29,7 @@ Acts = Literal["load", "motor", "reading"]
 Answer = Callable[[Any], Any]  # equations of an effect for given coefficients: place -> answer
 
 PROBE_PARTS = 3
+WAVES = range(5, 31)  # in a turn: poles, teeth, balls; bumps show what is longer
 # of the actuator's sizes, the least change by which a response is found
 LEAST_CHANGE = 1e-7
 
@@ -145,7 +146,7 @@ _AT_SLOT: Mapping[Slot, tuple[Acts, Callable[[Answer, Motion], Array]]] = {
 
 
 def _probes(motions: Sequence[Motion]) -> list[Term]:
-    """Drift, errors of the measured load, inertia that changes, losses of the springs."""
+    """Drift, errors of the measured load, inertia that changes, losses of springs, cogging."""
     longest = max(float(motion.time[-1]) for motion in motions)
 
     def drift(motion: Motion) -> Array:
@@ -162,7 +163,16 @@ def _probes(motions: Sequence[Motion]) -> list[Term]:
     for variables, axis, factor in along:
         if grid := _grid(motions, axis, PROBE_PARTS):
             found.append(Term(variables, "load", _bumps(grid, axis, factor)))
-    return found
+    return found + [Term(("joint_position",), "load", _waves(count)) for count in WAVES]
+
+
+def _waves(count: int) -> Callable[[Motion], Array]:
+    """So many waves in a turn of the joint."""
+
+    def columns(motion: Motion) -> Array:
+        return np.column_stack([np.sin(count * motion.position), np.cos(count * motion.position)])
+
+    return columns
 
 
 def _bumps(grid: Grid, axis: str, factor: Callable[[Motion], Array]) -> Callable[[Motion], Array]:

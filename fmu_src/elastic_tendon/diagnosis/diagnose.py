@@ -16,7 +16,6 @@ from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
-    LearnedTerm,
     Remaining,
     Round,
     Verdict,
@@ -162,20 +161,21 @@ def _replace(found: _Found, answer: Answer) -> None:
 
 
 def _conclude(data: Data, found: _Found, report: Report, interrupted: bool) -> Diagnosis:
-    answer = found.answer
     report("judging what remains", 0.0)
-    lack = lack_of_fit(answer.result, report)
+    lack = lack_of_fit(found.answer.result, report)
+    unknown = _unknown(data, found, lack)
+    if unknown and found.answer.added:
+        _take_all_out(found)
+        lack = lack_of_fit(found.answer.result, report)
+    answer = found.answer
     steps = _steps(data, found)
     changed = _changed(answer)
-    verdict = _verdict(data, found, lack, changed)
-    learned: LearnedTerm | None = None
-    if verdict == "unknown_effect" and not interrupted:
-        learned = learn(answer.result, report)
+    learned = learn(answer.result, report) if unknown and not interrupted else None
     classes = [one for one in found.classes if len(one) > 1]
     experiment, words = (None, ()) if interrupted else _experiment(data, classes, report)
     final = steps[-1].comparison
     return Diagnosis(
-        verdict=verdict,
+        verdict=_verdict(answer, unknown, changed),
         words=words,
         given=data.given,
         model=with_estimates(answer.result.model, answer.result.findings.estimates),
@@ -232,16 +232,26 @@ def _changed(answer: Answer) -> tuple[str, ...]:
     return tuple(moved)
 
 
-def _verdict(
-    data: Data, found: _Found, lack: dict[str, LackOfFit], changed: Sequence[str]
-) -> Verdict:
-    """By the contract's rules; what remains counts where it is more than chance."""
-    answer = found.answer
-    if any(one.significant for one in lack.values()):
-        errors = (heldout_errors(one, data.heldout) for one in (found.path[0][2], answer))
-        base, last = (float(np.mean(one**2)) for one in errors)  # 1 is the noise
-        if not answer.added or last - 1.0 > base - last:
-            return "unknown_effect"
+def _unknown(data: Data, found: _Found, lack: dict[str, LackOfFit]) -> bool:
+    """Whether more remains than effects explained, and not by chance."""
+    if not any(one.significant for one in lack.values()):
+        return False
+    errors = (heldout_errors(one, data.heldout) for one in (found.path[0][2], found.answer))
+    base, last = (float(np.mean(one**2)) for one in errors)  # 1 is the noise
+    return not found.answer.added or last - 1.0 > base - last
+
+
+def _take_all_out(found: _Found) -> None:
+    """Back to the refitted model: effects that leave more than they explain are not the cause."""
+    base = found.path[0][2]
+    titles = [f"- {effects.BY_ID[one].title}" for one in found.answer.added]
+    found.path.append((", ".join(titles), None, base))
+    found.classes = []
+
+
+def _verdict(answer: Answer, unknown: bool, changed: Sequence[str]) -> Verdict:
+    if unknown:
+        return "unknown_effect"
     if answer.added:
         return "missing_effect"
     return "wrong_parameter" if changed else "adequate"

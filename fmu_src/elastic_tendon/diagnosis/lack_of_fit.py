@@ -20,7 +20,7 @@ from elastic_tendon.identify.residuals import Array, rms
 
 Report = Callable[[str, float], object]
 
-SIGNIFICANT = 0.01  # probability by chance, of all signals together
+SIGNIFICANT = 0.02  # probability by chance, of all signals together
 # of the noise floor: what explains less than this RMS is no effect, but what solving leaves
 AUDIBLE = 0.1
 # correlations above those of chance by so many standard deviations are memory

@@ -49,7 +49,7 @@ class Judged:
     """A refitted answer beside the model it would improve.
 
     `bic` : less that of the current model. `gain`, `heldout_gain` : shares of the squared error.
-    `heldout` : errors on held-out data, see `heldout_errors`; `worse` : clearly larger there.
+    `heldout` : errors on held-out data, see `heldout_errors`.
     """
 
     effect_id: str
@@ -59,7 +59,6 @@ class Judged:
     gain: float
     heldout_gain: float
     heldout: Array
-    worse: bool
 
 
 @dataclass(frozen=True)
@@ -159,7 +158,6 @@ def _judge(data: Data, current: Answer, answers: Sequence[Answer]) -> list[Judge
     """Answers in the order of their BIC, the best first."""
     base, *others = bics([current, *answers])
     heldout = heldout_errors(current, data.heldout)
-    judges = data.heldout or data.fitted
     judged = []
     for answer, bic in zip(answers, others, strict=True):
         after = heldout_errors(answer, data.heldout)
@@ -176,7 +174,6 @@ def _judge(data: Data, current: Answer, answers: Sequence[Answer]) -> list[Judge
                 gain=1.0 - _squares(answer.floored) / _squares(current.floored),
                 heldout_gain=1.0 - _squares(after) / _squares(heldout),
                 heldout=after,
-                worse=refuted(after, heldout, judges),
             )
         )
     return sorted(judged, key=lambda one: one.bic)
@@ -190,7 +187,7 @@ def _refusal(one: Judged) -> str:
     """Why an effect cannot be taken, "" where it can."""
     if one.bic > -UNDECIDED:
         return "explains no more than its parameters cost"
-    if one.worse:
+    if one.heldout_gain <= 0.0:
         return "makes the error on held-out data larger"
     if one.p_value > CHANCE:
         return f"may be chance, p = {one.p_value:.2g}"
