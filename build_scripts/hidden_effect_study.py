@@ -9,6 +9,7 @@ Nothing is ever tuned on the seeds of the report.
 
 import argparse
 import multiprocessing
+import signal
 import sys
 import time
 from collections.abc import Iterator
@@ -53,7 +54,9 @@ def results_of(
     if jobs == 1:
         yield from map(work, wanted)
         return
-    with multiprocessing.get_context("spawn").Pool(jobs) as pool:
+    # an interrupt is the parent's to handle: it ends the workers
+    ignore = (signal.SIGINT, signal.SIG_IGN)
+    with multiprocessing.get_context("spawn").Pool(jobs, signal.signal, ignore) as pool:
         yield from pool.imap_unordered(work, wanted)
 
 

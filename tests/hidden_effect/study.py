@@ -73,10 +73,18 @@ def prepared(order: Order, folder: Path) -> tuple[Case, Content]:
 def asked(
     given: Model, fit: tuple[Measurement, ...], validation: tuple[Measurement, ...]
 ) -> tuple[Content, float]:
-    """What the tool says, as the JSON that users get, and how long it took, s."""
+    """What the tool says, as the JSON that users get, and how long it took, s.
+
+    Raises
+    ------
+    KeyboardInterrupt : the tool was interrupted; what it has by then is no answer to score
+    """
     begin = time.perf_counter()
-    content = diagnosis_json(diagnose(given, fit, validation))
+    answer = diagnose(given, fit, validation)
     seconds = time.perf_counter() - begin
+    if answer.interrupted:
+        raise KeyboardInterrupt
+    content = diagnosis_json(answer)
     # through text, as whoever reads the file gets it
     return json.loads(json.dumps(content)), seconds
 

@@ -19,6 +19,7 @@ from hidden_effect.score import (
     ranked,
     told_apart,
     true_class,
+    undecidable,
 )
 
 COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"
@@ -177,6 +178,30 @@ def test_a_proposed_experiment_decides_when_only_the_truth_is_left():
     assert decided(replace(asked, follow_up=said(COULOMB)))
     assert not decided(replace(asked, follow_up=said(COULOMB, indistinguishable=pair)))
     assert not decided(replace(asked, follow_up=said("gear_backlash")))
+
+
+def test_a_law_with_needless_numbers_is_no_rival_of_the_simple_one():
+    weak = {STRIBECK: 0.0, COULOMB: -16.0, "tendon_guide_friction": -14.0, "": 30.0}
+    result = replace(RESULT, effects=(STRIBECK,), rivals={STRIBECK: weak})
+    assert true_class(result, STRIBECK) == {STRIBECK, COULOMB, "tendon_guide_friction"}
+    assert undecidable(result) == {COULOMB, "tendon_guide_friction"}
+
+
+def test_what_no_experiment_decides_is_not_asked_of_one():
+    offsets = ("joint_encoder_offset", "motor_encoder_offset")
+    said_so = said(offsets[1], indistinguishable=[offsets])
+    result = replace(
+        RESULT,
+        effects=offsets[:1],
+        rivals={offsets[0]: dict.fromkeys(offsets, 0.0)},
+        diagnosis=said_so,
+    )
+    assert figure([result], "undecidable pairs").value == 100.0
+    assert figure([result], "then decides").count == 0
+    # with a third answer the experiment has something to decide
+    third = {offsets[0]: dict.fromkeys((*offsets, "gravity_load"), 0.0)}
+    asked = replace(result, rivals=third, follow_up=said_so)
+    assert figure([asked], "then decides").value == 100.0
 
 
 def test_held_out_errors_are_in_units_of_the_floor():
