@@ -1,6 +1,5 @@
 """Score tests against recordings of the independent simulator."""
 
-import numpy as np
 import pytest
 
 from elastic_tendon.diagnosis.answer import Answer, refit
@@ -41,10 +40,9 @@ def test_gains_are_shares(scores) -> None:
     assert gains == sorted(gains, reverse=True)
 
 
-def test_what_is_gained_is_what_the_response_takes_away(stuck, scores) -> None:
-    best = scores[0]
-    assert best.response.shape == stuck.floored.shape
-    assert np.isfinite(best.response).all()
+def test_scores_follow_gains(scores) -> None:
+    values = [one.score for one in scores]
+    assert values == sorted(values, reverse=True)
 
 
 def test_nothing_scores_where_nothing_is_missing(frictionless) -> None:

@@ -19,7 +19,7 @@ from elastic_tendon.parameters import Model, typical_value
 
 UNDECIDED = 10.0  # difference of BIC below which data do not decide (Kass & Raftery 1995)
 # of what a score test expects; where effects are strong it expects too little or too much
-EXPECTED_SHARES = (1.0, 0.3)
+EXPECTED_SHARES = (1.0, 0.3, 1.7, 2.5)
 # simulated recordings can be met exactly; errors below this share of the noise count as this
 LEAST_SHARE_OF_NOISE = 0.5
 

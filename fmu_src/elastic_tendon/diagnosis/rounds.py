@@ -134,7 +134,8 @@ def _refit(data: Data, current: Answer, scores: Sequence[Score], report: Report)
     """Refit with each effect; one that cannot be simulated at its null is left out."""
 
     def one(score: Score) -> Answer | None:
-        origins = [current.result.model]
+        # where effects are strong, the numbers that were refitted without them are far off
+        origins = [current.result.model, _with_given_numbers(data.given, current)]
         starts = starts_of(origins, score.effect_id, score.expected)
         added = (*current.added, score.effect_id)
         try:
@@ -152,6 +153,13 @@ def _refit(data: Data, current: Answer, scores: Sequence[Score], report: Report)
     finally:  # an interrupt does not wait for fits that have not begun
         pool.shutdown(cancel_futures=True)
     return answers
+
+
+def _with_given_numbers(given: Model, current: Answer) -> Model:
+    """The given model with the effects found so far, as they were fitted."""
+    for effect_id in current.added:
+        given = given.with_effect(effect_id, current.values(effect_id))
+    return given
 
 
 def _judge(data: Data, current: Answer, answers: Sequence[Answer]) -> list[Judged]:

@@ -41,15 +41,13 @@ class Score:
     """What the score test says of one effect.
 
     `gain` : share (0 to 1) of the squared error that it would explain. `score` : chi-squared,
-    from as many facts as the errors hold. `expected` : its parameters, name -> value. `response`
-    (N,) : change of the errors that it would bring, whitened, nuisances following.
+    from as many facts as the errors hold about the best. `expected` : its parameters, by name.
     """
 
     effect_id: str
     gain: float
     score: float
     expected: Mapping[str, float]
-    response: Array
 
 
 def screen(
@@ -74,14 +72,41 @@ def screen(
     SimulationError : the fitted model itself cannot be simulated
     """
     linear = Linearised.of(result)
-    found: list[Score] = []
+    found: list[_Gain] = []
     for index, effect_id in enumerate(effect_ids):
         report("screening effects", index / len(effect_ids))
         effect = effects.BY_ID[effect_id]
-        tried = [_score(result, linear, trial) for trial in _trials(result, origin, effect, linear)]
-        if scores := [one for one in tried if one is not None]:
-            found.append(max(scores, key=lambda one: one.gain))
-    return tuple(sorted(found, key=lambda one: -one.gain))
+        tried = [_gain(linear, trial) for trial in _trials(result, origin, effect, linear)]
+        if gains := [one for one in tried if one is not None]:
+            found.append(max(gains, key=lambda one: one.gain))
+    if not found:
+        return ()
+    found.sort(key=lambda one: -one.gain)
+    products = (linear.errors[: linear.samples] + found[0].response) * found[0].response
+    facts = independent_facts(result.model, result.problem.measurements, products)
+    return tuple(
+        Score(
+            effect_id=one.effect_id,
+            gain=one.gain,
+            score=-facts * float(np.log(max(1.0 - one.gain, np.finfo(float).tiny))),
+            expected=one.expected,
+        )
+        for one in found
+    )
+
+
+@dataclass(frozen=True)
+class _Gain:
+    """A `Score` before it is known how many facts there are.
+
+    `response` (N,) : change of the errors that the effect would bring, whitened, nuisances
+    following.
+    """
+
+    effect_id: str
+    gain: float
+    expected: Mapping[str, float]
+    response: Array
 
 
 @dataclass(frozen=True)
@@ -161,7 +186,7 @@ def _errors(model: Model, measurement: Measurement, initial: InitialState) -> di
     return residuals_of(simulate_measurement(model, measurement, initial), measurement)
 
 
-def _score(result: FitResult, linear: Linearised, trial: _Trial) -> Score | None:
+def _gain(linear: Linearised, trial: _Trial) -> _Gain | None:
     visible = linear.remaining(trial.columns)
     norms = np.linalg.norm(visible, axis=0)
     seen = norms > VISIBLE * np.maximum(np.linalg.norm(trial.columns, axis=0), 1.0)
@@ -177,12 +202,9 @@ def _score(result: FitResult, linear: Linearised, trial: _Trial) -> Score | None
     before = float(linear.errors @ linear.errors)
     left = linear.errors + response
     gain = 1.0 - float(left @ left) / before
-    products = (left * response)[: linear.samples]
-    facts = independent_facts(result.model, result.problem.measurements, products)
-    return Score(
+    return _Gain(
         effect_id=trial.effect.id,
         gain=gain,
-        score=-facts * float(np.log(max(1.0 - gain, np.finfo(float).tiny))),
         expected={**_expected(trial, amounts), **trial.shape},
         response=response[: linear.samples],
     )

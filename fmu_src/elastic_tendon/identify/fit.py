@@ -53,7 +53,7 @@ class Effort:
 
 
 THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
-QUICK = Effort(scouted=2, scouting=6, polished=0, evaluations=20, rounds=2)
+QUICK = Effort(scouted=3, scouting=6, polished=0, evaluations=20, rounds=2)
 
 
 @dataclass(frozen=True)
