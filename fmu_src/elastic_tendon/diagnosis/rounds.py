@@ -203,13 +203,17 @@ def _refusal(one: Judged) -> str:
 
 
 def _choose(judged: Sequence[Judged], refusals: Mapping[str, str]) -> Judged | None:
-    """The simplest of those that cannot be told from the best."""
-    allowed = [one for one in judged if not refusals[one.effect_id]]
+    """The simplest of those that cannot be told from the best.
+
+    Where the best is refused, one that explains clearly less is not taken in its place: it would
+    be blamed for what something else does.
+    """
+    alike = [one for one in judged if one.bic - judged[0].bic < UNDECIDED]
+    allowed = [one for one in alike if not refusals[one.effect_id]]
     if not allowed:
         return None
-    alike = [one for one in allowed if one.bic - allowed[0].bic < UNDECIDED]
     order = effects.BY_ID.ids()  # the catalogue begins with what is most common
-    return min(alike, key=lambda one: (one.answer.complexity, order.index(one.effect_id)))
+    return min(allowed, key=lambda one: (one.answer.complexity, order.index(one.effect_id)))
 
 
 def _class_of(one: Judged, judged: Sequence[Judged], data: Data) -> list[Judged]:
