@@ -140,6 +140,13 @@ def test_nothing_is_overwritten_and_that_is_known_before_the_work(
     assert Path(taken).read_text() == "precious"
 
 
+def test_a_recording_is_never_replaced(run) -> None:
+    done = run("--json", FITTED, "--force")
+    assert done.exit_code == 2
+    assert done.calls == []
+    assert "is a recording" in " ".join(done.stderr.split())
+
+
 def test_two_outputs_of_one_name_are_wrong_usage(run) -> None:
     done = run("--json", "out", "--next-experiment", "./out")
     assert done.exit_code == 2

@@ -23,6 +23,8 @@ Report = Callable[[str, float], object]
 SIGNIFICANT = 0.02  # probability by chance, of all signals together
 # of the noise floor: what explains less than this RMS is no effect, but what solving leaves
 AUDIBLE = 0.1
+# times the noise floor: nobody would call a model adequate, whatever disturbs the machine
+OVERWHELMING = 20.0
 # correlations above those of chance by so many standard deviations are memory
 REMEMBERED = 4.0
 TRIED = (10, 20)  # blocks, in search of what is memory and what is a missing effect
@@ -97,19 +99,25 @@ def search(result: FitResult, report: Report = lambda _text, _share: None) -> Se
         best, explains = int(np.argmax(gains[:, signal])), max(0.0, float(gains[:, signal].max()))
         found[name] = LackOfFit(
             p_value=p_value,
-            significant=p_value <= SIGNIFICANT and _audible(motions, name, explains),
+            significant=_significant(p_value, *_loudness(motions, name), explains),
             variables=terms[best].variables,
             explains=explains,
         )
     return Search(motions, tuple(terms), tuple(products), gains, found)
 
 
-def _audible(motions: Sequence[Motion], name: str, explains: float) -> bool:
-    """Whether what is explained is large enough, beside the noise, to be an effect."""
+def _significant(p_value: float, error: float, noise: float, explains: float) -> bool:
+    """By more than chance and large enough to be an effect; or too large to be a disturbance."""
+    surely = p_value <= SIGNIFICANT and explains * error > AUDIBLE**2 * noise
+    return bool(surely or error > OVERWHELMING**2 * noise)
+
+
+def _loudness(motions: Sequence[Motion], name: str) -> tuple[float, float]:
+    """Mean squares of the error and of its noise."""
     with_it = [motion for motion in motions if name in motion.errors]
     error = np.mean([rms(one.errors[name]) ** 2 for one in with_it])
     noise = np.mean([one.measurement.noise[name].sigma ** 2 for one in with_it])
-    return bool(explains * error > AUDIBLE**2 * noise)
+    return float(error), float(noise)
 
 
 def _memory(rows: Rows, term: Term, products: Products) -> float:

@@ -127,7 +127,11 @@ def look(data: Data, current: Answer, report: Report) -> Outcome:
 def _promising(scores: Sequence[Score]) -> list[Score]:
     worth = [one for one in sorted(scores, key=lambda one: -one.score) if one.score > HOPELESS]
     likely = [one for one in worth if one.score >= PROMISING * worth[0].score]
-    return worth[: min(max(len(likely), FEWEST), MOST)]
+    taken = worth[: min(max(len(likely), FEWEST), MOST)]
+    # a law is not taken before its simpler forms were tried, which may score too low
+    laws = {effects.BY_ID[one.effect_id].law_of for one in taken} - {""}
+    others = [one for one in scores if effects.BY_ID[one.effect_id].law_of in laws]
+    return [*taken, *(one for one in others if one not in taken)]
 
 
 def _refit(data: Data, current: Answer, scores: Sequence[Score], report: Report) -> list[Answer]:
@@ -205,10 +209,11 @@ def _refusal(one: Judged) -> str:
 def _choose(judged: Sequence[Judged], refusals: Mapping[str, str]) -> Judged | None:
     """The simplest of those that cannot be told from the best.
 
-    Where the best is refused, one that explains clearly less is not taken in its place: it would
-    be blamed for what something else does.
+    What held-out data speak against is out of the race. But where the best of the others may be
+    chance, one that explains clearly less is not taken in its place.
     """
-    alike = [one for one in judged if one.bic - judged[0].bic < UNDECIDED]
+    lasting = [one for one in judged if one.heldout_gain > 0.0]
+    alike = [one for one in lasting if one.bic - lasting[0].bic < UNDECIDED]
     allowed = [one for one in alike if not refusals[one.effect_id]]
     if not allowed:
         return None

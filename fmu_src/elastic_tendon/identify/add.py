@@ -26,6 +26,8 @@ STRENGTHS = (0.1, 1.0, 3.0)
 SHAPES = (0.3, 0.6, 1.0)
 # share of the work in the refit of the parameters alone; the effect has several starts
 REFIT_SHARE = 0.2
+# of its uncertainty, below which a fitted number is zero: sigmas are relative to the value
+NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -162,8 +164,13 @@ def with_estimates(model: Model, estimates: Sequence[Estimate]) -> Model:
 
     A further fit to the *same* data would count them twice; they are the prior for new data.
     """
+    nothing = {one.path for one in estimates if abs(one.fitted) <= NOTHING * one.sigma}
+    model = model.with_values(dict.fromkeys(nothing, 0.0))
     updated = {
-        one.path: one.sigma / abs(one.fitted) if one.fitted else one.sigma for one in estimates
+        one.path: one.sigma
+        if one.path in nothing or not one.fitted
+        else one.sigma / abs(one.fitted)
+        for one in estimates
     }
     tree = model.model_dump()
     return parse_model(tree | {"uncertainty": tree["uncertainty"] | updated}, model.name)
