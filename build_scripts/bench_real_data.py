@@ -8,7 +8,7 @@ prints how the error falls when Coulomb friction is added, on fitted and on held
 
     elastic-tendon add bench_actuator coulomb_friction TRACKING --validate DISTURBED[3.3:15] -o NEW
 
-does, beside the figures of an earlier trial.
+does, beside the figures of an earlier trial; and last what diagnose finds by itself.
 """
 
 import argparse
@@ -19,6 +19,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.identify.add import add
 from elastic_tendon.identify.compare import Comparison, compare
 from elastic_tendon.identify.locate import Location, locate
@@ -116,6 +117,28 @@ def print_climb(folder: Path, climb: Climb) -> None:
         print(sentence)
 
 
+def print_diagnosis(folder: Path, climb: Climb) -> None:
+    """What the loop finds without being told of any effect."""
+    heldout = read_measurement(str(folder / climb.heldout))
+    found = diagnose(load_model(climb.model), [read(folder, climb.fitted)], [heldout])
+    print(f"\ndiagnose {climb.model}: {found.verdict}, added {', '.join(found.added) or 'nothing'}")
+    for rung in found.ladder:
+        fitted, judged = (1e3 * one["joint_position"] for one in (rung.rmse, rung.heldout_rmse))
+        print(f"{rung.title:40}{fitted:8.1f}{judged:10.1f}")
+    for one in found.rounds:
+        print(f"  {one.reason}")
+        for candidate in one.candidates:
+            if candidate.fitted:
+                print(f"    {candidate.id}: {candidate.verdict}")
+    for alike in found.indistinguishable:
+        print(f"  not told apart: {', '.join(alike)}")
+    for signal, remaining in found.remaining.items():
+        print(
+            f"  remains of {signal}: {remaining.noise_ratio:.3g} times the noise, "
+            f"significant: {remaining.significant}"
+        )
+
+
 def main() -> int:
     """Print it all; exit status 1 where the recordings are not at hand."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -136,6 +159,8 @@ def main() -> int:
                 save(draw(), drawn / f"{title}.png")
     for climb in CLIMBS:
         print_climb(folder, climb)
+    for climb in CLIMBS:
+        print_diagnosis(folder, climb)
     return 0
 
 

@@ -144,7 +144,7 @@ def test_a_recording_is_never_replaced(run) -> None:
     done = run("--json", FITTED, "--force")
     assert done.exit_code == 2
     assert done.calls == []
-    assert "is a recording" in " ".join(done.stderr.split())
+    assert "give the output another name" in " ".join(done.stderr.split())
 
 
 def test_two_outputs_of_one_name_are_wrong_usage(run) -> None:

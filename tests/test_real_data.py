@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bench_real_data import DATA, DISTURBED, FAST, HELD, MODELS, SLOW, TRACKING, located, read
+from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.comparison_json import comparison_json
 from elastic_tendon.identify.locate import locate
@@ -144,3 +145,16 @@ def test_jaw_has_hysteresis_between_the_directions(findings, name):
     assert 0.015 < opening.bias - closing.bias < 0.056
     lacking = _curve(place, "joint_velocity")
     assert lacking.low[0] > 0.0 > lacking.high[-2]
+
+
+def test_the_loop_finds_friction_and_an_offset_and_not_what_only_fits() -> None:
+    heldout = read_measurement(f"{DATA / DISTURBED}[3.3:15]")
+    found = diagnose(load_model(MODELS[TRACKING]), [read(DATA, TRACKING)], [heldout])
+    assert found.verdict == "missing_effect"
+    assert found.added == ("coulomb_friction", "joint_encoder_offset")
+    assert found.ladder[-1].rmse[POSITION] < 10.5e-3
+    assert found.ladder[-1].heldout_rmse[POSITION] < 0.3 * found.ladder[0].heldout_rmse[POSITION]
+    assert found.remaining[POSITION].significant
+    refused = {one.id: one for one in found.rounds[-1].candidates if one.fitted}
+    assert refused["gravity_load"].heldout_gain < 0.0
+    assert refused["pulley_eccentricity"].heldout_gain < 0.0

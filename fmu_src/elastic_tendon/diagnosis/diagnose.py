@@ -16,6 +16,7 @@ from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
+    LearnedTerm,
     Remaining,
     Round,
     Verdict,
@@ -49,6 +50,11 @@ class _Found:
     rivals: dict[str, tuple[Answer, ...]] = field(default_factory=dict)
     # for each added effect the answers that cannot be told apart, the one taken first
     classes: list[tuple[Answer, ...]] = field(default_factory=list)
+    lack: dict[str, LackOfFit] = field(default_factory=dict)
+    unknown: bool = False
+    learned: LearnedTerm | None = None
+    experiment: Experiment | None = None
+    undecidable: list[str] = field(default_factory=list)  # why no experiment decides
 
     @property
     def answer(self) -> Answer:
@@ -96,6 +102,8 @@ def diagnose(
     try:
         if not base.result.interrupted:
             _search(data, found, report, ask)
+            _judge_what_remains(data, found, report)
+            _propose_experiment(data, found, report)
     except KeyboardInterrupt:
         interrupted = True
     return _conclude(data, found, report, interrupted or base.result.interrupted)
@@ -157,26 +165,63 @@ def _replace(found: _Found, answer: Answer) -> None:
     found.path.append((", ".join(words), came[0] if came else None, answer))
 
 
+# ---- what remains, and what would decide -----------------------------------------------------
+
+
+def _judge_what_remains(data: Data, found: _Found, report: Report) -> None:
+    """Does it depend on the state of the machine; and if no effect is the cause, how?"""
+    report("judging what remains", 0.0)
+    found.lack = lack_of_fit(found.answer.result, report)
+    found.unknown = _more_remains(data, found)
+    if found.unknown and found.answer.added:
+        _take_all_out(found)
+        found.lack = lack_of_fit(found.answer.result, report)
+    if found.unknown:
+        found.learned = learn(found.answer.result, report)
+
+
+def _more_remains(data: Data, found: _Found) -> bool:
+    """Whether more remains than effects explained, and not by chance."""
+    if not any(one.significant for one in found.lack.values()):
+        return False
+    errors = (heldout_errors(one, data.heldout) for one in (found.path[0][2], found.answer))
+    base, last = (float(np.mean(one**2)) for one in errors)  # 1 is the noise
+    return not found.answer.added or last - 1.0 > base - last
+
+
+def _take_all_out(found: _Found) -> None:
+    """Back to the refitted model: effects that leave more than they explain are not the cause."""
+    base = found.path[0][2]
+    titles = [f"- {effects.BY_ID[one].title}" for one in found.answer.added]
+    found.path.append((", ".join(titles), None, base))
+    found.classes = []
+
+
+def _propose_experiment(data: Data, found: _Found, report: Report) -> None:
+    """One that decides the first class that any can decide; and why none can."""
+    for answers in found.classes:
+        if len(answers) < 2 or found.experiment is not None:
+            continue
+        names = _different(answers)
+        rivals = [Rival(name, one.result) for name, one in zip(names, answers, strict=True)]
+        proposal = next_experiment(rivals, data.fitted, report)
+        if isinstance(proposal, Undecidable):
+            found.undecidable.append(proposal.text)
+        else:
+            found.experiment = proposal
+
+
 # ---- conclusions -------------------------------------------------------------------------------
 
 
 def _conclude(data: Data, found: _Found, report: Report, interrupted: bool) -> Diagnosis:
-    report("judging what remains", 0.0)
-    lack = lack_of_fit(found.answer.result, report)
-    unknown = _unknown(data, found, lack)
-    if unknown and found.answer.added:
-        _take_all_out(found)
-        lack = lack_of_fit(found.answer.result, report)
     answer = found.answer
     steps = _steps(data, found)
     changed = _changed(answer)
-    learned = learn(answer.result, report) if unknown and not interrupted else None
-    classes = [one for one in found.classes if len(one) > 1]
-    experiment, words = (None, ()) if interrupted else _experiment(data, classes, report)
     final = steps[-1].comparison
     return Diagnosis(
-        verdict=_verdict(answer, unknown, changed),
-        words=words,
+        verdict=_verdict(answer, found.unknown, changed),
+        words=tuple(found.undecidable),
         given=data.given,
         model=with_estimates(answer.result.model, answer.result.findings.estimates),
         added=answer.added,
@@ -185,13 +230,15 @@ def _conclude(data: Data, found: _Found, report: Report, interrupted: bool) -> D
         steps=steps,
         ladder=climb(steps),
         rounds=tuple(found.rounds),
-        remaining=_remaining(steps, lack),
+        remaining=_remaining(steps, found.lack),
         noise={name: one.noise for name, one in final.files[0].signals.items()},
         comparison=final,
         location=locate(final, report),
-        indistinguishable=tuple(tuple(_different(answers)) for answers in classes),
-        next_experiment=experiment,
-        learned=learned,
+        indistinguishable=tuple(
+            tuple(_different(answers)) for answers in found.classes if len(answers) > 1
+        ),
+        next_experiment=found.experiment,
+        learned=found.learned,
         interrupted=interrupted,
     )
 
@@ -232,23 +279,6 @@ def _changed(answer: Answer) -> tuple[str, ...]:
     return tuple(moved)
 
 
-def _unknown(data: Data, found: _Found, lack: dict[str, LackOfFit]) -> bool:
-    """Whether more remains than effects explained, and not by chance."""
-    if not any(one.significant for one in lack.values()):
-        return False
-    errors = (heldout_errors(one, data.heldout) for one in (found.path[0][2], found.answer))
-    base, last = (float(np.mean(one**2)) for one in errors)  # 1 is the noise
-    return not found.answer.added or last - 1.0 > base - last
-
-
-def _take_all_out(found: _Found) -> None:
-    """Back to the refitted model: effects that leave more than they explain are not the cause."""
-    base = found.path[0][2]
-    titles = [f"- {effects.BY_ID[one].title}" for one in found.answer.added]
-    found.path.append((", ".join(titles), None, base))
-    found.classes = []
-
-
 def _verdict(answer: Answer, unknown: bool, changed: Sequence[str]) -> Verdict:
     if unknown:
         return "unknown_effect"
@@ -283,19 +313,3 @@ def _different(answers: Sequence[Answer]) -> list[str]:
     first, *others = answers
     own = [one for one in first.added if any(one not in other.added for other in others)]
     return [*own[:1], *(one.added[-1] for one in others)]
-
-
-def _experiment(
-    data: Data, classes: Sequence[Sequence[Answer]], report: Report
-) -> tuple[Experiment | None, tuple[str, ...]]:
-    """The experiment that decides the first class that any can decide, and why none can."""
-    words: list[str] = []
-    for answers in classes:
-        rivals = [
-            Rival(name, one.result) for name, one in zip(_different(answers), answers, strict=True)
-        ]
-        proposal = next_experiment(rivals, data.fitted, report)
-        if not isinstance(proposal, Undecidable):
-            return proposal, tuple(words)
-        words.append(proposal.text)
-    return None, tuple(words)

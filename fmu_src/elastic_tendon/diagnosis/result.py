@@ -64,7 +64,7 @@ class Remaining:
 
     `noise_ratio` : RMS over the noise floor. `share_of_initial` : squared error above the floor,
     of that of the model as given. `significant` : it depends on the state of the machine, by more
-    than chance; `p_value` of that.
+    than chance, with `p_value`; or it is far too large for noise.
     """
 
     noise_ratio: float
@@ -113,7 +113,8 @@ class Diagnosis:
     each effect added or taken out again. `findings` : of the final fit; `parameters_changed` :
     dotted paths whose value moved significantly. `indistinguishable` : ids of answers that this
     data cannot tell apart. `comparison` and `location` : of the final model with the fitted data.
-    `interrupted` : stopped by the user, holds what was found so far.
+    `interrupted` : stopped by the user, holds what was found so far; `remaining` is empty where
+    that was not judged. `words` : why no experiment decides, where none does.
     """
 
     verdict: Verdict

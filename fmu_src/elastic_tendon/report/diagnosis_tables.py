@@ -10,7 +10,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, LearnedTerm, Round
+from elastic_tendon.diagnosis.result import (
+    Candidate,
+    Diagnosis,
+    Experiment,
+    LearnedTerm,
+    Remaining,
+    Round,
+)
 from elastic_tendon.identify.determinability import Estimate
 from elastic_tendon.parameters import quantities
 from elastic_tendon.report.tables import alias_sentences, with_interval
@@ -18,6 +25,7 @@ from elastic_tendon.report.units import number, shown, times_noise
 
 # candidates that are shown of a round; the option --all-candidates shows all
 CANDIDATES = 5
+CHANCE = 0.05  # probability from which on a dependence is not told as one
 NONE = "none of them"
 SMALLEST = 0.005  # shares below it are shown as "<1 %"
 
@@ -158,13 +166,19 @@ def _remains(diagnosis: Diagnosis) -> Iterator[str]:
         text = f"What remains of the {quantity.words} error, {times_noise(remaining.noise_ratio)}, "
         if remaining.significant:
             yield (
-                f"{text}still depends on what the machine does (p = {remaining.p_value:.2g}); "
+                f"{text}{_dependence(remaining)} (p = {remaining.p_value:.2g}); "
                 f"it is {_percent(remaining.share_of_initial)} of the squared error above the "
                 "noise that the model had as given."
             )
             yield from _where(diagnosis, name)
         else:
             yield f"{text}does not depend on what the machine does by more than chance."
+
+
+def _dependence(remaining: Remaining) -> str:
+    if remaining.p_value <= CHANCE:
+        return "still depends on what the machine does"
+    return "is far too large for noise, though what it depends on cannot be told"
 
 
 def _where(diagnosis: Diagnosis, signal: str) -> Iterator[str]:
