@@ -150,6 +150,11 @@ def test_a_dent_is_found_where_it_is(dented: tuple[FitResult, Measurement]) -> N
     assert 0.0 <= reports[0] < reports[-1] < 1.0
 
 
+def test_coefficients_keep_within_the_bounds_of_their_file(term: LearnedTerm) -> None:
+    for parameter in learned_effect(term).parameters:
+        assert parameter.lower <= term.values[parameter.name] <= parameter.upper
+
+
 def test_what_is_learned_comes_near_the_floor_on_another_recording(
     dented: tuple[FitResult, Measurement], term: LearnedTerm
 ) -> None:

@@ -87,7 +87,8 @@ def _within_bounds(found: Search, index: int) -> tuple[Curve, Array, float]:
     # the error is simulated less measured, so what it depends on is missing with the other sign
     tried = [weights_within(found.products[index], (-upper, -lower), one) for one in RIDGES]
     weights, explains = max(tried, key=lambda one: one[1])
-    return term.curve, -weights, explains
+    # a solution on a bound may be off it by rounding
+    return term.curve, np.clip(-weights, lower, upper), explains
 
 
 def _term(found: Search, curve: Curve, coefficients: Array, explains: float) -> LearnedTerm:

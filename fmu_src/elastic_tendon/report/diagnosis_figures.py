@@ -200,6 +200,8 @@ def _draw_gains(axes: Axes, found: Sequence[Candidate]) -> None:
     for kind, label, colour, offset in kinds:
         known = [(place, getattr(one, kind)) for place, one in zip(places, found, strict=True)]
         known = [(place, gain) for place, gain in known if gain is not None]
+        if not known:  # nothing was refitted
+            continue
         # an answer that ruins held-out data would hide all others
         lengths = [max(gain, -1.0) for _, gain in known]
         where = np.array([place for place, _ in known]) + offset
