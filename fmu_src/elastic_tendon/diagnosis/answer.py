@@ -12,6 +12,7 @@ from elastic_tendon import effects
 from elastic_tendon.diagnosis.candidates import sensible
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.fit import THOROUGH, Effort, FitResult, Progress, fit
+from elastic_tendon.identify.ladder import LEAST_SHARE_OF_NOISE
 from elastic_tendon.identify.residuals import Array, noise_floors, stack
 from elastic_tendon.identify.stretches import independent_facts
 from elastic_tendon.measurement import Measurement
@@ -20,8 +21,6 @@ from elastic_tendon.parameters import Model, typical_value
 UNDECIDED = 10.0  # difference of BIC below which data do not decide (Kass & Raftery 1995)
 # of what a score test expects; where effects are strong it expects too little or too much
 EXPECTED_SHARES = (1.0, 0.3, 1.7, 2.5)
-# simulated recordings can be met exactly; errors below this share of the noise count as this
-LEAST_SHARE_OF_NOISE = 0.5
 
 
 @dataclass(frozen=True)

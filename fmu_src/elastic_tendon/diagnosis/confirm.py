@@ -62,14 +62,14 @@ def significance(before: Answer, after: Answer, effect_id: str) -> float:
     padded = np.zeros((len(errors), 1))
     padded[: len(change), 0] = -change
     columns = np.hstack([jacobian, padded])
-    moves = left_out(columns, errors, _blocks(before, after))
-    blocks = len(moves)
-    if blocks < 3:
+    moves = left_out(columns, errors, _stretches(before, after))
+    count = len(moves)
+    if count < 3:
         return 1.0
-    scatter = float(np.sum(moves[:, -1] ** 2)) * (blocks - 1) / blocks
+    scatter = float(np.sum(moves[:, -1] ** 2)) * (count - 1) / count
     parameters = effects.BY_ID[effect_id].parameters
     freedom = len(parameters)
-    tail = float(f_distribution.sf(1.0 / max(scatter * freedom, 1e-300), freedom, blocks - 1))
+    tail = float(f_distribution.sf(1.0 / max(scatter * freedom, 1e-300), freedom, count - 1))
     one_sided = freedom == 1 and parameters[0].lower >= parameters[0].null
     return 0.5 * tail if one_sided else tail
 
@@ -146,7 +146,7 @@ def refuted(rival: Array, answer: Array, judges: Sequence[Measurement]) -> bool:
     return heldout_significance(rival, answer, judges) < REFUTED
 
 
-def _blocks(before: Answer, after: Answer) -> NDArray[np.int_]:
+def _stretches(before: Answer, after: Answer) -> NDArray[np.int_]:
     memory = len(after.floored) / facts_between(before, after)
     return stretch_numbers(after.result.problem.measurements, memory)
 

@@ -27,7 +27,7 @@ from elastic_tendon.parameters import Model
 
 # a refit is worth its time where the score test expects this share of the best gain ...
 PROMISING = 0.2
-FEWEST, MOST = 3, 6  # ... and for no fewer and no more effects than this
+FEWEST, MOST = 3, 6  # ... and for so many effects at least and at most, simpler laws aside
 NEAR = 0.3  # share of the chosen gain that makes a rival
 MOST_RIVALS = 3
 # chi-squared of the score test; a refit finds more of an effect, but not ever so much more
