@@ -28,3 +28,7 @@ class SimulationError(ElasticTendonError):
 
 class EffectError(ElasticTendonError):
     """An effect of the user's own that cannot be used; the message names file, line, reason."""
+
+
+class LinearisationError(ElasticTendonError):
+    """There is no linear model as asked for; the message says what to ask for instead."""

@@ -1,0 +1,1 @@
+"""Linear models around each stiffness state, and what they say: see `linearise`."""

@@ -1,0 +1,126 @@
+"""What a linearisation says: the linear model, where it lies, and how far it holds."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import control
+import numpy as np
+from numpy.typing import NDArray
+
+from elastic_tendon.transmission import SlackState
+
+Array = NDArray[np.float64]
+
+
+class Drive(Enum):
+    """What moves the motor; the value is its name for users.
+
+    SOURCE: position and velocity are inputs of their own, as of the FMU; the velocity is used by
+    spring damping and effects that need the rate, and whoever drives both keeps them consistent.
+    POSITION: the position alone, the velocity is its derivative. VELOCITY: the velocity alone, the
+    position is a state. TORQUE: a torque drives the rotor of [motor], whose position and velocity
+    are states.
+    """
+
+    SOURCE = "source"
+    POSITION = "position"
+    VELOCITY = "velocity"
+    TORQUE = "torque"
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Where to linearise: an equilibrium, by what is given of it; SI units.
+
+    Two of `load_torque` (N·m), `motor_position` (rad at the motor pulley), `joint_position` (rad)
+    and `deflection` (rad) settle it, but not load and deflection. Of what is missing, the load is
+    0 first, then the motor's position; with `deflection` alone the motor is at 0. Nothing given:
+    see `linearise`. `joint_velocity` (rad/s) other than 0 is steady motion: motor and joint move
+    together, so that friction is that of sliding at this velocity.
+    """
+
+    load_torque: float | None = None
+    motor_position: float | None = None
+    joint_position: float | None = None
+    deflection: float | None = None
+    joint_velocity: float = 0.0
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """An operating point that was solved for; values by name, SI units.
+
+    `slack_state` and `modes` (slack, engaged, sliding...) are those active there.
+    """
+
+    states: Mapping[str, float]
+    inputs: Mapping[str, float]
+    outputs: Mapping[str, float]
+    slack_state: SlackState
+    modes: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """Where modes switch as the joint is deflected with the motor held.
+
+    `switches` holds the modes that change, with their values beyond; `slack_state` is that
+    beyond. `deflection` (rad) and `load_torque` (N·m) are those on the boundary,
+    `deflection_margin` and `torque_margin` how far they are from the operating point, signed.
+    """
+
+    switches: Mapping[str, int]
+    slack_state: SlackState
+    deflection: float
+    load_torque: float
+    deflection_margin: float
+    torque_margin: float
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Where a linear model lies and holds.
+
+    Attributes
+    ----------
+    slack_state, modes : for which it was made
+    active : whether these are the modes at the operating point
+    operating_point : the equilibrium, with the modes that are active there
+    boundaries : the next ones towards negative and positive deflection; also one at no distance
+        where the operating point lies on it
+    """
+
+    slack_state: SlackState
+    modes: Mapping[str, int]
+    active: bool
+    operating_point: Equilibrium
+    boundaries: tuple[Boundary, ...]
+
+    @property
+    def on_boundary(self) -> bool:
+        """Whether the operating point lies on a switching boundary."""
+        return any(one.deflection_margin == 0.0 for one in self.boundaries)
+
+
+class LinearModel(control.StateSpace):  # type: ignore[misc]  # control has no types
+    """A `control.StateSpace` of deviations from an operating point, that knows where it holds.
+
+    `validity` says where. On a switching boundary `sides` are the models of both sides, towards
+    negative and towards positive deflection; elsewhere it is empty. `drive` says what moves the
+    motor. Systems made from this one with operators of control are plain `control.StateSpace`.
+    """
+
+    def __init__(
+        self,
+        matrices: tuple[Array, Array, Array, Array],
+        validity: Validity,
+        drive: Drive,
+        sides: tuple["LinearModel", ...] = (),
+        **names: Any,
+    ) -> None:
+        super().__init__(*matrices, **names)
+        self.validity = validity
+        self.drive = drive
+        self.sides = sides
