@@ -67,7 +67,3 @@ class Plant(Protocol):
     def jacobians(self, x: Array, u: Array, regime: Regime) -> Jacobians:
         """Derivatives, the regime held."""
         ...
-
-    def with_state(self, regime: Regime, state: SlackState, reached_at: Regime | None) -> Regime:
-        """The regime with another slack state; `reached_at` one in which it is active, if any."""
-        ...

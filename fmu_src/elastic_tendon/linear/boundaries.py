@@ -1,0 +1,111 @@
+"""Where modes switch next, as the joint is deflected with the motor held."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from elastic_tendon import transmission
+from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.equilibrium import Point, deflection_of, held
+from elastic_tendon.linear.plant import Plant, Regime
+from elastic_tendon.linear.result import Boundary
+from elastic_tendon.variables import JOINT_MOTION
+
+TOUCH = 1e-8  # share of the range of deflection within which a boundary counts as reached
+_POINTS = 60  # looked at in each direction, before a switch is located between two of them
+REACH = 1.0  # how far is looked beyond the range of deflection, in shares of that range
+_MOST_BISECTIONS = 60
+
+
+def span(plant: Plant) -> float:
+    """Range of deflection that the springs bear, (16), rad."""
+    low, high = transmission.deflection_limits(plant.transmission)
+    return high - low
+
+
+def sides(plant: Plant, point: Point) -> tuple[Point, Point]:
+    """The points just beside a point, towards negative and towards positive deflection."""
+    at, touch = deflection_of(plant, point.x, point.u), TOUCH * span(plant)
+    return held(plant, point, at - touch), held(plant, point, at + touch)
+
+
+def boundaries(plant: Plant, point: Point, beside: tuple[Point, Point]) -> tuple[Boundary, ...]:
+    """The boundary on which a point lies, if any, and the next ones on both sides.
+
+    Parameters
+    ----------
+    plant : Plant
+    point : Point
+    beside : tuple of two points, its `sides`
+
+    Returns
+    -------
+    tuple of Boundary, by rising deflection
+    """
+    low, high = beside
+    found = [_next(plant, point, low, -1), _next(plant, point, high, 1)]
+    if switches(low.regime, high.regime):
+        found.insert(1, _boundary(plant, point, point, low.regime, high.regime))
+    return tuple(one for one in found if one is not None)
+
+
+def switches(before: Regime, after: Regime) -> dict[str, int]:
+    """Modes that differ, with their values after; whether the joint sticks is no matter of place."""
+    return {
+        name: value
+        for name, value in after.modes.items()
+        if value != before.modes[name] and name != JOINT_MOTION.name
+    }
+
+
+def _next(plant: Plant, point: Point, beside: Point, direction: int) -> Boundary | None:
+    for near, far in pairwise(_path(plant, beside, direction)):
+        if switches(near.regime, far.regime):
+            near, far = _located(plant, near, far)
+            return _boundary(plant, point, far, near.regime, far.regime)
+    return None
+
+
+def _path(plant: Plant, beside: Point, direction: int) -> Iterator[Point]:
+    """Points from one outwards to beyond what the springs bear, as far as there are any."""
+    yield beside
+    start = deflection_of(plant, beside.x, beside.u)
+    limits = transmission.deflection_limits(plant.transmission)
+    end = direction * max(direction * limits[direction > 0], direction * start)
+    end += direction * REACH * span(plant)
+    point = beside
+    for deflection in np.linspace(start, end, _POINTS)[1:]:
+        try:
+            point = held(plant, point, float(deflection))
+        except LinearisationError:
+            return
+        yield point
+
+
+def _located(plant: Plant, near: Point, far: Point) -> tuple[Point, Point]:
+    """The two points moved together until only rounding and the dead band lie between them."""
+    for _ in range(_MOST_BISECTIONS):
+        ends = [deflection_of(plant, one.x, one.u) for one in (near, far)]
+        between = float(np.mean(ends))
+        if between in ends:
+            break
+        middle = held(plant, near, between)
+        if switches(near.regime, middle.regime):
+            far = middle
+        else:
+            near = middle
+    return near, far
+
+
+def _boundary(plant: Plant, point: Point, at: Point, before: Regime, after: Regime) -> Boundary:
+    here = deflection_of(plant, point.x, point.u)
+    deflection = deflection_of(plant, at.x, at.u)
+    return Boundary(
+        switches(before, after),
+        after.slack_state,
+        deflection,
+        at.load_torque,
+        deflection - here,
+        at.load_torque - point.load_torque,
+    )

@@ -1,0 +1,173 @@
+"""The plant of a model: its equations and their exact derivatives, evaluated by CasADi."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.plant import Jacobians, Regime
+from elastic_tendon.linear.result import Array
+from elastic_tendon.model import build
+from elastic_tendon.parameters import Model
+from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
+from elastic_tendon.transmission import SlackState
+from elastic_tendon.variables import JOINT_MOTION, interface, strands
+
+_MOST_ITERATIONS = 100
+_CLOSE = 1e-12  # relative change after which an iteration has converged
+_TAUT = {
+    SlackState.I: (1, 0),
+    SlackState.II: (0, 1),
+    SlackState.III: (1, 1),
+    SlackState.BOTH: (0, 0),
+}
+
+
+class Equations:
+    """`Plant` of a model."""
+
+    def __init__(self, model: Model) -> None:
+        self.name = model.name
+        self.transmission = model.transmission
+        self._interface = interface(model.effect_ids)
+        self.states = self._interface.state_names
+        # what is discrete has no derivative
+        kept = [i for i, one in enumerate(self._interface.outputs) if not one.discrete]
+        self.outputs = tuple(self._interface.output_names[i] for i in kept)
+        self.nominal = np.array([one.nominal for one in self._interface.states])
+        self.mode_names = tuple(mode.name for mode in self._interface.modes)
+        self._kept = kept
+        self._functions = _functions(model.effect_ids)
+        setting = [0.0] if self._interface.reads_signals else []  # the true motor position is given
+        self._p = np.array([*model.values().values(), *setting])
+
+    def start(self, u: Array, joint_position: float) -> Array:
+        """States at rest; the calculated ones as the solver would start them."""
+        calculated = np.array([one.start is None for one in self._interface.states])
+        x = np.array([one.start or 0.0 for one in self._interface.states])
+        x[0] = joint_position
+        for _ in range(_MOST_ITERATIONS if calculated.any() else 0):
+            modes = self._vector(self.settle(x, u))
+            start, slope = (self._call(name, x, u, modes) for name in ("starts", "starts_by_state"))
+            within = np.ix_(calculated, calculated)
+            step = np.linalg.solve(
+                np.eye(int(calculated.sum())) - slope[within], (start[:, 0] - x)[calculated]
+            )
+            x[calculated] += step
+            if np.all(np.abs(step) <= _CLOSE * self.nominal[calculated]):
+                break
+        return x
+
+    def settle(self, x: Array, u: Array) -> Regime:
+        """The regime that is active at a point."""
+        modes = np.array([mode.start for mode in self._interface.modes])
+        for _ in range(_MOST_ITERATIONS):
+            following = self._call("next_modes", x, u, modes)[:, 0]
+            if np.array_equal(following, modes):
+                break
+            modes = following
+        return self._regime(modes, x, u)
+
+    def sliding(self, regime: Regime, direction: int) -> Regime:
+        """The regime with dry friction of the joint sliding: 1 up, -1 down."""
+        if JOINT_MOTION.name not in regime.modes:
+            return regime
+        return replace(regime, modes={**regime.modes, JOINT_MOTION.name: direction})
+
+    def with_state(self, regime: Regime, state: SlackState) -> Regime:
+        """The regime with another slack state."""
+        taut = dict(zip(("upper", "lower"), _TAUT[state], strict=True))
+        sides = {f"{one}.taut": taut[one[:5]] for one in strands(self._interface.effects)}
+        return replace(regime, slack_state=state, modes={**regime.modes, **sides})
+
+    def with_modes(self, regime: Regime, modes: Mapping[str, int]) -> Regime:
+        """The regime with some modes chosen.
+
+        Raises
+        ------
+        LinearisationError
+            for a mode that the model does not have, or a value that it cannot take
+        """
+        allowed = {mode.name: mode.values for mode in self._interface.modes}
+        for name, value in modes.items():
+            if name not in allowed:
+                raise LinearisationError(
+                    f"{self.name}: there is no mode {name!r}; there are {', '.join(allowed)}"
+                )
+            if value not in allowed[name]:
+                listed = ", ".join(map(str, allowed[name]))
+                raise LinearisationError(f"{self.name}: mode {name} is one of {listed}, not {value}")
+        return replace(regime, modes={**regime.modes, **modes})
+
+    def holds(self, x: Array, u: Array, regime: Regime) -> bool:
+        """Whether a regime, once entered, stays at a point."""
+        modes = self._vector(regime)
+        return np.array_equal(self._call("next_modes", x, u, modes)[:, 0], modes)
+
+    def rates(self, x: Array, u: Array, regime: Regime) -> Array:
+        """Time derivatives (n,) of the states, the regime held."""
+        return self._call("rates", x, u, self._vector(regime))[:, 0]
+
+    def output(self, x: Array, u: Array, regime: Regime) -> Array:
+        """Outputs (m,), the regime held."""
+        return self._call("outputs", x, u, self._vector(regime))[self._kept, 0]
+
+    def jacobians(self, x: Array, u: Array, regime: Regime) -> Jacobians:
+        """Derivatives, the regime held."""
+        modes = self._vector(regime)
+        n = len(self.states)
+        rates = self._call("rates_jacobian", x, u, modes)
+        outputs = self._call("outputs_jacobian", x, u, modes)[self._kept]
+        return Jacobians(rates[:, :n], rates[:, n:], outputs[:, :n], outputs[:, n:])
+
+    def _vector(self, regime: Regime) -> Array:
+        return np.array([float(regime.modes[name]) for name in self.mode_names])
+
+    def _regime(self, modes: Array, x: Array, u: Array) -> Regime:
+        named = {name: int(mode) for name, mode in zip(self.mode_names, modes, strict=True)}
+        outputs = self._call("outputs", x, u, modes)[:, 0]
+        slack = outputs[self._interface.output_names.index("slack_state")]
+        return Regime(SlackState(int(slack)), named, (x.copy(), u.copy()))
+
+    def _call(self, name: str, x: Array, u: Array, modes: Array) -> Array:
+        """A function at a point, with the unknowns of implicit equations found first."""
+        w = self._functions["guess"](x, u, self._p, modes).full()
+        for _ in range(_MOST_ITERATIONS if w.size else 0):
+            following = self._functions["newton"](x, u, self._p, modes, w).full()
+            change = np.abs(following - w).max()
+            w = following
+            if change <= _CLOSE * np.abs(w).max():
+                break
+        return np.asarray(self._functions[name](x, u, self._p, modes, w).full())
+
+
+@lru_cache
+def _functions(effect_ids: tuple[str, ...]) -> dict[str, ca.Function]:
+    system = build(effect_ids)
+    at = [system.x, system.u, system.p, system.r]
+    found = [*at, system.w]
+    n = system.x.numel()
+    by_v = {name: _by_state_and_input(system, getattr(system, name)) for name in _DERIVED}
+    expressions = {
+        "newton": newton_step(system.w, system.residuals) if system.w.numel() else system.w,
+        "rates": system.rates,
+        "outputs": system.outputs,
+        "next_modes": system.next_modes,
+        "starts": system.starts,
+        "starts_by_state": by_v["starts"][:, :n],
+        "rates_jacobian": by_v["rates"],
+        "outputs_jacobian": by_v["outputs"],
+    }
+    functions = {name: ca.Function(name, found, [one]) for name, one in expressions.items()}
+    return functions | {"guess": ca.Function("guess", at, [system.guesses])}
+
+
+_DERIVED = ("rates", "outputs", "starts")
+
+
+def _by_state_and_input(system: HybridSystem, expression: ca.SX) -> ca.SX:
+    v = ca.vertcat(system.x, system.u)
+    return ca.densify(total_jacobian(expression, v, system.w, system.residuals))

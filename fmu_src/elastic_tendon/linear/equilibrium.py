@@ -1,0 +1,189 @@
+"""Operating points: where the actuator rests, or moves steadily, under what is given of it.
+
+Of load, motor position and joint position two are given, or the deflection
+δ = q − (r / R) eθ, (10) and (11), in place of one. The third follows with all other states from
+rates that vanish; sliding friction counts as the mean of both directions, so that a joint at rest
+is in the middle of the positions at which it could stick. States that no rate decides (the memory
+of a hysteresis) stay as they start.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.plant import Plant, Regime
+from elastic_tendon.linear.result import Array, OperatingPoint
+
+MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE = 0, 1, 2  # places among the inputs
+JOINT_POSITION, JOINT_VELOCITY = 0, 1  # places among the states
+_GIVEN = ("load_torque", "motor_position", "joint_position", "deflection")
+_MOST_STEPS = 60
+_MOST_HALVINGS = 12
+_RANK = 1e-12  # singular values below this share of the largest belong to undecided states
+_REST = 1e-9  # distance from an equilibrium, in units of the nominals, that counts as none
+
+
+@dataclass(frozen=True)
+class Point:
+    """States (n,) and inputs (3,) at which the rates vanish, and the regime active there."""
+
+    x: Array
+    u: Array
+    regime: Regime
+
+    @property
+    def load_torque(self) -> float:
+        """Load, N·m."""
+        return float(self.u[LOAD_TORQUE])
+
+
+def completed(point: OperatingPoint) -> OperatingPoint:
+    """The operating point with two of its four positions and torques given.
+
+    Raises
+    ------
+    LinearisationError
+        where more than two are given, or a load and a deflection
+    """
+    given = _given(point)
+    for name, value in {**given, "joint_velocity": point.joint_velocity}.items():
+        if not np.isfinite(value):
+            raise LinearisationError(f"operating point: {name} is {value}; give a finite number")
+    if len(given) > 2:
+        raise LinearisationError(
+            f"operating point: {', '.join(given)} are given, but two of them settle the rest"
+        )
+    if given.keys() == {"load_torque", "deflection"}:
+        raise LinearisationError(
+            "operating point: the deflection follows from the load_torque; give the motor_position "
+            "or joint_position with one of them"
+        )
+    if len(given) < 2:
+        missing = "motor_position" if given.keys() & {"load_torque", "deflection"} else "load_torque"
+        given[missing] = 0.0
+    if len(given) < 2:
+        given["motor_position"] = 0.0
+    return OperatingPoint(**given, joint_velocity=point.joint_velocity)
+
+
+def equilibrium(plant: Plant, asked: OperatingPoint, near: Point | None = None) -> Point:
+    """The operating point that was asked for.
+
+    Parameters
+    ----------
+    plant : Plant
+    asked : OperatingPoint
+    near : where to begin the search; None: at rest without load
+
+    Returns
+    -------
+    Point
+
+    Raises
+    ------
+    LinearisationError
+        where there is none, or more is given than can be
+    """
+    asked = completed(asked)
+    z, unknown = _known(plant, asked, near)
+    residual, slope = _residual(plant, z, unknown)
+    for _ in range(_MOST_STEPS):
+        step = -np.linalg.lstsq(slope, residual, rcond=_RANK)[0] * _nominal(plant)[unknown]
+        for _ in range(_MOST_HALVINGS):
+            moved = z.copy()
+            moved[unknown] += step
+            after, slope_after = _residual(plant, moved, unknown)
+            if np.linalg.norm(after) < np.linalg.norm(residual):
+                break
+            step = 0.5 * step
+        else:
+            break  # as close as rounding lets it come
+        z, residual, slope = moved, after, slope_after
+    if not np.abs(residual).max() <= _REST:
+        given = ", ".join(f"{name} {value:g}" for name, value in _given(asked).items())
+        raise LinearisationError(
+            f"{plant.name}: no equilibrium is found with {given}; give another operating point"
+        )
+    n = len(plant.states)
+    return Point(z[:n], z[n:], plant.settle(z[:n], z[n:]))
+
+
+def held(plant: Plant, point: Point, deflection: float) -> Point:
+    """The point with the motor where it is and the joint at a deflection, rad; load as needed."""
+    asked = OperatingPoint(
+        motor_position=float(point.u[MOTOR_POSITION]),
+        deflection=deflection,
+        joint_velocity=float(point.x[JOINT_VELOCITY]),
+    )
+    return equilibrium(plant, asked, near=point)
+
+
+def deflection_of(plant: Plant, x: Array, u: Array) -> float:
+    """δ = q − (r / R) eθ, (10) and (11), rad."""
+    return float(x[JOINT_POSITION] - _ratio(plant) * u[MOTOR_POSITION])
+
+
+def _given(asked: OperatingPoint) -> dict[str, float]:
+    """What is given of load and positions, by name."""
+    return {name: value for name in _GIVEN if (value := getattr(asked, name)) is not None}
+
+
+def _ratio(plant: Plant) -> float:
+    """r / R, by which the motor's position counts at the joint, (10)."""
+    return plant.transmission.motor_pulley_radius / plant.transmission.joint_pulley_radius
+
+
+def _nominal(plant: Plant) -> Array:
+    torque = plant.transmission.joint_pulley_radius * min(
+        plant.transmission.upper_spring.largest_force,
+        plant.transmission.lower_spring.largest_force,
+    )
+    return np.concatenate([plant.nominal, [1.0, 1.0, torque]])
+
+
+def _known(plant: Plant, asked: OperatingPoint, near: Point | None) -> tuple[Array, list[int]]:
+    """States and inputs (n + 3,) as far as they are given, and the places of those that are not."""
+    n = len(plant.states)
+    given = _given(asked)
+    ratio = _ratio(plant)
+    unknown = {"joint_position": JOINT_POSITION, "motor_position": n, "load_torque": n + 2}
+    if "deflection" in given:
+        deflection = given.pop("deflection")
+        if "motor_position" in given:
+            given["joint_position"] = deflection + ratio * given["motor_position"]
+        else:
+            given["motor_position"] = (given["joint_position"] - deflection) / ratio
+    if near is None:
+        load, motor = given.get("load_torque", 0.0), given.get("motor_position", 0.0)
+        joint = given.get("joint_position", ratio * motor)
+        motor = given.get("motor_position", joint / ratio)
+        u = np.array([motor, 0.0, load])
+        z = np.concatenate([plant.start(u, joint), u])
+    else:
+        z = np.concatenate([near.x, near.u])
+    for name, value in given.items():
+        z[unknown.pop(name)] = value
+    z[JOINT_VELOCITY] = asked.joint_velocity
+    z[n + MOTOR_VELOCITY] = asked.joint_velocity / ratio
+    return z, [*unknown.values(), *range(2, n)]
+
+
+def _residual(plant: Plant, z: Array, unknown: list[int]) -> tuple[Array, Array]:
+    """Rates that must vanish, and their slopes by the unknowns, in units in which both are one.
+
+    The rate of the joint's position is its velocity, which is given.
+    """
+    n = len(plant.states)
+    x, u = z[:n], z[n:]
+    regime = plant.settle(x, u)
+    velocity = float(x[JOINT_VELOCITY])
+    directions = (1, -1) if velocity == 0.0 else (int(np.sign(velocity)),)
+    regimes = [plant.sliding(regime, one) for one in directions]
+    rates = np.mean([plant.rates(x, u, one) for one in regimes], axis=0)[1:]
+    both = [plant.jacobians(x, u, one) for one in regimes]
+    slope = np.mean([np.hstack([one.A, one.B]) for one in both], axis=0)[1:, unknown]
+    slope = slope * _nominal(plant)[unknown]
+    size = np.linalg.norm(slope, axis=1)
+    size[size == 0.0] = 1.0  # of a state that no rate decides
+    return rates / size, slope / size[:, None]

@@ -1,0 +1,237 @@
+"""Linear models of an actuator around each stiffness state.
+
+`linearise` for a model, by its equations; for an FMU see `linear.fmu`.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_tendon import transmission
+from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.boundaries import REACH, boundaries, sides, span, switches
+from elastic_tendon.linear.drive import Matrices, driven, driven_by_source
+from elastic_tendon.linear.equations import Equations
+from elastic_tendon.linear.equilibrium import Point, equilibrium, held
+from elastic_tendon.linear.plant import Plant, Regime
+from elastic_tendon.linear.result import (
+    Drive,
+    Equilibrium,
+    LinearModel,
+    OperatingPoint,
+    Validity,
+)
+from elastic_tendon.parameters import Model
+from elastic_tendon.sections import Motor
+from elastic_tendon.transmission import SlackState
+from elastic_tendon.variables import INPUTS, JOINT_MOTION
+
+_POINTS = 121  # looked at in search of a regime
+_STATES = {"I": SlackState.I, "II": SlackState.II, "III": SlackState.III, "both": SlackState.BOTH}
+
+
+@dataclass(frozen=True)
+class Form:
+    """Which linear model is wanted of a point: its drive, inputs and outputs; None for all."""
+
+    drive: Drive = Drive.SOURCE
+    inputs: Sequence[str] | None = None
+    outputs: Sequence[str] | None = None
+
+
+def linearise(
+    model: Model,
+    state: SlackState | str,
+    operating_point: OperatingPoint | None = None,
+    *,
+    drive: Drive = Drive.SOURCE,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    modes: Mapping[str, int] | None = None,
+) -> LinearModel:
+    """Linear model in a slack state, with the regimes of effects that are active or chosen.
+
+    Without effects it has the stiffness and damping of (19), (20), (23) and (25). Dry friction of
+    the joint slides unless `modes` says ``{"joint_motion": 0}``: to a small motion it is constant.
+
+    Parameters
+    ----------
+    model : Model
+    state : "I", "II", "III", "both" or a SlackState
+    operating_point : where to linearise; None: at rest without load if the state is active there,
+        else in the middle of the deflections, or joint positions, at which state and modes are
+        active
+    drive : what moves the motor; `Drive.TORQUE` needs [motor] in model.toml
+    inputs, outputs : names in the order wanted; None: all that the drive has
+    modes : modes of effects to hold, by name, where others than those active are wanted
+
+    Returns
+    -------
+    LinearModel, a `control.StateSpace` in SI units. Its `validity` says where it lies, whether the
+    state is active there and how far the next boundary is; on one, `sides` are both models
+
+    Raises
+    ------
+    LinearisationError
+        where there is no such equilibrium, name or motor
+    """
+    plant, wanted = Equations(model), slack_state(state)
+    chosen = plant.with_modes(
+        plant.with_state(plant.settle(*_origin(plant)), wanted), modes or {}
+    ).modes
+    sought = {name: chosen[name] for name in modes or {} if name != JOINT_MOTION.name}
+
+    def is_sought(regime: Regime) -> bool:
+        return regime.slack_state is wanted and sought.items() <= regime.modes.items()
+
+    point = operating_point_of(plant, operating_point, is_sought)
+    regime = plant.with_state(_moving(plant, point.regime, point), wanted)
+    regime = plant.with_modes(regime, modes or {})
+    form = Form(drive, inputs, outputs)
+    active = plant.holds(point.x, point.u, regime)
+    return linear_model(plant, point, regime, active, form, model.motor)
+
+
+def slack_state(name: SlackState | str) -> SlackState:
+    """The slack state of a name, "I", "II", "III" or "both".
+
+    Raises
+    ------
+    LinearisationError
+        for another name
+    """
+    if isinstance(name, SlackState):
+        return name
+    if name not in _STATES:
+        raise LinearisationError(f"there is no slack state {name!r}; choose {', '.join(_STATES)}")
+    return _STATES[name]
+
+
+def operating_point_of(
+    plant: Plant, asked: OperatingPoint | None, is_sought: Callable[[Regime], bool]
+) -> Point:
+    """The equilibrium asked for; without one, where the regime sought is active.
+
+    Raises
+    ------
+    LinearisationError
+        where there is no such equilibrium
+    """
+    if asked is not None:
+        return equilibrium(plant, asked)
+    unloaded = equilibrium(plant, OperatingPoint())
+    if is_sought(unloaded.regime):
+        return unloaded
+    for path in _paths(plant, unloaded):
+        if (found := _middle_of_longest(path, is_sought)) is not None:
+            return found
+    return unloaded
+
+
+def linear_model(
+    plant: Plant, point: Point, regime: Regime, active: bool, form: Form, motor: Motor | None
+) -> LinearModel:
+    """Linear model at a point in a regime, with those of both sides where it is on a boundary.
+
+    Parameters
+    ----------
+    plant : Plant
+    point : Point
+    regime : to be held
+    active : whether it is active at the point
+    form : Form
+    motor : the rotor of Drive.TORQUE
+    """
+    beside = sides(plant, point)
+    found = boundaries(plant, point, beside)
+    at = _equilibrium(plant, point)
+
+    def made(regime: Regime, active: bool, sides: tuple[LinearModel, ...] = ()) -> LinearModel:
+        validity = Validity(regime.slack_state, regime.modes, active, at, found)
+        matrices = _matrices(plant, point, regime, form, motor)
+        return LinearModel(
+            (matrices.A, matrices.B, matrices.C, matrices.D),
+            *(validity, form.drive, sides),
+            states=list(matrices.states),
+            inputs=list(matrices.inputs),
+            outputs=list(matrices.outputs),
+            name=f"{regime.slack_state.name}",
+        )
+
+    if not switches(beside[0].regime, beside[1].regime):
+        return made(regime, active)
+    one_sided = tuple(made(_moving(plant, one.regime, point), True) for one in beside)
+    return made(regime, active, one_sided)
+
+
+def _matrices(
+    plant: Plant, point: Point, regime: Regime, form: Form, motor: Motor | None
+) -> Matrices:
+    jacobians = plant.jacobians(point.x, point.u, regime)
+    source = driven_by_source(jacobians, plant.states, plant.outputs)
+    return driven(source, form.drive, motor, plant.name).selected(form.inputs, form.outputs)
+
+
+def _equilibrium(plant: Plant, point: Point) -> Equilibrium:
+    outputs = plant.output(point.x, point.u, point.regime)
+    named = (
+        dict(zip(names, map(float, values), strict=True))
+        for names, values in (
+            (plant.states, point.x),
+            ([one.name for one in INPUTS], point.u),
+            (plant.outputs, outputs),
+        )
+    )
+    return Equilibrium(*named, point.regime.slack_state, point.regime.modes)
+
+
+def _moving(plant: Plant, regime: Regime, point: Point) -> Regime:
+    """The regime with the joint sliding, at rest upwards."""
+    return plant.sliding(regime, -1 if point.x[1] < 0.0 else 1)
+
+
+def _origin(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
+    u = np.zeros(len(INPUTS))
+    return plant.start(u, 0.0), u
+
+
+def _paths(plant: Plant, unloaded: Point) -> Iterator[Iterator[Point]]:
+    """Where a regime is looked for: deflections borne, deflections beyond, positions of the joint.
+    """
+    low, high = transmission.deflection_limits(plant.transmission)
+    further = REACH * span(plant)
+    for ends in ((low, high), (low - further, high + further)):
+        yield (
+            point
+            for deflection in np.linspace(*ends, _POINTS)
+            if (point := _or_none(lambda at: held(plant, unloaded, at), deflection))
+        )
+    yield (
+        point
+        for position in np.linspace(-np.pi, np.pi, _POINTS)
+        if (
+            point := _or_none(
+                lambda at: equilibrium(plant, OperatingPoint(joint_position=at, deflection=0.0)),
+                position,
+            )
+        )
+    )
+
+
+def _or_none(solve: Callable[[float], Point], at: float) -> Point | None:
+    try:
+        return solve(float(at))
+    except LinearisationError:
+        return None
+
+
+def _middle_of_longest(
+    path: Iterator[Point], is_sought: Callable[[Regime], bool]
+) -> Point | None:
+    longest: list[Point] = []
+    run: list[Point] = []
+    for point in path:
+        run = [*run, point] if is_sought(point.regime) else []
+        longest = max(longest, run, key=len)
+    return longest[len(longest) // 2] if longest else None
