@@ -134,24 +134,45 @@ class Equations:
 
     def _call(self, name: str, x: Array, u: Array, modes: Array) -> Array:
         """A function at a point, with the unknowns of implicit equations found first."""
-        w = self._functions["guess"](x, u, self._p, modes).full()
+        at = [x, u, self._p, modes]
+        w = np.zeros(self._functions["newton"].shape[0])
+        if w.size:
+            w = self._functions["guess"](*at, w)[:, 0]
         for _ in range(_MOST_ITERATIONS if w.size else 0):
-            following = self._functions["newton"](x, u, self._p, modes, w).full()
+            following = self._functions["newton"](*at, w)[:, 0]
             change = np.abs(following - w).max()
             w = following
             if change <= _CLOSE * np.abs(w).max():
                 break
-        return np.asarray(self._functions[name](x, u, self._p, modes, w).full())
+        return self._functions[name](*at, w)
+
+
+class _Evaluated:
+    """A CasADi function of columns, called on numpy's memory: ten times faster than on its own."""
+
+    def __init__(self, function: ca.Function) -> None:
+        self.shape: tuple[int, int] = function.size_out(0)
+        self._function = function  # the buffer does not keep it alive
+        self._buffer, self._evaluate = function.buffer()
+
+    def __call__(self, *arguments: Array) -> Array:
+        result = np.zeros(self.shape, order="F")
+        arguments = tuple(np.ascontiguousarray(one, dtype=float) for one in arguments)
+        for i, argument in enumerate(arguments):
+            self._buffer.set_arg(i, memoryview(argument))
+        self._buffer.set_res(0, memoryview(result.T))
+        self._evaluate()
+        return result
 
 
 @lru_cache
-def _functions(effect_ids: tuple[str, ...]) -> dict[str, ca.Function]:
+def _functions(effect_ids: tuple[str, ...]) -> dict[str, _Evaluated]:
     system = build(effect_ids)
-    at = [system.x, system.u, system.p, system.r]
-    found = [*at, system.w]
+    arguments = [system.x, system.u, system.p, system.r, system.w]
     n = system.x.numel()
     by_v = {name: _by_state_and_input(system, getattr(system, name)) for name in _DERIVED}
     expressions = {
+        "guess": system.guesses,
         "newton": newton_step(system.w, system.residuals) if system.w.numel() else system.w,
         "rates": system.rates,
         "outputs": system.outputs,
@@ -161,8 +182,10 @@ def _functions(effect_ids: tuple[str, ...]) -> dict[str, ca.Function]:
         "rates_jacobian": by_v["rates"],
         "outputs_jacobian": by_v["outputs"],
     }
-    functions = {name: ca.Function(name, found, [one]) for name, one in expressions.items()}
-    return functions | {"guess": ca.Function("guess", at, [system.guesses])}
+    return {
+        name: _Evaluated(ca.Function(name, arguments, [ca.densify(one)]))
+        for name, one in expressions.items()
+    }
 
 
 _DERIVED = ("rates", "outputs", "starts")
@@ -170,4 +193,4 @@ _DERIVED = ("rates", "outputs", "starts")
 
 def _by_state_and_input(system: HybridSystem, expression: ca.SX) -> ca.SX:
     v = ca.vertcat(system.x, system.u)
-    return ca.densify(total_jacobian(expression, v, system.w, system.residuals))
+    return total_jacobian(expression, v, system.w, system.residuals)

@@ -21,7 +21,8 @@ _GIVEN = ("load_torque", "motor_position", "joint_position", "deflection")
 _MOST_STEPS = 60
 _MOST_HALVINGS = 12
 _RANK = 1e-12  # singular values below this share of the largest belong to undecided states
-_REST = 1e-9  # distance from an equilibrium, in units of the nominals, that counts as none
+_EXACT = 1e-14  # distance from an equilibrium, in units of the nominals, not worth another step
+_REST = 1e-9  # such a distance that counts as none at all
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,8 @@ def equilibrium(plant: Plant, asked: OperatingPoint, near: Point | None = None) 
     z, unknown = _known(plant, asked, near)
     residual, slope = _residual(plant, z, unknown)
     for _ in range(_MOST_STEPS):
+        if np.abs(residual).max() <= _EXACT:
+            break
         step = -np.linalg.lstsq(slope, residual, rcond=_RANK)[0] * _nominal(plant)[unknown]
         for _ in range(_MOST_HALVINGS):
             moved = z.copy()
@@ -180,6 +183,8 @@ def _residual(plant: Plant, z: Array, unknown: list[int]) -> tuple[Array, Array]
     velocity = float(x[JOINT_VELOCITY])
     directions = (1, -1) if velocity == 0.0 else (int(np.sign(velocity)),)
     regimes = [plant.sliding(regime, one) for one in directions]
+    if regimes[0] is regimes[-1]:
+        regimes = regimes[:1]
     rates = np.mean([plant.rates(x, u, one) for one in regimes], axis=0)[1:]
     both = [plant.jacobians(x, u, one) for one in regimes]
     slope = np.mean([np.hstack([one.A, one.B]) for one in both], axis=0)[1:, unknown]
