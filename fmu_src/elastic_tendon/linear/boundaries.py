@@ -7,7 +7,14 @@ import numpy as np
 
 from elastic_tendon import transmission
 from elastic_tendon.errors import LinearisationError
-from elastic_tendon.linear.equilibrium import Point, deflection_of, held
+from elastic_tendon.linear.equilibrium import (
+    LOAD_TORQUE,
+    Point,
+    deflection_of,
+    deflection_span,
+    held,
+    torque_scale,
+)
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import Boundary
 from elastic_tendon.variables import JOINT_MOTION
@@ -16,17 +23,14 @@ TOUCH = 1e-8  # share of the range of deflection within which a boundary counts 
 _POINTS = 60  # looked at in each direction, before a switch is located between two of them
 REACH = 1.0  # how far is looked beyond the range of deflection, in shares of that range
 _MOST_BISECTIONS = 60
-
-
-def span(plant: Plant) -> float:
-    """Range of deflection that the springs bear, (16), rad."""
-    low, high = transmission.deflection_limits(plant.transmission)
-    return high - low
+# loads tried in search of the one that sets a sticking joint in motion, in shares of the largest
+# torque that the springs bear
+_SMALLEST_BREAKAWAY, _LARGEST_BREAKAWAY = 1e-6, 100.0
 
 
 def sides(plant: Plant, point: Point) -> tuple[Point, Point]:
     """The points just beside a point, towards negative and towards positive deflection."""
-    at, touch = deflection_of(plant, point.x, point.u), TOUCH * span(plant)
+    at, touch = deflection_of(plant, point.x, point.u), TOUCH * deflection_span(plant)
     return held(plant, point, at - touch), held(plant, point, at + touch)
 
 
@@ -46,12 +50,15 @@ def boundaries(plant: Plant, point: Point, beside: tuple[Point, Point]) -> tuple
     low, high = beside
     found = [_next(plant, point, low, -1), _next(plant, point, high, 1)]
     if switches(low.regime, high.regime):
-        found.insert(1, _boundary(plant, point, point, low.regime, high.regime))
-    return tuple(one for one in found if one is not None)
+        found.append(_boundary(plant, point, point, low.regime, high.regime))
+    if point.regime.modes.get(JOINT_MOTION.name) == 0:
+        found += [_breakaway(plant, point, direction) for direction in (-1, 1)]
+    every = [one for one in found if one is not None]
+    return tuple(sorted(every, key=lambda one: (one.deflection, one.load_torque)))
 
 
 def switches(before: Regime, after: Regime) -> dict[str, int]:
-    """Modes that differ, with their values after; whether the joint sticks is no matter of place."""
+    """Modes that differ, with their values after; whether the joint sticks is another matter."""
     return {
         name: value
         for name, value in after.modes.items()
@@ -73,7 +80,7 @@ def _path(plant: Plant, beside: Point, direction: int) -> Iterator[Point]:
     start = deflection_of(plant, beside.x, beside.u)
     limits = transmission.deflection_limits(plant.transmission)
     end = direction * max(direction * limits[direction > 0], direction * start)
-    end += direction * REACH * span(plant)
+    end += direction * REACH * deflection_span(plant)
     point = beside
     for deflection in np.linspace(start, end, _POINTS)[1:]:
         try:
@@ -108,4 +115,29 @@ def _boundary(plant: Plant, point: Point, at: Point, before: Regime, after: Regi
         at.load_torque,
         deflection - here,
         at.load_torque - point.load_torque,
+    )
+
+
+def _breakaway(plant: Plant, point: Point, direction: int) -> Boundary | None:
+    """Where more load, the joint held where it sticks, sets it in motion."""
+
+    def slides(added: float) -> bool:
+        u = point.u.copy()
+        u[LOAD_TORQUE] += direction * added
+        return plant.settle(point.x, u).modes[JOINT_MOTION.name] != 0
+
+    holds, moves = 0.0, torque_scale(plant) * _SMALLEST_BREAKAWAY
+    while not slides(moves):
+        holds, moves = moves, 2.0 * moves
+        if moves > torque_scale(plant) * _LARGEST_BREAKAWAY:
+            return None
+    for _ in range(_MOST_BISECTIONS):
+        between = 0.5 * (holds + moves)
+        holds, moves = (holds, between) if slides(between) else (between, moves)
+    margin = direction * moves
+    deflection = deflection_of(plant, point.x, point.u)
+    return Boundary(
+        {JOINT_MOTION.name: direction},
+        point.regime.slack_state,
+        *(deflection, point.load_torque + margin, 0.0, margin),
     )

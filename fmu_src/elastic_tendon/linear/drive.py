@@ -30,9 +30,7 @@ class Matrices:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
 
-    def selected(
-        self, inputs: Sequence[str] | None, outputs: Sequence[str] | None
-    ) -> "Matrices":
+    def selected(self, inputs: Sequence[str] | None, outputs: Sequence[str] | None) -> "Matrices":
         """With some inputs and outputs only, in the order given; None for all.
 
         Raises

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -14,7 +15,7 @@ from elastic_tendon.model import build
 from elastic_tendon.parameters import Model
 from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
 from elastic_tendon.transmission import SlackState
-from elastic_tendon.variables import JOINT_MOTION, interface, strands
+from elastic_tendon.variables import JOINT_MOTION, SPRINGS, interface
 
 _MOST_ITERATIONS = 100
 _CLOSE = 1e-12  # relative change after which an iteration has converged
@@ -50,7 +51,7 @@ class Equations:
         x = np.array([one.start or 0.0 for one in self._interface.states])
         x[0] = joint_position
         for _ in range(_MOST_ITERATIONS if calculated.any() else 0):
-            modes = self._vector(self.settle(x, u))
+            modes = self._vector(self.settle(x, u).modes)
             start, slope = (self._call(name, x, u, modes) for name in ("starts", "starts_by_state"))
             within = np.ix_(calculated, calculated)
             step = np.linalg.solve(
@@ -77,14 +78,8 @@ class Equations:
             return regime
         return replace(regime, modes={**regime.modes, JOINT_MOTION.name: direction})
 
-    def with_state(self, regime: Regime, state: SlackState) -> Regime:
-        """The regime with another slack state."""
-        taut = dict(zip(("upper", "lower"), _TAUT[state], strict=True))
-        sides = {f"{one}.taut": taut[one[:5]] for one in strands(self._interface.effects)}
-        return replace(regime, slack_state=state, modes={**regime.modes, **sides})
-
-    def with_modes(self, regime: Regime, modes: Mapping[str, int]) -> Regime:
-        """The regime with some modes chosen.
+    def chosen(self, state: SlackState, modes: Mapping[str, int]) -> dict[str, int]:
+        """Modes by name that a slack state and a choice of other modes come to.
 
         Raises
         ------
@@ -99,32 +94,40 @@ class Equations:
                 )
             if value not in allowed[name]:
                 listed = ", ".join(map(str, allowed[name]))
-                raise LinearisationError(f"{self.name}: mode {name} is one of {listed}, not {value}")
-        return replace(regime, modes={**regime.modes, **modes})
+                raise LinearisationError(
+                    f"{self.name}: mode {name} is one of {listed}, not {value}"
+                )
+        taut = zip(SPRINGS, _TAUT[state], strict=True)  # with a spring's mass: at the joint pulley
+        return {f"{spring}.taut": value for spring, value in taut} | dict(modes)
+
+    def holding(self, regime: Regime, chosen: Mapping[str, int]) -> Regime:
+        """The regime with some of its modes chosen."""
+        modes = {**regime.modes, **chosen}
+        return self._regime(self._vector(modes), *regime.reached_at)
 
     def holds(self, x: Array, u: Array, regime: Regime) -> bool:
         """Whether a regime, once entered, stays at a point."""
-        modes = self._vector(regime)
+        modes = self._vector(regime.modes)
         return np.array_equal(self._call("next_modes", x, u, modes)[:, 0], modes)
 
     def rates(self, x: Array, u: Array, regime: Regime) -> Array:
         """Time derivatives (n,) of the states, the regime held."""
-        return self._call("rates", x, u, self._vector(regime))[:, 0]
+        return self._call("rates", x, u, self._vector(regime.modes))[:, 0]
 
     def output(self, x: Array, u: Array, regime: Regime) -> Array:
         """Outputs (m,), the regime held."""
-        return self._call("outputs", x, u, self._vector(regime))[self._kept, 0]
+        return self._call("outputs", x, u, self._vector(regime.modes))[self._kept, 0]
 
     def jacobians(self, x: Array, u: Array, regime: Regime) -> Jacobians:
         """Derivatives, the regime held."""
-        modes = self._vector(regime)
+        modes = self._vector(regime.modes)
         n = len(self.states)
         rates = self._call("rates_jacobian", x, u, modes)
         outputs = self._call("outputs_jacobian", x, u, modes)[self._kept]
         return Jacobians(rates[:, :n], rates[:, n:], outputs[:, :n], outputs[:, n:])
 
-    def _vector(self, regime: Regime) -> Array:
-        return np.array([float(regime.modes[name]) for name in self.mode_names])
+    def _vector(self, modes: Mapping[str, int]) -> Array:
+        return np.array([float(modes[name]) for name in self.mode_names])
 
     def _regime(self, modes: Array, x: Array, u: Array) -> Regime:
         named = {name: int(mode) for name, mode in zip(self.mode_names, modes, strict=True)}
@@ -153,14 +156,15 @@ class _Evaluated:
     def __init__(self, function: ca.Function) -> None:
         self.shape: tuple[int, int] = function.size_out(0)
         self._function = function  # the buffer does not keep it alive
-        self._buffer, self._evaluate = function.buffer()
+        buffer, self._evaluate = function.buffer()
+        self._buffer: Any = buffer  # CasADi's own types know of pointers only
 
     def __call__(self, *arguments: Array) -> Array:
         result = np.zeros(self.shape, order="F")
         arguments = tuple(np.ascontiguousarray(one, dtype=float) for one in arguments)
         for i, argument in enumerate(arguments):
-            self._buffer.set_arg(i, memoryview(argument))
-        self._buffer.set_res(0, memoryview(result.T))
+            self._buffer.set_arg(i, argument.data)
+        self._buffer.set_res(0, result.T.data)
         self._evaluate()
         return result
 

@@ -14,12 +14,15 @@ import numpy as np
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import Array, OperatingPoint
+from elastic_tendon.transmission import deflection_limits
 
 MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE = 0, 1, 2  # places among the inputs
 JOINT_POSITION, JOINT_VELOCITY = 0, 1  # places among the states
 _GIVEN = ("load_torque", "motor_position", "joint_position", "deflection")
 _MOST_STEPS = 60
 _MOST_HALVINGS = 12
+# shares of the range of deflection by which a search starts anew, where the joint is free in a play
+_STARTS = (0.0, 0.1, -0.1, 0.3, -0.3, 0.6, -0.6)
 _RANK = 1e-12  # singular values below this share of the largest belong to undecided states
 _EXACT = 1e-14  # distance from an equilibrium, in units of the nominals, not worth another step
 _REST = 1e-9  # such a distance that counts as none at all
@@ -60,9 +63,8 @@ def completed(point: OperatingPoint) -> OperatingPoint:
             "operating point: the deflection follows from the load_torque; give the motor_position "
             "or joint_position with one of them"
         )
-    if len(given) < 2:
-        missing = "motor_position" if given.keys() & {"load_torque", "deflection"} else "load_torque"
-        given[missing] = 0.0
+    if len(given) < 2 and not given.keys() & {"load_torque", "deflection"}:
+        given["load_torque"] = 0.0
     if len(given) < 2:
         given["motor_position"] = 0.0
     return OperatingPoint(**given, joint_velocity=point.joint_velocity)
@@ -88,6 +90,27 @@ def equilibrium(plant: Plant, asked: OperatingPoint, near: Point | None = None) 
     """
     asked = completed(asked)
     z, unknown = _known(plant, asked, near)
+    for share in _STARTS:
+        moved = z.copy()
+        if JOINT_POSITION in unknown:
+            moved[JOINT_POSITION] += share * deflection_span(plant)
+        elif share:
+            break
+        found, rest = _solved(plant, moved, unknown)
+        if rest <= _REST:
+            n = len(plant.states)
+            return Point(found[:n], found[n:], plant.settle(found[:n], found[n:]))
+    given = ", ".join(f"{name} {value:g}" for name, value in _given(asked).items())
+    raise LinearisationError(
+        f"{plant.name}: no equilibrium is found with {given}; give another operating point"
+    )
+
+
+def _solved(plant: Plant, z: Array, unknown: list[int]) -> tuple[Array, float]:
+    """States and inputs moved to where the rates vanish, and how far from rest they still are.
+
+    Newton's method with the regime active at each point; undecided states take the shortest step.
+    """
     residual, slope = _residual(plant, z, unknown)
     for _ in range(_MOST_STEPS):
         if np.abs(residual).max() <= _EXACT:
@@ -103,13 +126,7 @@ def equilibrium(plant: Plant, asked: OperatingPoint, near: Point | None = None) 
         else:
             break  # as close as rounding lets it come
         z, residual, slope = moved, after, slope_after
-    if not np.abs(residual).max() <= _REST:
-        given = ", ".join(f"{name} {value:g}" for name, value in _given(asked).items())
-        raise LinearisationError(
-            f"{plant.name}: no equilibrium is found with {given}; give another operating point"
-        )
-    n = len(plant.states)
-    return Point(z[:n], z[n:], plant.settle(z[:n], z[n:]))
+    return z, float(np.abs(residual).max())
 
 
 def held(plant: Plant, point: Point, deflection: float) -> Point:
@@ -127,6 +144,12 @@ def deflection_of(plant: Plant, x: Array, u: Array) -> float:
     return float(x[JOINT_POSITION] - _ratio(plant) * u[MOTOR_POSITION])
 
 
+def deflection_span(plant: Plant) -> float:
+    """Range of deflection that the springs bear, (16), rad."""
+    low, high = deflection_limits(plant.transmission)
+    return high - low
+
+
 def _given(asked: OperatingPoint) -> dict[str, float]:
     """What is given of load and positions, by name."""
     return {name: value for name in _GIVEN if (value := getattr(asked, name)) is not None}
@@ -137,12 +160,14 @@ def _ratio(plant: Plant) -> float:
     return plant.transmission.motor_pulley_radius / plant.transmission.joint_pulley_radius
 
 
+def torque_scale(plant: Plant) -> float:
+    """Torque that the weaker spring bears, R F_max,i, (32), N·m."""
+    springs = (plant.transmission.upper_spring, plant.transmission.lower_spring)
+    return plant.transmission.joint_pulley_radius * min(one.largest_force for one in springs)
+
+
 def _nominal(plant: Plant) -> Array:
-    torque = plant.transmission.joint_pulley_radius * min(
-        plant.transmission.upper_spring.largest_force,
-        plant.transmission.lower_spring.largest_force,
-    )
-    return np.concatenate([plant.nominal, [1.0, 1.0, torque]])
+    return np.concatenate([plant.nominal, [1.0, 1.0, torque_scale(plant)]])
 
 
 def _known(plant: Plant, asked: OperatingPoint, near: Point | None) -> tuple[Array, list[int]]:

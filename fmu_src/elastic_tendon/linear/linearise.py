@@ -3,19 +3,25 @@
 `linearise` for a model, by its equations; for an FMU see `linear.fmu`.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from elastic_tendon import transmission
 from elastic_tendon.errors import LinearisationError
-from elastic_tendon.linear.boundaries import REACH, boundaries, sides, span, switches
+from elastic_tendon.linear.boundaries import REACH, boundaries, sides, switches
 from elastic_tendon.linear.drive import Matrices, driven, driven_by_source
 from elastic_tendon.linear.equations import Equations
-from elastic_tendon.linear.equilibrium import Point, equilibrium, held
+from elastic_tendon.linear.equilibrium import (
+    JOINT_VELOCITY,
+    Point,
+    deflection_span,
+    equilibrium,
+)
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import (
+    Array,
     Drive,
     Equilibrium,
     LinearModel,
@@ -76,20 +82,15 @@ def linearise(
     LinearisationError
         where there is no such equilibrium, name or motor
     """
-    plant, wanted = Equations(model), slack_state(state)
-    chosen = plant.with_modes(
-        plant.with_state(plant.settle(*_origin(plant)), wanted), modes or {}
-    ).modes
-    sought = {name: chosen[name] for name in modes or {} if name != JOINT_MOTION.name}
-
-    def is_sought(regime: Regime) -> bool:
-        return regime.slack_state is wanted and sought.items() <= regime.modes.items()
-
-    point = operating_point_of(plant, operating_point, is_sought)
-    regime = plant.with_state(_moving(plant, point.regime, point), wanted)
-    regime = plant.with_modes(regime, modes or {})
-    form = Form(drive, inputs, outputs)
+    plant = Equations(model)
+    chosen = plant.chosen(slack_state(state), modes or {})
+    sought = {name: mode for name, mode in chosen.items() if name != JOINT_MOTION.name}
+    point = operating_point_of(
+        plant, operating_point, lambda regime: sought.items() <= regime.modes.items()
+    )
+    regime = plant.holding(moving(plant, point), chosen)
     active = plant.holds(point.x, point.u, regime)
+    form = Form(drive, inputs, outputs)
     return linear_model(plant, point, regime, active, form, model.motor)
 
 
@@ -123,8 +124,8 @@ def operating_point_of(
     unloaded = equilibrium(plant, OperatingPoint())
     if is_sought(unloaded.regime):
         return unloaded
-    for path in _paths(plant, unloaded):
-        if (found := _middle_of_longest(path, is_sought)) is not None:
+    for path in _paths(plant):
+        if (found := _middle_of_longest(plant, path, unloaded, is_sought)) is not None:
             return found
     return unloaded
 
@@ -156,12 +157,12 @@ def linear_model(
             states=list(matrices.states),
             inputs=list(matrices.inputs),
             outputs=list(matrices.outputs),
-            name=f"{regime.slack_state.name}",
+            name=regime.slack_state.name,
         )
 
     if not switches(beside[0].regime, beside[1].regime):
         return made(regime, active)
-    one_sided = tuple(made(_moving(plant, one.regime, point), True) for one in beside)
+    one_sided = tuple(made(moving(plant, point, one.regime), True) for one in beside)
     return made(regime, active, one_sided)
 
 
@@ -174,64 +175,46 @@ def _matrices(
 
 
 def _equilibrium(plant: Plant, point: Point) -> Equilibrium:
-    outputs = plant.output(point.x, point.u, point.regime)
-    named = (
-        dict(zip(names, map(float, values), strict=True))
-        for names, values in (
-            (plant.states, point.x),
-            ([one.name for one in INPUTS], point.u),
-            (plant.outputs, outputs),
-        )
+    def named(names: Iterable[str], values: Array) -> dict[str, float]:
+        return dict(zip(names, map(float, values), strict=True))
+
+    return Equilibrium(
+        named(plant.states, point.x),
+        named((one.name for one in INPUTS), point.u),
+        named(plant.outputs, plant.output(point.x, point.u, point.regime)),
+        point.regime.slack_state,
+        point.regime.modes,
     )
-    return Equilibrium(*named, point.regime.slack_state, point.regime.modes)
 
 
-def _moving(plant: Plant, regime: Regime, point: Point) -> Regime:
-    """The regime with the joint sliding, at rest upwards."""
-    return plant.sliding(regime, -1 if point.x[1] < 0.0 else 1)
+def moving(plant: Plant, point: Point, regime: Regime | None = None) -> Regime:
+    """The regime at a point, or another, with the joint sliding: as it moves, at rest upwards."""
+    return plant.sliding(regime or point.regime, -1 if point.x[JOINT_VELOCITY] < 0.0 else 1)
 
 
-def _origin(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
-    u = np.zeros(len(INPUTS))
-    return plant.start(u, 0.0), u
-
-
-def _paths(plant: Plant, unloaded: Point) -> Iterator[Iterator[Point]]:
-    """Where a regime is looked for: deflections borne, deflections beyond, positions of the joint.
-    """
+def _paths(plant: Plant) -> Iterator[list[OperatingPoint]]:
+    """Where a regime is looked for: deflections borne, those beyond, positions of the joint."""
     low, high = transmission.deflection_limits(plant.transmission)
-    further = REACH * span(plant)
+    further = REACH * deflection_span(plant)
     for ends in ((low, high), (low - further, high + further)):
-        yield (
-            point
-            for deflection in np.linspace(*ends, _POINTS)
-            if (point := _or_none(lambda at: held(plant, unloaded, at), deflection))
-        )
-    yield (
-        point
-        for position in np.linspace(-np.pi, np.pi, _POINTS)
-        if (
-            point := _or_none(
-                lambda at: equilibrium(plant, OperatingPoint(joint_position=at, deflection=0.0)),
-                position,
-            )
-        )
-    )
-
-
-def _or_none(solve: Callable[[float], Point], at: float) -> Point | None:
-    try:
-        return solve(float(at))
-    except LinearisationError:
-        return None
+        deflections = np.linspace(*ends, _POINTS)
+        yield [OperatingPoint(motor_position=0.0, deflection=float(one)) for one in deflections]
+    positions = np.linspace(-np.pi, np.pi, _POINTS)
+    yield [OperatingPoint(joint_position=float(one), deflection=0.0) for one in positions]
 
 
 def _middle_of_longest(
-    path: Iterator[Point], is_sought: Callable[[Regime], bool]
+    plant: Plant, path: list[OperatingPoint], near: Point, is_sought: Callable[[Regime], bool]
 ) -> Point | None:
+    """The point in the middle of the longest stretch of a path with the regime sought."""
     longest: list[Point] = []
     run: list[Point] = []
-    for point in path:
+    for asked in path:
+        try:
+            point = equilibrium(plant, asked, near)
+        except LinearisationError:
+            run = []
+            continue
         run = [*run, point] if is_sought(point.regime) else []
         longest = max(longest, run, key=len)
     return longest[len(longest) // 2] if longest else None

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from elastic_tendon.linear.result import Array
-from elastic_tendon.transmission import SlackState
 from elastic_tendon.sections import Transmission
+from elastic_tendon.transmission import SlackState
 
 
 class Jacobians(NamedTuple):

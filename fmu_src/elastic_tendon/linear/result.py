@@ -88,8 +88,9 @@ class Validity:
     slack_state, modes : for which it was made
     active : whether these are the modes at the operating point
     operating_point : the equilibrium, with the modes that are active there
-    boundaries : the next ones towards negative and positive deflection; also one at no distance
-        where the operating point lies on it
+    boundaries : the next ones towards negative and positive deflection, by rising deflection; also
+        one at no distance where the operating point lies on it, and where the joint sticks
+        the loads, deflection held, that set it in motion
     """
 
     slack_state: SlackState
@@ -101,7 +102,9 @@ class Validity:
     @property
     def on_boundary(self) -> bool:
         """Whether the operating point lies on a switching boundary."""
-        return any(one.deflection_margin == 0.0 for one in self.boundaries)
+        return any(
+            one.deflection_margin == 0.0 and one.torque_margin == 0.0 for one in self.boundaries
+        )
 
 
 class LinearModel(control.StateSpace):  # type: ignore[misc]  # control has no types
