@@ -1,9 +1,8 @@
-"""The transmission as an oscillation sees it: equivalent stiffness over amplitude, limit cycles.
+"""The transmission as an oscillation sees it: equivalent stiffness and damping over amplitude.
 
 A linear model holds within one slack state. A deflection that swings across a slack boundary meets
 a torque that is no sinusoid; its first harmonic is that of a linear spring and damper whose numbers
-depend on the amplitude. With them a closed loop is linear at each amplitude, and a limit cycle is
-where poles of this loop lie on the imaginary axis (harmonic balance).
+depend on the amplitude. `limit_cycles` closes a loop with them.
 
 A. Gelb, W. E. Vander Velde, Multiple-Input Describing Functions and Nonlinear System Design,
 McGraw-Hill, 1968: chapter 2 (one sinusoid), chapter 6 (a sinusoid and a bias).
@@ -13,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import control
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -27,23 +25,21 @@ from elastic_tendon.parameters import Model
 from elastic_tendon.transmission import deflection_limits, slack_boundaries
 
 Report = Callable[[str, float], object]  # what is being done, and the share of it that is done
-Loop = Callable[[float, float], control.StateSpace]  # stiffness, damping -> closed loop
 
-SAMPLES = 4096  # of a cycle; its kinks then cost less than 1e-6 of the stiffness
+SAMPLES = 4096  # of a cycle; kinks then cost less than 1e-7 of the stiffness
 PASSES = 12  # until the joint moves as it shall
 HELD = 1e-8  # largest deviation from that, of the amplitude
-CYCLES = 300  # until the torque repeats itself
+CYCLES = 120  # until the torque repeats itself
+AVERAGED = 80  # of these, where it never does
+DRIFT = 0.5  # of the scatter: a larger one between two halves of them is no chance
 SETTLED = 1e-6  # of the largest torque of a cycle
 SOLVER = 1e-10  # tolerance of the simulations
 HEAVY = {"link.inertia": 1e4, "link.damping": 1e4}  # kg·m², N·m·s/rad: hardly moved by tendons
 ON_JOINT = (Slot.JOINT_TORQUE, Slot.DRY_FRICTION)  # what is no part of the transmission
 
 GRID = 60  # default amplitudes, beside those on boundaries
+SAME_AMPLITUDE = 1e-6  # of the largest; closer ones are one
 REACH = 1.2  # the largest of them, of the farther deflection limit
-
-ON_AXIS = 1e-7  # real part of a pole on the imaginary axis, of the largest pole
-ROOT = 1e-12  # rad, to which the amplitude of a limit cycle is found
-SAME = 1e-4  # relative, of amplitude and frequency of one limit cycle that was found twice
 
 
 @dataclass(frozen=True)
@@ -59,6 +55,8 @@ class DescribingFunction:
     mean_torque : (n,) array, N·m; of the tendons on the joint, negative for positive deflection
     stiffness : (n,) array, N·m/rad; equivalent stiffness, of the torque in phase
     damping : (n,) array, N·m·s/rad; equivalent damping, of the torque in quadrature
+    scatter : (n,) array, N·m/rad; standard deviation of the stiffness from cycle to cycle: 0 where
+        the torque repeats itself, else stiffness and damping are means of 80 cycles
     """
 
     amplitudes: Array
@@ -67,37 +65,12 @@ class DescribingFunction:
     mean_torque: Array
     stiffness: Array
     damping: Array
+    scatter: Array
 
     @property
     def loss(self) -> Array:
         """Energy lost in a cycle, (n,) array, J; exact, since the deflection is one sinusoid."""
         return np.pi * self.frequency * self.damping * self.amplitudes**2
-
-
-@dataclass(frozen=True)
-class LimitCycle:
-    """An oscillation that keeps itself up, to first harmonic.
-
-    `amplitude` (rad) of the deflection around the mean `deflection` (rad), angular `frequency`
-    (rad/s); `stiffness` (N·m/rad) and `damping` (N·m·s/rad) are the equivalent ones.
-    `attracting`: neighbouring oscillations come closer; else it is the border between those that
-    die out and those that grow.
-    """
-
-    amplitude: float
-    deflection: float
-    frequency: float
-    stiffness: float
-    damping: float
-    attracting: bool
-
-
-@dataclass(frozen=True)
-class LimitCycles:
-    """All `cycles` between the amplitudes looked at; where there is none, `reason` says why."""
-
-    cycles: tuple[LimitCycle, ...]
-    reason: str
 
 
 # ---- the describing function ---------------------------------------------------------------
@@ -118,7 +91,8 @@ def default_amplitudes(model: Model, deflection: float = 0.0) -> Array:
     marks = amplitude_marks(model, deflection)
     touched = [abs(one) for pair in marks for one in pair if one]
     largest = REACH * max(touched)
-    return np.unique([*np.linspace(largest / GRID, largest, GRID), *touched])
+    every = np.unique([*np.linspace(largest / GRID, largest, GRID), *touched])
+    return every[np.diff(every, prepend=0.0) > SAME_AMPLITUDE * largest]
 
 
 def amplitude_marks(
@@ -153,8 +127,8 @@ def describing_function(
     dry friction and drag of the joint) are no part of the transmission and are left out. The
     joint swings and not the motor, since tendon friction is that of a moving joint pulley.
 
-    4096 samples of a cycle, between the turning points, leave an error of the kinks of 1e-6 of
-    the stiffness at most; of transients less than 1e-6 of the largest torque of a cycle.
+    Accuracy: kinks between samples cost less than 1e-7 of the stiffness, transients less than 1e-6
+    of the largest torque of a cycle.
 
     Parameters
     ----------
@@ -174,7 +148,7 @@ def describing_function(
     Raises
     ------
     LinearisationError
-        for wrong arguments, and where the torque does not come to repeat itself
+        for wrong arguments, and where the torque still drifts after 120 cycles
     SimulationError, BuildError
         where the swing cannot be simulated
 
@@ -186,7 +160,9 @@ def describing_function(
         raise LinearisationError(
             "deflection and load_torque are both given, but one settles the other; give one"
         )
-    omega = _positive("frequency", design(model).frequency_state_3 if frequency is None else frequency)
+    omega = _positive(
+        "frequency", design(model).frequency_state_3 if frequency is None else frequency
+    )
     mean = _finite("deflection", deflection or 0.0)
     load = None if load_torque is None else _finite("load_torque", load_torque)
     chosen = default_amplitudes(model, mean) if amplitudes is None else _increasing(amplitudes)
@@ -197,7 +173,7 @@ def describing_function(
         if load is not None:
             mean = _carrying(transmission_alone, load, float(amplitude), omega, mean)
         found.append((mean, *_first_harmonic(transmission_alone, mean, float(amplitude), omega)))
-    means, torques, in_phase, quadrature = np.array(found).T
+    means, torques, in_phase, quadrature, scatter = np.array(found).T
     return DescribingFunction(
         amplitudes=chosen,
         deflection=means,
@@ -205,6 +181,7 @@ def describing_function(
         mean_torque=torques,
         stiffness=-in_phase / chosen,
         damping=quadrature / (omega * chosen),
+        scatter=scatter / chosen,
     )
 
 
@@ -257,33 +234,56 @@ def _carrying(model: Model, load: float, amplitude: float, omega: float, guess: 
 
 
 class _Harmonic(NamedTuple):
-    """Torque over a cycle, N·m: ``mean + in_phase cos(ωt) + quadrature sin(ωt)``."""
+    """Torque over a cycle, N·m: ``mean + in_phase cos(ωt) + quadrature sin(ωt)``.
+
+    `scatter` is the standard deviation of `in_phase` where several cycles were averaged.
+    """
 
     mean: float
     in_phase: float
     quadrature: float
+    scatter: float = 0.0
 
 
 def _first_harmonic(model: Model, deflection: float, amplitude: float, omega: float) -> _Harmonic:
     """First harmonic of the torque when it repeats itself; the motor is at 0."""
     state: dict[str, float] = {}
-    previous, previous_change = np.full(3, np.inf), np.inf
     torque = np.zeros(SAMPLES + 2)
+    harmonics: list[_Harmonic] = []
+    previous_change = np.inf
     for _ in range(CYCLES):
         torque, state = _cycle(model, deflection, amplitude, omega, state, torque)
-        harmonic = _harmonic(torque)
-        change = float(np.abs(np.array(harmonic) - previous).max())
+        harmonics.append(_harmonic(torque))
+        change = float(np.abs(np.diff(harmonics[-2:], axis=0)).max(initial=0.0))
+        if len(harmonics) == 1:
+            continue
         allowed = SETTLED * float(np.abs(torque).max())
         # what is still to come of a transient that dies out as it did in the last two cycles
         to_come = change / (1 - change / previous_change) if change < previous_change else np.inf
         if to_come <= allowed or change <= 0.01 * allowed:
-            return harmonic
-        previous, previous_change = np.array(harmonic), change
-    raise LinearisationError(
-        f"{model.name}: at an amplitude of {amplitude:g} rad and {omega:g} rad/s the torque does "
-        f"not repeat itself after {CYCLES} cycles; choose a frequency that is not far above the "
-        "slowest relaxation of the springs, and give spring masses damping"
-    )
+            return harmonics[-1]
+        previous_change = change
+    averaged = _averaged(np.array(harmonics[-AVERAGED:]))
+    if averaged is None:
+        raise LinearisationError(
+            f"{model.name}: at an amplitude of {amplitude:g} rad and {omega:g} rad/s the torque "
+            f"still drifts after {CYCLES} cycles; choose a frequency nearer to 1 / the time "
+            "constant of what relaxes"
+        )
+    return averaged
+
+
+def _averaged(harmonics: Array) -> _Harmonic | None:
+    """Mean of torques that fluctuate (spring masses that bounce may), None where they drift.
+
+    `harmonics` (n, 4), rows as `_Harmonic`.
+    """
+    first, second = np.split(harmonics, 2)
+    scatter = harmonics.std(axis=0)
+    if (np.abs(second.mean(axis=0) - first.mean(axis=0)) > DRIFT * scatter).any():
+        return None
+    mean, in_phase, quadrature, _ = harmonics.mean(axis=0)
+    return _Harmonic(mean, in_phase, quadrature, scatter=scatter[1])
 
 
 def _cycle(
@@ -339,184 +339,3 @@ def _harmonic(torque: Array) -> _Harmonic:
         in_phase=float(2.0 * (inside * np.cos(phase)).mean()),
         quadrature=float(2.0 * (inside * np.sin(phase)).mean()),
     )
-
-
-# ---- limit cycles --------------------------------------------------------------------------
-
-
-def interpolated(
-    first: control.StateSpace, second: control.StateSpace, stiffnesses: tuple[float, float]
-) -> Callable[[float], control.StateSpace]:
-    """Linear models of a plant between, and beyond, those of two slack states.
-
-    The matrices of a plant are affine in the stiffness of its transmission. Damping of the springs
-    goes along in proportion; a closed loop is not affine where a controller feeds a torque
-    through at once, so close the loop around what this returns.
-
-    Parameters
-    ----------
-    first, second : control.StateSpace of the same states, inputs and outputs, as from `linearise`
-    stiffnesses : N·m/rad; those of the two, (19), (23), (25)
-
-    Returns
-    -------
-    callable: stiffness, N·m/rad -> control.StateSpace with the names of `first`
-
-    Raises
-    ------
-    LinearisationError
-        where the two are not models of one plant, or their stiffnesses are equal
-    """
-    names = [(one.state_labels, one.input_labels, one.output_labels) for one in (first, second)]
-    if names[0] != names[1]:
-        raise LinearisationError(
-            "the two models differ in the names of states, inputs or outputs; linearise one model "
-            "with the same drive, inputs and outputs in both states"
-        )
-    if stiffnesses[0] == stiffnesses[1]:
-        raise LinearisationError(
-            f"both models have the stiffness {stiffnesses[0]:g} N·m/rad; take the states on both "
-            "sides of a slack boundary"
-        )
-    states, inputs, outputs = names[0]
-
-    def at(stiffness: float) -> control.StateSpace:
-        share = (stiffness - stiffnesses[0]) / (stiffnesses[1] - stiffnesses[0])
-        pairs = zip(_matrices(first), _matrices(second), strict=True)
-        matrices = [one + share * (other - one) for one, other in pairs]
-        return control.StateSpace(*matrices, states=states, inputs=inputs, outputs=outputs)
-
-    return at
-
-
-def _matrices(system: control.StateSpace) -> tuple[Array, Array, Array, Array]:
-    return system.A, system.B, system.C, system.D
-
-
-def limit_cycles(describing: DescribingFunction, closed_loop: Loop) -> LimitCycles:
-    """Find the limit cycles of a closed loop by harmonic balance.
-
-    At each amplitude the loop is closed with the equivalent stiffness and damping; a limit cycle is
-    where a pair of its poles crosses the imaginary axis. It attracts where the pair moves to the
-    left as the amplitude grows and no other pole lies to the right of the axis.
-
-    The amplitude is that of the deflection, not of the joint, around the mean for which the
-    describing function was made: where the loop carries a load, make it with `load_torque`. The
-    answer is approximate: the loop must pass the first harmonic much better than the others. For
-    a model whose describing function depends on frequency, make it again at the one found.
-
-    Parameters
-    ----------
-    describing : DescribingFunction; between its amplitudes cubic interpolation that keeps the shape
-    closed_loop : callable: stiffness (N·m/rad), damping (N·m·s/rad) -> control.StateSpace of the
-        closed loop in continuous time, always with as many states; see `interpolated`
-
-    Returns
-    -------
-    LimitCycles; by rising amplitude, between the smallest and the largest of `describing`
-
-    Raises
-    ------
-    LinearisationError
-        for fewer than two amplitudes, or a loop in discrete time
-
-    References
-    ----------
-    Gelb and Vander Velde, 1968, chapter 3
-    """
-    if len(describing.amplitudes) < 2:
-        raise LinearisationError(
-            "limit cycles are sought between amplitudes, but the describing function has one; "
-            "make it for two at least"
-        )
-    balance = _Balance.of(describing, closed_loop)
-    largest_parts = np.array([balance.real_parts(one) for one in describing.amplitudes])
-    crossings = balance.crossings(describing.amplitudes, largest_parts)
-    cycles: list[LimitCycle] = []
-    for amplitude, falling in crossings:
-        cycle = balance.cycle(amplitude, falling)
-        if cycle is not None and not any(_same(cycle, other) for other in cycles):
-            cycles.append(cycle)
-    reason = "" if cycles else _why_none(describing, largest_parts[:, 0], bool(crossings))
-    return LimitCycles(tuple(sorted(cycles, key=lambda one: one.amplitude)), reason)
-
-
-@dataclass(frozen=True)
-class _Balance:
-    """Poles of a closed loop over the amplitude."""
-
-    at: Callable[[float], Array]  # amplitude -> mean deflection, stiffness, damping
-    closed_loop: Loop
-    on_axis: float  # real part, rad/s, up to which a pole lies on the imaginary axis
-
-    @classmethod
-    def of(cls, describing: DescribingFunction, closed_loop: Loop) -> "_Balance":
-        from scipy.interpolate import PchipInterpolator
-
-        columns = (describing.deflection, describing.stiffness, describing.damping)
-        at = PchipInterpolator(describing.amplitudes, np.column_stack(columns))
-        first = cls(at, closed_loop, 0.0)
-        largest = max(np.abs(first.poles(one)).max() for one in describing.amplitudes)
-        return cls(at, closed_loop, ON_AXIS * float(largest))
-
-    def poles(self, amplitude: float) -> Array:
-        """Poles, (n,) complex array, rad/s; by falling real part."""
-        _, stiffness, damping = self.at(amplitude)
-        loop = self.closed_loop(float(stiffness), float(damping))
-        if loop.isdtime(strict=True):
-            raise LinearisationError(
-                "the closed loop is in discrete time; approximate the controller in continuous "
-                "time, its delay by control.pade"
-            )
-        poles = np.asarray(loop.poles())
-        return poles[np.argsort(-poles.real, kind="stable")]
-
-    def real_parts(self, amplitude: float) -> Array:
-        """Real parts of the poles beyond the axis, falling: each is continuous in the amplitude."""
-        return self.poles(amplitude).real - self.on_axis
-
-    def crossings(self, amplitudes: Array, parts: Array) -> list[tuple[float, bool]]:
-        """Amplitudes at which a pole crosses the axis, and whether it does to the left."""
-        from scipy.optimize import brentq
-
-        found = []
-        for step, rank in np.argwhere((parts[:-1] > 0) != (parts[1:] > 0)):
-            ends = amplitudes[step : step + 2]
-            root = brentq(lambda one, k=rank: self.real_parts(one)[k], *ends, xtol=ROOT)
-            found.append((float(root), bool(parts[step, rank] > 0)))
-        return found
-
-    def cycle(self, amplitude: float, falling: bool) -> LimitCycle | None:
-        """The limit cycle at a crossing; None where the pole is real, for it does not oscillate."""
-        poles = self.poles(amplitude)
-        near = 10.0 * self.on_axis
-        pair = poles[(np.abs(poles.real) <= near) & (poles.imag > near)]
-        if pair.size == 0:
-            return None
-        deflection, stiffness, damping = (float(one) for one in self.at(amplitude))
-        return LimitCycle(
-            amplitude=amplitude,
-            deflection=deflection,
-            frequency=float(pair[np.argmin(np.abs(pair.real - self.on_axis))].imag),
-            stiffness=stiffness,
-            damping=damping,
-            attracting=falling and bool((poles.real <= near).all()),
-        )
-
-
-def _same(one: LimitCycle, other: LimitCycle) -> bool:
-    """Whether two crossings are the two poles of one pair."""
-    return bool(
-        np.isclose(one.amplitude, other.amplitude, rtol=SAME, atol=0.0)
-        and np.isclose(one.frequency, other.frequency, rtol=SAME, atol=0.0)
-    )
-
-
-def _why_none(describing: DescribingFunction, largest_parts: Array, crosses: bool) -> str:
-    low, high = describing.amplitudes[[0, -1]]
-    between = f"between {low:.4g} and {high:.4g} rad"
-    if crosses:
-        return f"a real pole crosses zero {between}: the loop drifts away without oscillating"
-    if (largest_parts <= 0).all():
-        return f"the loop is stable at every amplitude {between}"
-    return f"the loop is unstable at every amplitude {between}"

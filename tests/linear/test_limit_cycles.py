@@ -1,0 +1,134 @@
+"""Limit cycles by harmonic balance against simulation of the nonlinear loop."""
+
+import control
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.describing_function import describing_function
+from elastic_tendon.linear.limit_cycles import interpolated, limit_cycles
+from elastic_tendon.parameters import load_model
+from elastic_tendon.transmission import characteristic_torque, slack_boundaries
+
+
+@pytest.fixture(scope="module")
+def symmetric():
+    return load_model("biorob_x4_joint_3")
+
+
+LAG = 0.01  # s, of each of two lags between controller and motor velocity
+
+
+def force_controlled(model, gain):
+    """Closed loop whose torque feedback suits soft springs; motor and joint pulley are equal.
+
+    States: joint position and velocity, motor position, its velocity, the lagged command.
+    """
+    link = model.link
+
+    def closed_loop(stiffness, damping):
+        rows = [
+            [0, 1, 0, 0, 0],
+            [
+                *(-stiffness / link.inertia, -(link.damping + damping) / link.inertia),
+                *(stiffness / link.inertia, damping / link.inertia, 0),
+            ],
+            [0, 0, 0, 1, 0],
+            [0, 0, 0, -1 / LAG, 1 / LAG],
+            [gain * stiffness / LAG, 0, -gain * stiffness / LAG, 0, -1 / LAG],
+        ]
+        return control.StateSpace(rows, np.zeros((5, 1)), np.eye(5), np.zeros((5, 1)))
+
+    return closed_loop
+
+
+def force_controlled_motion(model, gain, deflection, duration):
+    """Deflection (n,) of the same loop with the paper's characteristic, and its times."""
+    link, transmission = model.link, model.transmission
+
+    def rates(_time, x):
+        torque = float(characteristic_torque(x[0] - x[2], transmission))
+        return [
+            x[1],
+            (torque - link.damping * x[1]) / link.inertia,
+            x[3],
+            (x[4] - x[3]) / LAG,
+            (-gain * torque - x[4]) / LAG,
+        ]
+
+    time = np.linspace(0.0, duration, int(2000 * duration))
+    start = [deflection, 0.0, 0.0, 0.0, 0.0]
+    motion = solve_ivp(rates, (0.0, duration), start, t_eval=time, rtol=1e-8, atol=1e-10)
+    return time, motion.y[0] - motion.y[2]
+
+
+def oscillation(time, signal):
+    """Amplitude and angular frequency of a swing."""
+    rising = np.flatnonzero((signal[:-1] < 0) & (signal[1:] >= 0))
+    share = -signal[rising] / (signal[rising + 1] - signal[rising])
+    times = time[rising] + share * (time[1] - time[0])
+    return 0.5 * np.ptp(signal), 2 * np.pi * (len(times) - 1) / (times[-1] - times[0])
+
+
+def test_an_attracting_limit_cycle_is_found_where_the_simulation_ends(symmetric):
+    """Torque feedback that is stable on the soft spring and unstable on the stiff one."""
+    gain = 6.0
+    described = describing_function(symmetric)
+    (cycle,) = limit_cycles(described, force_controlled(symmetric, gain)).cycles
+    assert cycle.attracting
+    assert cycle.amplitude > slack_boundaries(symmetric.transmission)[1]
+    for start in (0.3 * cycle.amplitude, 2.0 * cycle.amplitude):
+        time, deflection = force_controlled_motion(symmetric, gain, start, 6.0)
+        late = time > 5.0
+        amplitude, frequency = oscillation(time[late], deflection[late])
+        print(
+            f"amplitude {cycle.amplitude:.4f} rad, simulated {amplitude:.4f} rad; "
+            f"frequency {cycle.frequency:.3f} rad/s, simulated {frequency:.3f} rad/s"
+        )
+        assert amplitude == pytest.approx(cycle.amplitude, rel=0.05)
+        assert frequency == pytest.approx(cycle.frequency, rel=0.05)
+
+
+def test_a_loop_without_limit_cycle_says_why(symmetric):
+    described = describing_function(symmetric, np.linspace(0.02, 0.5, 20))
+    stable = limit_cycles(described, force_controlled(symmetric, 1.0))
+    unstable = limit_cycles(described, force_controlled(symmetric, 100.0))
+    assert stable.cycles == unstable.cycles == ()
+    assert stable.reason == "the loop is stable at every amplitude between 0.02 and 0.5 rad"
+    assert unstable.reason == "the loop is unstable at every amplitude between 0.02 and 0.5 rad"
+
+
+def test_a_pole_that_crosses_zero_is_no_oscillation(symmetric):
+    described = describing_function(symmetric, np.linspace(0.02, 0.5, 20))
+
+    def inverted(stiffness, _damping):
+        """A joint that a negative stiffness of 30 N·m/rad tips over in slack."""
+        return control.StateSpace([[0, 1], [30.0 - stiffness, -9]], [[0], [1]], [[1, 0]], [[0]])
+
+    found = limit_cycles(described, inverted)
+    assert found.cycles == ()
+    assert found.reason.startswith("a real pole crosses zero between 0.02 and 0.5 rad")
+
+
+def test_models_between_two_states_are_affine_in_the_stiffness(symmetric):
+    loop = force_controlled(symmetric, 2.0)
+    plant = interpolated(loop(20.0, 0.0), loop(40.0, 0.0), (20.0, 40.0))
+    assert np.allclose(plant(33.0).A, loop(33.0, 0.0).A, rtol=1e-12)
+    assert plant(33.0).state_labels == loop(20.0, 0.0).state_labels
+
+
+def test_loops_that_cannot_be_balanced_are_refused(symmetric):
+    one = describing_function(symmetric, [0.1])
+    two = describing_function(symmetric, [0.1, 0.2])
+    loop = force_controlled(symmetric, 1.0)
+    with pytest.raises(LinearisationError, match="make it for two at least"):
+        limit_cycles(one, loop)
+    sampled = control.StateSpace([[0.5]], [[1]], [[1]], [[0]], 0.01)
+    with pytest.raises(LinearisationError, match="discrete time"):
+        limit_cycles(two, lambda _stiffness, _damping: sampled)
+    other = control.StateSpace([[0.5]], [[1]], [[1]], [[0]])
+    with pytest.raises(LinearisationError, match="differ in the names"):
+        interpolated(loop(1.0, 0.0), other, (1.0, 2.0))
+    with pytest.raises(LinearisationError, match="both models have the stiffness 1 N·m/rad"):
+        interpolated(loop(1.0, 0.0), loop(1.0, 0.0), (1.0, 1.0))
