@@ -171,7 +171,14 @@ def _matrices(
 ) -> Matrices:
     jacobians = plant.jacobians(point.x, point.u, regime)
     source = driven_by_source(jacobians, plant.states, plant.outputs)
-    return driven(source, form.drive, motor, plant.name).selected(form.inputs, form.outputs)
+    matrices = driven(source, form.drive, motor, plant.name)
+    for output in form.outputs or ():
+        if output in source.outputs and output not in matrices.outputs:
+            raise LinearisationError(
+                f"{plant.name}: {output} of damped springs needs the motor's velocity, which is no "
+                "signal of a motor driven by position; take another drive, as velocity or source"
+            )
+    return matrices.selected(form.inputs, form.outputs)
 
 
 def _equilibrium(plant: Plant, point: Point) -> Equilibrium:
