@@ -85,8 +85,8 @@ def test_a_biased_swing_agrees_with_quadrature(name, deflection, request):
     assert np.allclose(found.mean_torque, expected[:, 0], atol=SAMPLED * largest * AMPLITUDES)
 
 
-def test_the_mean_deflection_is_the_one_that_carries_a_load(asymmetric):
-    load = 3.0
+@pytest.mark.parametrize("load", [0.0, 3.0])
+def test_the_mean_deflection_is_the_one_that_carries_a_load(asymmetric, load):
     found = describing_function(asymmetric, AMPLITUDES, load_torque=load)
     for index, amplitude in enumerate(AMPLITUDES):
         mean = brentq(lambda one, a=amplitude: by_quadrature(asymmetric, a, one)[0] + load, -1, 1)

@@ -88,26 +88,11 @@ def default_amplitudes(model: Model, deflection: float = 0.0) -> Array:
     -------
     (n,) array, rad; those at which the swing touches a boundary or a limit are among them
     """
-    marks = amplitude_marks(model, deflection)
-    touched = [abs(one) for pair in marks for one in pair if one]
-    largest = REACH * max(touched)
-    every = np.unique([*np.linspace(largest / GRID, largest, GRID), *touched])
+    borders = (*slack_boundaries(model.transmission), *deflection_limits(model.transmission))
+    touched = np.abs(np.array(borders) - deflection)
+    largest = REACH * float(touched.max())
+    every: Array = np.unique([*np.linspace(largest / GRID, largest, GRID), *touched])
     return every[np.diff(every, prepend=0.0) > SAME_AMPLITUDE * largest]
-
-
-def amplitude_marks(
-    model: Model, deflection: float = 0.0
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Signed swings from a mean deflection to the slack boundaries (14) and the limits (16), rad.
-
-    Effects do not shift them.
-    """
-    boundaries = slack_boundaries(model.transmission)
-    limits = deflection_limits(model.transmission)
-    return (
-        (boundaries[0] - deflection, boundaries[1] - deflection),
-        (limits[0] - deflection, limits[1] - deflection),
-    )
 
 
 def describing_function(
@@ -247,16 +232,13 @@ class _Harmonic(NamedTuple):
 
 def _first_harmonic(model: Model, deflection: float, amplitude: float, omega: float) -> _Harmonic:
     """First harmonic of the torque when it repeats itself; the motor is at 0."""
-    state: dict[str, float] = {}
-    torque = np.zeros(SAMPLES + 2)
-    harmonics: list[_Harmonic] = []
+    torque, state = _cycle(model, deflection, amplitude, omega, {}, np.zeros(SAMPLES + 2))
+    harmonics = [_harmonic(torque)]
     previous_change = np.inf
-    for _ in range(CYCLES):
+    for _ in range(CYCLES - 1):
         torque, state = _cycle(model, deflection, amplitude, omega, state, torque)
         harmonics.append(_harmonic(torque))
-        change = float(np.abs(np.diff(harmonics[-2:], axis=0)).max(initial=0.0))
-        if len(harmonics) == 1:
-            continue
+        change = float(np.abs(np.subtract(harmonics[-1], harmonics[-2])).max())
         allowed = SETTLED * float(np.abs(torque).max())
         # what is still to come of a transient that dies out as it did in the last two cycles
         to_come = change / (1 - change / previous_change) if change < previous_change else np.inf

@@ -108,15 +108,17 @@ def limit_cycles(describing: DescribingFunction, closed_loop: Loop) -> LimitCycl
     left as the amplitude grows and no other pole lies to the right of the axis.
 
     The amplitude is that of the deflection, not of the joint, around the mean for which the
-    describing function was made: where the loop carries a load, make it with `load_torque`. The
-    answer is approximate: the loop must pass the first harmonic much better than the others. For
-    a model whose describing function depends on frequency, make it again at the one found.
+    describing function was made: where the loop carries a load make it with `load_torque`, which is
+    0 for unlike springs without load. The answer is approximate: the loop must pass the first
+    harmonic much better than the others. For a model whose describing function depends on
+    frequency, make it again at the one found.
 
     Parameters
     ----------
     describing : DescribingFunction; between its amplitudes cubic interpolation that keeps the shape
     closed_loop : callable: stiffness (N·m/rad), damping (N·m·s/rad) -> control.StateSpace of the
         closed loop in continuous time, always with as many states; see `interpolated`
+        (``lambda stiffness, _: control.feedback(plant(stiffness), controller)``)
 
     Returns
     -------
