@@ -109,6 +109,14 @@ def test_a_kelvin_voigt_spring_does_not_mind_the_frequency_of_a_taut_swing(symme
     assert np.allclose(slow.stiffness, fast.stiffness, rtol=1e-7)
 
 
+def test_a_joint_as_heavy_as_can_be_takes_its_natural_frequency(symmetric):
+    springs = [f"transmission.{side}_spring.stiffness" for side in ("upper", "lower")]
+    heavy = symmetric.with_values({"link.inertia": 1e4} | dict.fromkeys(springs, 1e7))
+    found = describing_function(heavy, [0.001, 0.3])
+    expected = [by_quadrature(heavy, one, 0.0)[1] for one in found.amplitudes]
+    assert np.allclose(found.stiffness, expected, rtol=3 * SAMPLED)
+
+
 # ---- with effects --------------------------------------------------------------------------
 
 

@@ -27,8 +27,8 @@ from elastic_tendon.transmission import deflection_limits, slack_boundaries
 Report = Callable[[str, float], object]  # what is being done, and the share of it that is done
 
 SAMPLES = 4096  # of a cycle; kinks then cost less than 1e-7 of the stiffness
-PASSES = 12  # until the joint moves as it shall
-HELD = 1e-8  # largest deviation from that, of the amplitude
+PASSES = 25  # until the joint moves as it shall
+HELD = 1e-7  # largest deviation from that, of the amplitude
 CYCLES = 120  # until the torque repeats itself
 AVERAGED = 80  # of these, where it never does
 DRIFT = 0.5  # of the scatter: a larger one between two halves of them is no chance
