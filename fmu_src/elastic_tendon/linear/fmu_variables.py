@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import reduce
 from typing import Any
 
@@ -36,25 +36,26 @@ def mode_places(instance: Instance) -> Mapping[str, tuple[int, ...]]:
     instance : that has just started with its joint moving up at `STARTING`
     """
     z = instance.indicators()
-    if instance.version == 3:
-        names = [one.variable.name for one in instance.description.eventIndicators]
-        return _grouped(re.sub(r"\.indicator(\[\d+])?$", "", one) for one in names)
-    effects = {one.split(".")[1] for one in instance.variables if one.startswith("effects.")}
-    if effects <= BY_ID.keys():
-        modes = interface(tuple(sorted(effects))).modes
-        return _grouped(mode.name for mode in modes for _ in range(mode.indicators))
-    names = [f"indicator_{i + 1}" for i in range(len(z))]
-    # those of the joint's motion come last, if there are any, and say that it moves up
-    if np.array_equal(z[-2:], [STARTING + HYSTERESIS, -1.0]):
-        names[-2:] = [JOINT_MOTION.name] * 2
-    return _grouped(names)
-
-
-def _grouped(names: Iterable[str]) -> dict[str, tuple[int, ...]]:
+    names = _indicator_names(instance)
+    if len(names) != len(z):
+        names = [f"indicator_{i + 1}" for i in range(len(z))]
+        # those of the joint's motion come last, if there are any, and say that it moves up
+        if np.array_equal(z[-2:], [STARTING + HYSTERESIS, -1.0]):
+            names[-2:] = [JOINT_MOTION.name] * 2
     places: dict[str, tuple[int, ...]] = {}
     for i, name in enumerate(names):
         places[name] = (*places.get(name, ()), i)
     return places
+
+
+def _indicator_names(instance: Instance) -> list[str]:
+    """The mode of each event indicator, as far as they can be known."""
+    if instance.version == 3:
+        named = [one.variable.name for one in instance.description.eventIndicators]
+        return [re.sub(r"\.indicator(\[\d+])?$", "", one) for one in named]
+    effects = {one.split(".")[1] for one in instance.variables if one.startswith("effects.")}
+    modes = interface(tuple(effects & BY_ID.keys())).modes
+    return [mode.name for mode in modes for _ in range(mode.indicators)]
 
 
 def check_names(instance: Instance) -> None:

@@ -207,16 +207,15 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Instance]:
         where its binary is not for this machine
     """
     file = Path(path)
-    name = file.name
-    description = _description(file)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        _unpack(file, folder)
+        description = _description(file.name, Path(folder))
         try:
             with chdir(Path.cwd()):  # fmpy does not come back where a library cannot be loaded
-                fmpy.extract(file, folder)
-                instance = Instance(name, description, folder)
-        except Exception as error:
+                instance = Instance(file.name, description, folder)
+        except Exception as error:  # fmpy's own are of no other class
             raise LinearisationError(
-                f"{name}: its binary for {fmpy.platform} cannot be loaded "
+                f"{file.name}: its binary for {fmpy.platform} cannot be loaded "
                 f"({_first_line(error)}); export the FMU for this platform"
             ) from None
         try:
@@ -225,35 +224,43 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Instance]:
             instance.close()
 
 
-def _description(file: Path) -> ModelDescription:
+def _unpack(file: Path, folder: str) -> None:
     if not file.is_file():
         raise LinearisationError(f"{file.name}: there is no such file; give the path of an FMU")
     if not zipfile.is_zipfile(file):
         raise LinearisationError(f"{file.name}: this is no FMU (no ZIP archive); {_ADVICE}")
-    with zipfile.ZipFile(file) as archive:
-        if _DESCRIPTION not in archive.namelist():
-            raise LinearisationError(f"{file.name}: this is no FMU (no {_DESCRIPTION}); {_ADVICE}")
-        try:
-            root = ElementTree.fromstring(archive.read(_DESCRIPTION))
-            description = read_model_description(str(file), validate=False)
-        except Exception as error:  # a parser has many of them
-            raise LinearisationError(
-                f"{file.name}: its {_DESCRIPTION} cannot be read ({_first_line(error)}); {_ADVICE}"
-            ) from None
+    try:
+        fmpy.extract(file, folder)
+    except Exception as error:  # of zipfile, zlib, the disk, and fmpy's for paths that lead out
+        raise LinearisationError(
+            f"{file.name}: the FMU cannot be unpacked ({_first_line(error)}); export it anew"
+        ) from None
+
+
+def _description(name: str, folder: Path) -> ModelDescription:
+    file = folder / _DESCRIPTION
+    if not file.is_file():
+        raise LinearisationError(f"{name}: this is no FMU (no {_DESCRIPTION}); {_ADVICE}")
+    try:
+        interface = ElementTree.parse(file).getroot().find("ModelExchange")
+        description = read_model_description(str(folder), validate=False)
+    except Exception as error:  # a parser has many of them
+        raise LinearisationError(
+            f"{name}: its {_DESCRIPTION} cannot be read ({_first_line(error)}); {_ADVICE}"
+        ) from None
     if description.fmiMajorVersion not in _CALLS:
         raise LinearisationError(
-            f"{file.name}: FMI {description.fmiVersion} has no directional derivatives; give an "
-            "FMU of FMI 2.0 or 3.0"
+            f"{name}: FMI {description.fmiVersion} has no directional derivatives; give an FMU of "
+            "FMI 2.0 or 3.0"
         )
-    if description.modelExchange is None:
+    if interface is None:
         raise LinearisationError(
-            f"{file.name}: the FMU has no model exchange, by which it is linearised; {_ADVICE}"
+            f"{name}: the FMU has no model exchange, by which it is linearised; {_ADVICE}"
         )
     attribute = _CALLS[description.fmiMajorVersion].derivatives
-    interface = root.find("ModelExchange")
-    if interface is None or interface.get(attribute) not in ("true", "1"):
+    if interface.get(attribute) not in ("true", "1"):
         raise LinearisationError(
-            f"{file.name}: the FMU has no directional derivatives ({attribute}); {_ADVICE}"
+            f"{name}: the FMU has no directional derivatives ({attribute}); {_ADVICE}"
         )
     return description
 
