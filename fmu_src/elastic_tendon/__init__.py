@@ -10,14 +10,20 @@ if TYPE_CHECKING:
     from elastic_tendon.compiled import Sensitivities, Trajectory, sensitivities, simulate
     from elastic_tendon.effects import load_effect
     from elastic_tendon.fmu.export import export_fmu
+    from elastic_tendon.linear.linearise import linearise
+    from elastic_tendon.linear.result import Drive, LinearModel, OperatingPoint
     from elastic_tendon.parameters import Model, bundled_models, load_model
 
 _HOME = {
+    "Drive": "linear.result",
+    "LinearModel": "linear.result",
     "Model": "parameters",
+    "OperatingPoint": "linear.result",
     "Sensitivities": "compiled",
     "Trajectory": "compiled",
     "bundled_models": "parameters",
     "export_fmu": "fmu.export",
+    "linearise": "linear.linearise",
     "load_effect": "effects",
     "load_model": "parameters",
     "sensitivities": "compiled",
@@ -25,11 +31,15 @@ _HOME = {
 }
 
 __all__ = [
+    "Drive",
+    "LinearModel",
     "Model",
+    "OperatingPoint",
     "Sensitivities",
     "Trajectory",
     "bundled_models",
     "export_fmu",
+    "linearise",
     "load_effect",
     "load_model",
     "sensitivities",

@@ -1,0 +1,343 @@
+"""What a linear model says of the actuator: poles, zeros, stiffness, natural frequency.
+
+All of it is found in state space; a transfer function's polynomials would lose digits.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.result import Array, Drive, LinearModel
+
+JOINT_POSITION, JOINT_VELOCITY, JOINT_TORQUE = "joint_position", "joint_velocity", "joint_torque"
+LOAD_TORQUE, DRIVE_TORQUE = "load_torque", "motor_drive_torque"
+MOTOR_POSITION, MOTOR_VELOCITY = "motor_position", "motor_velocity"
+_CANCELS = 1e-6  # relative distance within which a zero and a pole are one
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Pole:
+    """A pole (rad/s); of a complex pair, the one with positive imaginary part.
+
+    `natural_frequency` is its size in rad/s, `damping_ratio` 1 for a real pole on the left, -1 on
+    the right, and 0 at the origin. `time_constant` (s) of a real pole is positive where it decays
+    and infinite at the origin; None of a pair.
+    """
+
+    value: complex
+    natural_frequency: float
+    damping_ratio: float
+    time_constant: float | None
+
+    @property
+    def oscillates(self) -> bool:
+        """Whether this is a complex pair."""
+        return self.time_constant is None
+
+
+@dataclass(frozen=True)
+class Channel:
+    """From one input to one output.
+
+    Attributes
+    ----------
+    input, output : names
+    gain : static gain in SI units; infinite where the output drifts away
+    zeros : transmission zeros, rad/s, pairs in full. A zero that cancels a pole (both within 1e-6
+        of each other) is left out; infinite ones do not arise, since the relative degree is found
+        first: derivatives of the output of which the input's share is rounding do not count
+    """
+
+    input: str
+    output: str
+    gain: float
+    zeros: tuple[complex, ...]
+
+    @property
+    def anti_resonances(self) -> tuple[float, ...]:
+        """Frequencies of complex zero pairs, rad/s, rising: there the output hardly moves."""
+        return tuple(sorted(abs(zero) for zero in self.zeros if zero.imag > 0.0))
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Numbers of a linear model.
+
+    Attributes
+    ----------
+    poles : by rising natural frequency; complex pairs once
+    stiffness : N·m/rad; load over deflection of the joint that it holds in the long run, with the
+        motor held. It includes gravity and joint stops; infinite where the joint sticks
+    tendon_stiffness : N·m/rad; -∂ joint_torque / ∂ joint_position with all other states held, (19),
+        (23) and (25) without effects. None where the drive leaves joint_torque out: of
+        Drive.POSITION with damped springs, since it depends on the motor's velocity
+    tendon_damping : N·m·s/rad; by joint_velocity, (20), (23) and (25); None as above
+    channels : every input with every output, inputs first
+    """
+
+    poles: tuple[Pole, ...]
+    stiffness: float
+    tendon_stiffness: float | None
+    tendon_damping: float | None
+    channels: tuple[Channel, ...]
+
+    @property
+    def slowest_oscillation(self) -> Pole | None:
+        """The complex pair of the lowest natural frequency: the joint on its tendons, as a rule."""
+        return next((pole for pole in self.poles if pole.oscillates), None)
+
+    def channel(self, input_name: str, output_name: str) -> Channel:
+        """A channel by its names.
+
+        Raises
+        ------
+        LinearisationError
+            where there is none
+        """
+        for one in self.channels:
+            if (one.input, one.output) == (input_name, output_name):
+                return one
+        raise LinearisationError(f"there is no channel from {input_name!r} to {output_name!r}")
+
+
+@dataclass(frozen=True)
+class FrequencySpan:
+    """Lowest and highest natural frequency (rad/s) of the slowest oscillation over the states."""
+
+    lowest: float
+    highest: float
+
+    @property
+    def ratio(self) -> float:
+        """Highest over lowest."""
+        return self.highest / self.lowest
+
+
+def analyse(model: LinearModel) -> Analysis:
+    """Poles, zeros, stiffness and natural frequencies of a linear model.
+
+    It takes the model with all inputs and outputs, as `linearise` gives it without a selection;
+    `linear.selection.selected` then takes those that are wanted elsewhere.
+
+    Parameters
+    ----------
+    model : LinearModel
+
+    Returns
+    -------
+    Analysis
+
+    Raises
+    ------
+    LinearisationError
+        where load_torque or joint_position was left out
+    """
+    for kind, name, names in (
+        ("input", LOAD_TORQUE, model.input_labels),
+        ("output", JOINT_POSITION, model.output_labels),
+    ):
+        if name not in names:
+            raise LinearisationError(
+                f"the linear model has no {kind} {name}, which its analysis needs; linearise with "
+                "all inputs and outputs, and select afterwards"
+            )
+    system = _System(model.A, model.B, model.C, model.D)
+    channels = tuple(
+        _channel(system.channel(i, j), one, other)
+        for j, one in enumerate(model.input_labels)
+        for i, other in enumerate(model.output_labels)
+    )
+    compliance = _gain(_motor_held(model))
+    return Analysis(
+        _poles(model.A),
+        1.0 / compliance if compliance else inf,
+        _slope(model, JOINT_POSITION),
+        _slope(model, JOINT_VELOCITY),
+        channels,
+    )
+
+
+def main_channels(drive: Drive) -> tuple[tuple[str, str], ...]:
+    """Inputs and outputs that a controller of the joint meets first, with this drive.
+
+    Of a torque-driven rotor, the collocated channel comes first, then the non-collocated one.
+    """
+    if drive is Drive.TORQUE:
+        return (
+            (DRIVE_TORQUE, MOTOR_POSITION),
+            (DRIVE_TORQUE, JOINT_POSITION),
+            (LOAD_TORQUE, JOINT_POSITION),
+        )
+    motor = MOTOR_VELOCITY if drive is Drive.VELOCITY else MOTOR_POSITION
+    return (motor, JOINT_POSITION), (motor, JOINT_TORQUE), (LOAD_TORQUE, JOINT_POSITION)
+
+
+def frequency_span(analyses: Iterable[Analysis]) -> FrequencySpan | None:
+    """Between which natural frequencies the slowest oscillation lies over several states.
+
+    Parameters
+    ----------
+    analyses : of the same actuator
+
+    Returns
+    -------
+    FrequencySpan; None where nothing oscillates
+    """
+    pairs = [one.slowest_oscillation for one in analyses]
+    found = [pair.natural_frequency for pair in pairs if pair is not None]
+    return FrequencySpan(min(found), max(found)) if found else None
+
+
+@dataclass(frozen=True)
+class _System:
+    """A (n, n), B (n, m), C (k, n), D (k, m)."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+
+    def channel(self, output: int, input_: int) -> "_System":
+        """One input and one output, with states scaled so that rounding is small beside them."""
+        A, scale = _balanced(self.A)
+        B = self.B[:, input_ : input_ + 1] / scale[:, None]
+        C = self.C[output : output + 1] * scale
+        return _System(A, B, C, self.D[output : output + 1, input_ : input_ + 1])
+
+
+def _balanced(A: Array) -> tuple[Array, Array]:
+    """A in scaled states, and the sizes (n,) of these in the states as they were."""
+    balanced, (scale, _) = linalg.matrix_balance(A, permute=False, separate=True)
+    return np.asarray(balanced, float), np.asarray(scale, float)
+
+
+def _motor_held(model: LinearModel) -> _System:
+    """From load to joint position with the motor's position, where it is a state, held at 0."""
+    kept = [
+        i
+        for i, name in enumerate(model.state_labels)
+        if name not in (MOTOR_POSITION, MOTOR_VELOCITY)
+    ]
+    system = _System(model.A[np.ix_(kept, kept)], model.B[kept], model.C[:, kept], model.D)
+    places = model.output_labels.index(JOINT_POSITION), model.input_labels.index(LOAD_TORQUE)
+    return system.channel(*places)
+
+
+def _slope(model: LinearModel, state: str) -> float | None:
+    """Minus the derivative of the tendons' torque on the joint by a state."""
+    moved = [name for name in model.state_labels if name.removesuffix("_shifted") == state]
+    if JOINT_TORQUE not in model.output_labels or not moved:
+        return None
+    row, column = model.output_labels.index(JOINT_TORQUE), model.state_labels.index(moved[0])
+    return float(0.0 - model.C[row, column])  # not -0.0
+
+
+def _poles(A: Array) -> tuple[Pole, ...]:
+    values = [value for value in _eigenvalues(A) if value.imag >= 0.0]
+    return tuple(_pole(value) for value in sorted(values, key=lambda one: (abs(one), one.imag)))
+
+
+def _pole(value: complex) -> Pole:
+    frequency = abs(value)
+    if value.imag:
+        return Pole(value, frequency, -value.real / frequency, None)
+    if value.real == 0.0:
+        return Pole(value, 0.0, 0.0, inf)
+    return Pole(value, frequency, float(-np.sign(value.real)), -1.0 / value.real)
+
+
+def _eigenvalues(A: Array, size: float = 0.0) -> list[complex]:
+    """Eigenvalues; 0 for those which rounding cannot tell from 0, judged by their condition.
+
+    `size` is that of the terms by which A was found, where they are larger than A. A double
+    eigenvalue at 0 comes out as large as sqrt(eps), a single one as eps.
+    """
+    if A.size == 0:
+        return []
+    values, left, right = linalg.eig(A, left=True, right=True)  # type: ignore[misc]  # stubs: two
+    rounding = len(A) * np.finfo(float).eps
+    overlap = np.maximum(np.abs((left.conj() * right).sum(axis=0)), np.sqrt(rounding))
+    size = max(size, float(np.linalg.norm(A)))
+    values[np.abs(values) <= rounding * size / overlap] = 0.0
+    return [complex(value) for value in values]
+
+
+def _channel(system: _System, input_name: str, output_name: str) -> Channel:
+    poles = _eigenvalues(system.A)
+    size = max(map(abs, poles), default=0.0)
+    zeros = []
+    for zero in sorted(_zeros(system), key=lambda one: (abs(one), one.imag)):
+        near = min(poles, key=lambda pole: abs(pole - zero), default=None)
+        if near is not None and abs(near - zero) <= _CANCELS * (abs(near) or _CANCELS * size):
+            poles.remove(near)
+        else:
+            zeros.append(zero)
+    return Channel(input_name, output_name, _gain(system), tuple(zeros))
+
+
+def _zeros(system: _System) -> list[complex]:
+    """Invariant zeros: modes that stay when feedback keeps the output and its derivatives at 0."""
+    A, B, C, D = system.A, system.B, system.C, system.D
+    rows: list[Array] = []
+    share, row, noise = D, C, np.zeros(1)
+    for _ in range(len(A) + 1):
+        if abs(share[0, 0]) > noise.max():
+            feedback = B @ row / share
+            size = float(np.linalg.norm(A) + np.linalg.norm(feedback))
+            free = linalg.null_space(np.vstack(rows)) if rows else np.eye(len(A))
+            return _eigenvalues(free.T @ (A - feedback) @ free, size)
+        rows.append(row / (np.linalg.norm(row) or 1.0))
+        # the next derivative of the output, and what rounding may make of the input's share in it
+        share, noise = row @ B, 100.0 * len(A) * np.finfo(float).eps * np.abs(row) @ np.abs(B)
+        row = row @ A
+    return []  # the input does not reach the output
+
+
+def _gain(system: _System) -> float:
+    """Static gain: modes at 0 that the input does not reach, or the output not see, do not count.
+
+    The space of these modes is split off by an ordered Schur form and a Sylvester equation.
+    """
+    A, B, C, D = system.A, system.B, system.C, system.D
+    zeros = sum(value == 0.0 for value in _eigenvalues(A))
+    if not zeros:
+        return _static(A, B, C, D)
+    sizes = np.sort(np.abs(linalg.eigvals(A)))
+    limit = inf if zeros == len(A) else np.sqrt(sizes[zeros - 1] * sizes[zeros])
+    form, basis, _ = linalg.schur(  # type: ignore[call-overload]  # stubs: no function for `sort`
+        A, output="complex", sort=lambda value: abs(value) <= limit
+    )
+    still, moving = slice(0, zeros), slice(zeros, None)
+    coupling = linalg.solve_sylvester(
+        form[still, still], -form[moving, moving], -form[still, moving]
+    )
+    split = basis.copy()  # columns: states of the modes at 0, and of the others
+    split[:, moving] += basis[:, still] @ coupling
+    inverse = basis.conj().T
+    inverse[still] -= coupling @ inverse[moving]
+    drift, reached = C @ split[:, still], inverse[still] @ B
+    condition = np.linalg.norm(A) * np.linalg.norm(np.linalg.pinv(form[moving, moving]))
+    noise = 100.0 * len(A) * np.finfo(float).eps * max(1.0, float(condition))
+    noise *= np.linalg.norm(C) * np.linalg.norm(inverse[still]) * np.linalg.norm(B)
+    for _ in range(zeros):
+        share = complex((drift @ reached)[0, 0])
+        if abs(share) > noise:
+            return float(np.copysign(inf, share.real))
+        drift = drift @ form[still, still]
+        noise *= np.linalg.norm(form[still, still])
+    return _static(form[moving, moving], inverse[moving] @ B, C @ split[:, moving], D)
+
+
+def _static(A: Array | Complex, B: Array | Complex, C: Array | Complex, D: Array) -> float:
+    """D - C A⁻¹ B, real; 0 where rounding cannot tell it from 0."""
+    parts = np.append(C.ravel() * np.linalg.solve(A, -B).ravel(), D.ravel())
+    gain = float(parts.sum().real)
+    noise = 100.0 * len(parts) * np.finfo(float).eps * float(np.abs(parts).sum())
+    return gain if abs(gain) > noise else 0.0
