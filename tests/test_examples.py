@@ -41,7 +41,36 @@ def _check_diagnose(printed):
     assert abs(float(found[2]) - 0.3) < 0.01
 
 
+def _check_controller_design(printed):
+    """One state's design fails in slack, the robust one is proven; the FMU does as predicted."""
+    damping = {
+        (name, state): float(numbers.split()[4])
+        for name, state, numbers in re.findall(r"^([a-z ]+?) +(I{1,3}) +(\S.*)$", printed, re.M)
+        if len(numbers.split()) == 6
+    }
+    free = float(re.search(r"^free joint II +(\S+)", printed, re.M)[1])
+    assert damping["taut only", "III"] > 3.0 * free > 3.0 * damping["taut only", "II"] > 0.0
+    assert min(damping["robust", state] for state in ("I", "II", "III")) > 0.3
+    proof = re.search(r"^robust +(\S+) +(\S+)  I.*?quarter of a sample: \S+$", printed, re.M | re.S)
+    assert 0.0 < float(proof[1]) < float(proof[2])
+    largest = [float(one) for one in re.findall(r": (-?\d\.\d+)", proof[0])]
+    assert len(largest) == 4
+    assert max(largest) < 0.0
+    across = printed[printed.index("III to II") :]
+    settled = {
+        name: float(re.search(rf"{name} +\S+ +\S+ +(\S+)", across)[1])
+        for name in ("taut only", "scheduled", "robust")
+    }
+    assert settled["taut only"] > 3.0 * max(settled["scheduled"], settled["robust"])
+    assert float(re.search(r"FMU and linear model are within (\S+) mrad", printed)[1]) < 1e-6
+    cycles = re.findall(r"(?:deflection|FMU:) (\S+) mrad, (\S+) rad/s", printed)
+    (amplitude, frequency), (seen, heard) = ((float(a), float(b)) for a, b in cycles)
+    assert seen == pytest.approx(amplitude, rel=0.05)
+    assert heard == pytest.approx(frequency, rel=0.02)
+
+
 CHECKS = {
+    "controller_design": _check_controller_design,
     "diagnose": _check_diagnose,
     "paper_figures": _check_paper_figures,
     "system_simulation": _check_system_simulation,
