@@ -144,6 +144,17 @@ def test_sticking_and_sliding():
     assert not sticking.validity.on_boundary
 
 
+@pytest.mark.parametrize("load", [-7.0, 0.0, 7.0])
+def test_a_joint_at_rest_sticks_in_every_slack_state(load):
+    model = load_model("biorob_x4_joint_3").with_effect("coulomb_friction", {"torque": 0.35})
+    state = {-7.0: "I", 0.0: "III", 7.0: "II"}[load]
+    validity = linearise(model, state, OperatingPoint(load_torque=load)).validity
+    assert validity.active
+    assert validity.operating_point.modes["joint_motion"] == 0
+    margins = [one.torque_margin for one in validity.boundaries if "joint_motion" in one.switches]
+    assert margins == pytest.approx([-0.35, 0.35])
+
+
 def test_steady_motion_has_the_slope_of_its_friction():
     model = with_typical(load_model("biorob_x4_joint_3"), "stribeck_friction")
     system = linearise(model, "III", OperatingPoint(joint_velocity=0.05))
@@ -194,4 +205,4 @@ def test_names_selected_keep_the_order_in_which_they_are_asked_for():
 )
 def test_wrong_arguments_are_told(arguments, told):
     with pytest.raises(LinearisationError, match=told):
-        linearise(load_model("biorob_x4_joint_3"), **{"state": "III", **arguments})
+        linearise(load_model("figure_7"), **{"state": "III", **arguments})

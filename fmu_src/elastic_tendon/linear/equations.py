@@ -65,12 +65,11 @@ class Equations:
     def settle(self, x: Array, u: Array) -> Regime:
         """The regime that is active at a point."""
         modes = np.array([mode.start for mode in self._interface.modes])
-        for _ in range(_MOST_ITERATIONS):
-            following = self._call("next_modes", x, u, modes)[:, 0]
-            if np.array_equal(following, modes):
-                break
-            modes = following
-        return self._regime(modes, x, u)
+        settled = self._followed(x, u, modes)
+        if JOINT_MOTION.name in self.mode_names:  # decided last, with the true forces of tendons
+            settled[self.mode_names.index(JOINT_MOTION.name)] = 0.0
+            settled = self._followed(x, u, settled)
+        return self._regime(settled, x, u)
 
     def sliding(self, regime: Regime, direction: int) -> Regime:
         """The regime with dry friction of the joint sliding: 1 up, -1 down."""
@@ -125,6 +124,15 @@ class Equations:
         rates = self._call("rates_jacobian", x, u, modes)
         outputs = self._call("outputs_jacobian", x, u, modes)[self._kept]
         return Jacobians(rates[:, :n], rates[:, n:], outputs[:, :n], outputs[:, n:])
+
+    def _followed(self, x: Array, u: Array, modes: Array) -> Array:
+        """Modes that come of others, until they stay."""
+        for _ in range(_MOST_ITERATIONS):
+            following = self._call("next_modes", x, u, modes)[:, 0]
+            if np.array_equal(following, modes):
+                break
+            modes = following
+        return modes
 
     def _vector(self, modes: Mapping[str, int]) -> Array:
         return np.array([float(modes[name]) for name in self.mode_names])

@@ -28,6 +28,7 @@ from elastic_tendon.linear.linearise import (
     slack_state,
 )
 from elastic_tendon.linear.model_exchange import Instance, opened
+from elastic_tendon.linear.names import state_name
 from elastic_tendon.linear.plant import Jacobians, Regime
 from elastic_tendon.linear.result import Array, Drive, LinearModel, OperatingPoint
 from elastic_tendon.sections import Motor
@@ -38,12 +39,6 @@ from elastic_tendon.variables import JOINT_MOTION
 _REAL = {2: "Real", 3: "Float64"}
 # a velocity against the motion that is not yet one, but beyond the dead band that keeps it sliding
 _RELEASING = 0.75 * HYSTERESIS
-_NAMES = {
-    SlackState.I: "I",
-    SlackState.II: "II",
-    SlackState.III: "III",
-    SlackState.BOTH: "both",
-}
 
 
 def linearise_fmu(
@@ -234,9 +229,10 @@ def _regime_in(plant: FmuPlant, point: Point, wanted: SlackState) -> Regime:
     for side in sides(plant, point):
         if side.regime.slack_state is wanted:
             return side.regime
+    active = state_name(point.regime.slack_state)
     raise LinearisationError(
-        f"{plant.name}: the FMU is in state {_NAMES[point.regime.slack_state]} there, and an FMU "
-        f"is linearised where it is; give an operating point in state {_NAMES[wanted]}"
+        f"{plant.name}: the FMU is in state {active} there, and an FMU is linearised where it is; "
+        f"give an operating point in state {state_name(wanted)}"
     )
 
 
