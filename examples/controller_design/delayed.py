@@ -7,9 +7,9 @@ import numpy as np
 from design import SAMPLE, Controller, stiffness
 from experiment import Signals
 
+from elastic_tendon import LinearModel
 from elastic_tendon.linear.describing_function import describing_function
 from elastic_tendon.linear.limit_cycles import LimitCycles, interpolated, limit_cycles
-from elastic_tendon.linear.result import LinearModel
 from elastic_tendon.parameters import Model
 from elastic_tendon.transmission import SlackState
 
@@ -19,13 +19,12 @@ def delayed_loop(plant: control.StateSpace, controller: Controller, delay: int) 
 
     `delay`: in samples, at least 1; the observer does not know of it.
     """
-    sampled, c = control.c2d(plant, SAMPLE), controller
+    sampled, feedback = control.c2d(plant, SAMPLE), controller.feedback
     A = np.zeros((7 + delay, 7 + delay))
     A[:3, :3], A[:3, 7] = sampled.A, sampled.B[:, 0]  # the oldest command arrives
-    A[3:7, :3] = c.L @ sampled.C
-    A[3:7, 3:7] = c.model.A - c.model.B @ c.K - c.L @ c.model.C
+    A[3:7, :3], A[3:7, 3:7] = feedback.B @ sampled.C, feedback.A
     A[7:-1, 8:] = np.eye(delay - 1)
-    A[-1, 3:7] = -c.K[0]
+    A[-1, 3:7] = -feedback.C[0]
     return A
 
 

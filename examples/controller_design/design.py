@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import control
 import numpy as np
 
-from elastic_tendon.linear.linearise import linearise
-from elastic_tendon.linear.result import Drive, LinearModel, OperatingPoint
+from elastic_tendon import Drive, LinearModel, OperatingPoint, linearise
 from elastic_tendon.parameters import Model
 from elastic_tendon.transmission import SlackState
 
@@ -38,6 +37,12 @@ class Controller:
     L: np.ndarray
     acceleration: np.ndarray
     origin: np.ndarray
+
+    @property
+    def feedback(self) -> control.StateSpace:
+        """From what the encoders read to the command: negative feedback closes the loop."""
+        A = self.model.A - self.model.B @ self.K - self.L @ self.model.C
+        return control.ss(A, self.L, self.K, 0.0, SAMPLE)
 
     def command(self, x: np.ndarray, reference: np.ndarray) -> float:
         """Velocity of the motor, by what is observed and the reference.

@@ -10,7 +10,7 @@ import fmpy
 import numpy as np
 from design import ENCODER, JOINT, MOTOR, SAMPLE, Design, origin
 
-from elastic_tendon.linear.result import LinearModel
+from elastic_tendon import LinearModel
 from elastic_tendon.transmission import SlackState
 
 Signals = dict[str, np.ndarray]

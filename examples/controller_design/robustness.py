@@ -55,9 +55,7 @@ def margins(plant: control.StateSpace, controller: Controller) -> Margins:
 
 def loop(plant: control.StateSpace, controller: Controller) -> control.StateSpace:
     """The loop, broken at the motor's velocity and closed by negative feedback."""
-    c = controller
-    acting = control.ss(c.model.A - c.model.B @ c.K - c.L @ c.model.C, c.L, c.K, 0.0, SAMPLE)
-    return acting * control.c2d(plant, SAMPLE)[:, 0]
+    return controller.feedback * control.c2d(plant, SAMPLE)[:, 0]
 
 
 def closed_loop(plant: control.StateSpace, controller: Controller) -> np.ndarray:
@@ -70,9 +68,8 @@ def closed_through(sequence: Sequence[control.StateSpace], controller: Controlle
     parts = [control.c2d(plant, SAMPLE / len(sequence)) for plant in sequence]
     A = reduce(lambda before, part: part.A @ before, parts, np.eye(3))
     B = reduce(lambda before, part: part.A @ before + part.B[:, :1], parts, np.zeros((3, 1)))
-    c = controller
-    observer = c.model.A - c.model.B @ c.K - c.L @ c.model.C
-    return np.block([[A, -B @ c.K], [c.L @ sequence[0].C, observer]])
+    feedback = controller.feedback
+    return np.block([[A, -B @ feedback.C], [feedback.B @ sequence[0].C, feedback.A]])
 
 
 def common_lyapunov(loops: Sequence[np.ndarray], rate: float = 0.0) -> np.ndarray | None:

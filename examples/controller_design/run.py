@@ -29,10 +29,8 @@ from robustness import (
     slowest_rhythm,
 )
 
-from elastic_tendon import export_fmu, load_model
+from elastic_tendon import LinearModel, OperatingPoint, export_fmu, linearise, load_model
 from elastic_tendon.linear.analysis import analyse
-from elastic_tendon.linear.linearise import linearise
-from elastic_tendon.linear.result import LinearModel, OperatingPoint
 from elastic_tendon.parameters import Model
 from elastic_tendon.transmission import SlackState
 
