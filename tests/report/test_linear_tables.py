@@ -102,6 +102,13 @@ def test_sliding_friction_and_separate_inputs_are_said_to_be_so() -> None:
     assert "--drive position" in told
 
 
+def test_with_memory_sudden_and_static_stiffness_are_told_apart() -> None:
+    relaxing = MODEL.with_effect("spring_relaxation", None)
+    (told,) = remarks([linearise(relaxing, "III")])
+    assert "sudden motion" in told
+    assert "static stiffness" in told
+
+
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [

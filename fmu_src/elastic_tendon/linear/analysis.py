@@ -74,10 +74,11 @@ class Analysis:
     ----------
     poles : by rising natural frequency; complex pairs once
     stiffness : N·m/rad; load over deflection of the joint that it holds in the long run, with the
-        motor held. It includes gravity and joint stops; infinite where the joint sticks
-    tendon_stiffness : N·m/rad; -∂ joint_torque / ∂ joint_position with all other states held, (19),
-        (23) and (25) without effects. None where the drive leaves joint_torque out: of
-        Drive.POSITION with damped springs, since it depends on the motor's velocity
+        motor held. It includes gravity, joint stops and memory that does not fade (of hysteresis,
+        of the bristles of friction at rest); infinite where the joint sticks
+    tendon_stiffness : N·m/rad; -∂ joint_torque / ∂ joint_position with all other states held, as of
+        a sudden deflection; (19), (23) and (25) without effects. None where the drive leaves
+        joint_torque out: Drive.POSITION with damped springs, as it needs the motor's velocity
     tendon_damping : N·m·s/rad; by joint_velocity, (20), (23) and (25); None as above
     channels : every input with every output, inputs first
     """
@@ -310,7 +311,7 @@ def _gain(system: _System) -> float:
     if not zeros:
         return _static(A, B, C, D)
     sizes = np.sort(np.abs(linalg.eigvals(A)))
-    limit = inf if zeros == len(A) else np.sqrt(sizes[zeros - 1] * sizes[zeros])
+    limit = inf if zeros == len(A) else 0.5 * (sizes[zeros - 1] + sizes[zeros])
     form, basis, _ = linalg.schur(  # type: ignore[call-overload]  # stubs: no function for `sort`
         A, output="complex", sort=lambda value: abs(value) <= limit
     )
@@ -331,7 +332,7 @@ def _gain(system: _System) -> float:
         if abs(share) > noise:
             return float(np.copysign(inf, share.real))
         drift = drift @ form[still, still]
-        noise *= np.linalg.norm(form[still, still])
+        noise *= np.linalg.norm(A)  # of which that block may be the rounding
     return _static(form[moving, moving], inverse[moving] @ B, C @ split[:, moving], D)
 
 

@@ -108,6 +108,11 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
             "Dry friction of the joint counts as sliding, in which it is constant; with --mode "
             f"{JOINT_MOTION.name}=0 the joint sticks."
         )
+    if any(map(_has_memory, every)):
+        told.append(
+            "Stiffness and damping of the tendons are those of a sudden motion, with the memory of "
+            "effects held; the static stiffness is that of the joint in the long run."
+        )
     if any(_velocity_acts(one) for one in every):
         told.append(
             "Motor position and velocity are inputs of their own, as of the FMU, so a zero is that "
@@ -231,6 +236,11 @@ def _switching(boundary: Boundary) -> str:
 def _slides_at_rest(model: LinearModel) -> bool:
     sliding = model.validity.modes.get(JOINT_MOTION.name, 0) != 0
     return sliding and model.validity.operating_point.states["joint_velocity"] == 0.0
+
+
+def _has_memory(model: LinearModel) -> bool:
+    """Whether effects have states of their own."""
+    return any("." in name for name in model.state_labels)
 
 
 def _velocity_acts(model: LinearModel) -> bool:
