@@ -58,7 +58,7 @@ def test_all_states_are_shown_each_where_it_is_active(run) -> None:
     assert result.exit_code == 0
     assert row(result.stdout, "tendons' stiffness (N·m/rad)") == ["20.84", "20.84", "41.69"]
     assert row(result.stdout, "active there") == ["yes", "yes", "yes"]
-    assert "spans 26.4 to 37.3 rad/s, a factor 1.41" in result.stdout
+    assert "spans 26.4 to 37.3 rad/s, a factor 1.41" in " ".join(result.stdout.split())
     assert result.stderr == ""
 
 

@@ -36,7 +36,8 @@ DRIVES = ("source", "position", "velocity", "torque")
 SourceArgument = Annotated[
     str,
     typer.Argument(
-        metavar="MODEL", help="A model.toml, the name of a bundled model, or an FMU of ours."
+        metavar="MODEL",
+        help="A model.toml, the name of a bundled model, or an FMU that export wrote.",
     ),
 ]
 StateOption = Annotated[

@@ -4,7 +4,6 @@ The velocity is the derivative of the position, which no linear model may be giv
 its own without saying so. Each way here is exact; none differentiates.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,26 +28,6 @@ class Matrices:
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
-
-    def selected(self, inputs: Sequence[str] | None, outputs: Sequence[str] | None) -> "Matrices":
-        """With some inputs and outputs only, in the order given; None for all.
-
-        Raises
-        ------
-        LinearisationError
-            for a name that is none of them, or that stands twice
-        """
-        columns = _places("input", self.inputs, inputs)
-        rows = _places("output", self.outputs, outputs)
-        return Matrices(
-            self.A,
-            self.B[:, columns],
-            self.C[rows],
-            self.D[np.ix_(rows, columns)],
-            self.states,
-            tuple(self.inputs[i] for i in columns),
-            tuple(self.outputs[i] for i in rows),
-        )
 
 
 def driven_by_source(
@@ -166,16 +145,3 @@ def _observing(matrices: Matrices, state: str) -> Matrices:
         matrices.inputs,
         (*matrices.outputs, state),
     )
-
-
-def _places(kind: str, names: tuple[str, ...], chosen: Sequence[str] | None) -> list[int]:
-    if chosen is None:
-        return list(range(len(names)))
-    for name in chosen:
-        if name not in names:
-            raise LinearisationError(
-                f"there is no {kind} {name!r} with this drive; there are {', '.join(names)}"
-            )
-        if list(chosen).count(name) > 1:
-            raise LinearisationError(f"the {kind} {name} stands twice")
-    return [names.index(name) for name in chosen]

@@ -21,7 +21,6 @@ from elastic_tendon.linear.fmu_variables import (
     transmission_of,
 )
 from elastic_tendon.linear.linearise import (
-    Form,
     linear_model,
     moving,
     operating_point_of,
@@ -31,6 +30,7 @@ from elastic_tendon.linear.model_exchange import Instance, opened
 from elastic_tendon.linear.names import state_name
 from elastic_tendon.linear.plant import Jacobians, Regime
 from elastic_tendon.linear.result import Array, Drive, LinearModel, OperatingPoint
+from elastic_tendon.linear.selection import selected
 from elastic_tendon.sections import Motor
 from elastic_tendon.system import HYSTERESIS
 from elastic_tendon.transmission import SlackState
@@ -85,7 +85,8 @@ def linearise_fmu(
             plant, operating_point, lambda regime: regime.slack_state is wanted
         )
         regime = moving(plant, point, _regime_in(plant, point, wanted))
-        return linear_model(plant, point, regime, True, Form(drive, inputs, outputs), motor)
+        whole = linear_model(plant, point, regime, True, drive, motor)
+    return selected(whole, inputs, outputs)
 
 
 @contextmanager

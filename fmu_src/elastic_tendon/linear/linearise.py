@@ -4,14 +4,13 @@
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from elastic_tendon import transmission
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.boundaries import REACH, boundaries, sides, switches
-from elastic_tendon.linear.drive import Matrices, driven, driven_by_source
+from elastic_tendon.linear.drive import driven, driven_by_source
 from elastic_tendon.linear.equations import Equations
 from elastic_tendon.linear.equilibrium import (
     JOINT_VELOCITY,
@@ -28,6 +27,7 @@ from elastic_tendon.linear.result import (
     OperatingPoint,
     Validity,
 )
+from elastic_tendon.linear.selection import selected
 from elastic_tendon.parameters import Model
 from elastic_tendon.sections import Motor
 from elastic_tendon.transmission import SlackState
@@ -35,15 +35,6 @@ from elastic_tendon.variables import INPUTS, JOINT_MOTION
 
 _POINTS = 121  # looked at in search of a regime
 _STATES = {"I": SlackState.I, "II": SlackState.II, "III": SlackState.III, "both": SlackState.BOTH}
-
-
-@dataclass(frozen=True)
-class Form:
-    """Which linear model is wanted of a point: its drive, inputs and outputs; None for all."""
-
-    drive: Drive = Drive.SOURCE
-    inputs: Sequence[str] | None = None
-    outputs: Sequence[str] | None = None
 
 
 def linearise(
@@ -90,8 +81,8 @@ def linearise(
     )
     regime = plant.holding(moving(plant, point), chosen)
     active = plant.holds(point.x, point.u, regime)
-    form = Form(drive, inputs, outputs)
-    return linear_model(plant, point, regime, active, form, model.motor)
+    whole = linear_model(plant, point, regime, active, drive, model.motor)
+    return selected(whole, inputs, outputs)
 
 
 def slack_state(name: SlackState | str) -> SlackState:
@@ -131,9 +122,11 @@ def operating_point_of(
 
 
 def linear_model(
-    plant: Plant, point: Point, regime: Regime, active: bool, form: Form, motor: Motor | None
+    plant: Plant, point: Point, regime: Regime, active: bool, drive: Drive, motor: Motor | None
 ) -> LinearModel:
     """Linear model at a point in a regime, with those of both sides where it is on a boundary.
+
+    It has all inputs and outputs of its drive.
 
     Parameters
     ----------
@@ -141,7 +134,7 @@ def linear_model(
     point : Point
     regime : to be held
     active : whether it is active at the point
-    form : Form
+    drive : what moves the motor
     motor : the rotor of Drive.TORQUE
     """
     beside = sides(plant, point)
@@ -150,10 +143,12 @@ def linear_model(
 
     def made(regime: Regime, active: bool, sides: tuple[LinearModel, ...] = ()) -> LinearModel:
         validity = Validity(regime.slack_state, regime.modes, active, at, found)
-        matrices = _matrices(plant, point, regime, form, motor)
+        jacobians = plant.jacobians(point.x, point.u, regime)
+        source = driven_by_source(jacobians, plant.states, plant.outputs)
+        matrices = driven(source, drive, motor, plant.name)
         return LinearModel(
             (matrices.A, matrices.B, matrices.C, matrices.D),
-            *(validity, form.drive, sides),
+            *(validity, drive, sides),
             states=list(matrices.states),
             inputs=list(matrices.inputs),
             outputs=list(matrices.outputs),
@@ -164,21 +159,6 @@ def linear_model(
         return made(regime, active)
     one_sided = tuple(made(moving(plant, point, one.regime), True) for one in beside)
     return made(regime, active, one_sided)
-
-
-def _matrices(
-    plant: Plant, point: Point, regime: Regime, form: Form, motor: Motor | None
-) -> Matrices:
-    jacobians = plant.jacobians(point.x, point.u, regime)
-    source = driven_by_source(jacobians, plant.states, plant.outputs)
-    matrices = driven(source, form.drive, motor, plant.name)
-    for output in form.outputs or ():
-        if output in source.outputs and output not in matrices.outputs:
-            raise LinearisationError(
-                f"{plant.name}: {output} of damped springs needs the motor's velocity, which is no "
-                "signal of a motor driven by position; take another drive, as velocity or source"
-            )
-    return matrices.selected(form.inputs, form.outputs)
 
 
 def _equilibrium(plant: Plant, point: Point) -> Equilibrium:

@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
-from elastic_tendon.linear.drive import Matrices
-from elastic_tendon.linear.result import LinearModel
+import numpy as np
+
+from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.result import Drive, LinearModel
+from elastic_tendon.variables import OUTPUTS
 
 
 def selected(
@@ -21,16 +24,39 @@ def selected(
     LinearisationError
         for a name that the model does not have, or that stands twice
     """
-    names = (model.state_labels, model.input_labels, model.output_labels)
-    found = Matrices(
-        *(model.A, model.B, model.C, model.D), *(tuple(one) for one in names)
-    ).selected(inputs, outputs)
+    if inputs is None and outputs is None:
+        return model
+    columns = _places(model, "input", model.input_labels, inputs)
+    rows = _places(model, "output", model.output_labels, outputs)
     return LinearModel(
-        (found.A, found.B, found.C, found.D),
+        (model.A, model.B[:, columns], model.C[rows], model.D[np.ix_(rows, columns)]),
         *(model.validity, model.drive),
         tuple(selected(side, inputs, outputs) for side in model.sides),
-        states=list(found.states),
-        inputs=list(found.inputs),
-        outputs=list(found.outputs),
+        states=model.state_labels,
+        inputs=[model.input_labels[i] for i in columns],
+        outputs=[model.output_labels[i] for i in rows],
         name=model.name,
     )
+
+
+def _places(
+    model: LinearModel, kind: str, names: Sequence[str], chosen: Sequence[str] | None
+) -> list[int]:
+    if chosen is None:
+        return list(range(len(names)))
+    for name in chosen:
+        if name not in names:
+            raise LinearisationError(_why_not(model, kind, names, name))
+        if list(chosen).count(name) > 1:
+            raise LinearisationError(f"the {kind} {name} stands twice")
+    return [names.index(name) for name in chosen]
+
+
+def _why_not(model: LinearModel, kind: str, names: Sequence[str], name: str) -> str:
+    improper = {one.name for one in OUTPUTS if not one.discrete}
+    if kind == "output" and model.drive is Drive.POSITION and name in improper:
+        return (
+            f"{name} of damped springs needs the motor's velocity, which is no signal of a motor "
+            "driven by position; take another drive, as velocity or source"
+        )
+    return f"there is no {kind} {name!r} with this drive; there are {', '.join(names)}"

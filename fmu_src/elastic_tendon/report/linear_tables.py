@@ -99,8 +99,8 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
         )
     here = dict.fromkeys(_switching(_at(one)) for one in every if one.validity.on_boundary)
     told.extend(
-        f"The operating point lies on a switching boundary, beyond which {words}: the models of "
-        "both sides are given."
+        f"The operating point lies on a switching boundary ({words}): the models of both sides "
+        "are given."
         for words in here
     )
     if any(_slides_at_rest(one) for one in every):
@@ -127,7 +127,7 @@ def mode_words(name: str, value: int) -> str:
     if name.endswith(".taut"):
         return f"{side} tendon {'comes taut' if value else 'goes slack'}"
     if name.endswith(".overstretched"):
-        return f"{side} spring {'exceeds' if value else 'comes back within'} max_deflection"
+        return f"{side} spring {'' if value else 'no longer '}overstretched"
     meanings = {mode.name: mode.meaning for mode in all_effects().modes}
     place = f"{side} spring: " if name.startswith(("upper_spring.", "lower_spring.")) else ""
     return f"{place}{meanings.get(name, name)}{'' if value else ' no more'}"
