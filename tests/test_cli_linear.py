@@ -95,7 +95,7 @@ def test_on_a_boundary_both_sides_are_shown(run) -> None:
     result = run(MODEL, "--deflection", SLACK, "--json", "joint.json")
     assert result.exit_code == 0
     assert row(result.stdout, "tendons' stiffness (N·m/rad)") == ["41.69", "20.84"]
-    assert "upper tendon goes slack: the models of both sides are given." in " ".join(
+    assert "(upper tendon goes slack): the models of both sides are given." in " ".join(
         result.stdout.split()
     )
     (one,) = json.loads(Path("joint.json").read_text())["models"]

@@ -94,7 +94,7 @@ def test_sliding_friction_and_separate_inputs_are_said_to_be_so() -> None:
     sticking = linearise(rough, "III", modes={"joint_motion": 0})
     assert remarks([sticking]) == []
     text = printed([sticking])
-    assert "joint sticks" in text
+    assert "sticks" in text
     assert row(text, "static stiffness (N·m/rad)") == ["inf"]
     assert row(text, "added load to break away") == ["-0.3", "N·m"]
     damped = MODEL.with_values({"transmission.upper_spring.damping": 3.0})

@@ -105,8 +105,8 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
     )
     if any(_slides_at_rest(one) for one in every):
         told.append(
-            "Dry friction of the joint counts as sliding, in which it is constant; with --mode "
-            f"{JOINT_MOTION.name}=0 the joint sticks."
+            "Dry friction of the joint counts as sliding, in which it is constant; of a model.toml, "
+            f"--mode {JOINT_MOTION.name}=0 gives the joint that sticks."
         )
     if any(map(_has_memory, every)):
         told.append(
