@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from elastic_tendon.compiled import Sensitivities, Trajectory, sensitivities, simulate
     from elastic_tendon.effects import load_effect
     from elastic_tendon.fmu.export import export_fmu
+    from elastic_tendon.linear.fmu import linearise_fmu
     from elastic_tendon.linear.linearise import linearise
     from elastic_tendon.linear.result import Drive, LinearModel, OperatingPoint
     from elastic_tendon.parameters import Model, bundled_models, load_model
@@ -24,6 +25,7 @@ _HOME = {
     "bundled_models": "parameters",
     "export_fmu": "fmu.export",
     "linearise": "linear.linearise",
+    "linearise_fmu": "linear.fmu",
     "load_effect": "effects",
     "load_model": "parameters",
     "sensitivities": "compiled",
@@ -40,6 +42,7 @@ __all__ = [
     "bundled_models",
     "export_fmu",
     "linearise",
+    "linearise_fmu",
     "load_effect",
     "load_model",
     "sensitivities",
@@ -51,3 +54,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

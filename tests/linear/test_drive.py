@@ -8,7 +8,7 @@ from linear_cases import closed_form, damped, with_typical
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.drive import SHIFTED
 from elastic_tendon.linear.linearise import linearise
-from elastic_tendon.linear.result import Drive
+from elastic_tendon.linear.result import Drive, OperatingPoint
 from elastic_tendon.parameters import parse_model
 
 MOTOR = {"inertia": 2e-3, "damping": 0.05, "friction_torque": 0.2}
@@ -93,6 +93,29 @@ def test_rotor_balances_drive_and_tendons(model, state):
     )
     velocity = response(torque, "motor_velocity", "motor_drive_torque")
     assert np.allclose(velocity, POINTS * motor, rtol=1e-9)
+
+
+@pytest.mark.parametrize("drive", Drive)
+def test_every_name_has_its_value_at_the_operating_point(model, drive):
+    point = OperatingPoint(load_torque=1.0, motor_position=0.4, joint_velocity=0.2)
+    system = linearise(model, "III", point, drive=drive)
+    at = system.validity.operating_point
+    assert set(system.state_labels) <= at.states.keys()
+    assert set(system.input_labels) <= at.inputs.keys()
+    assert set(system.output_labels) <= at.outputs.keys()
+    assert at.inputs["motor_position"] == 0.4
+
+
+def test_the_drive_torque_carries_tendons_and_losses():
+    tree = damped("biorob_x4_joint_3").model_dump() | {"motor": MOTOR}
+    model = parse_model(tree, "test")
+    at = linearise(model, "III", OperatingPoint(load_torque=2.0), drive=Drive.TORQUE)
+    assert at.validity.operating_point.inputs["motor_drive_torque"] == pytest.approx(-2.0)
+    moving = OperatingPoint(load_torque=2.0, joint_velocity=0.5)
+    at = linearise(model, "III", moving, drive=Drive.TORQUE)
+    losses = (model.link.damping + MOTOR["damping"]) * 0.5 + MOTOR["friction_torque"]
+    torque = at.validity.operating_point.inputs["motor_drive_torque"]
+    assert torque == pytest.approx(-2.0 + losses)
 
 
 def test_collocated_zeros_are_the_poles_with_the_motor_held():

@@ -424,7 +424,7 @@ def test_what_is_asked_wrongly_is_refused(exported):
         "give an operating point in state I"
     )
     assert "give an operating point in state both" in refusal(path, "both")
-    assert "needs [motor]" in refusal(path, drive=Drive.TORQUE)
+    assert "an FMU has no rotor; give the motor" in refusal(path, drive=Drive.TORQUE)
     with pytest.raises(LinearisationError, match="no slack state 'IV'"):
         linearise_fmu(path, "IV")
     with pytest.raises(LinearisationError, match="no output 'speed'"):

@@ -96,6 +96,23 @@ def test_on_a_boundary_both_sides_are_given(name, end, beyond):
     assert not linearise(model, "both", point).validity.active
 
 
+def test_a_model_of_one_side_ends_at_the_boundary():
+    model = load_model("biorob_x4_joint_3")
+    low, high = slack_boundaries(model.transmission)
+    taut, slack = linearise(model, "III", OperatingPoint(deflection=high)).sides
+    below, here = taut.validity.boundaries
+    assert (below.deflection_margin, here.deflection_margin) == (pytest.approx(low - high), 0.0)
+    assert here.switches == {"upper_spring.taut": 0}
+    here, above = slack.validity.boundaries
+    assert here.deflection_margin == 0.0
+    assert here.switches == {"upper_spring.taut": 1}
+    assert here.slack_state is SlackState.III
+    assert above.switches == {"lower_spring.overstretched": 1}
+    assert linearise(model, "III", OperatingPoint(deflection=high)).validity.boundaries == (
+        taut.validity.boundaries
+    )
+
+
 def test_off_a_boundary_there_are_no_sides():
     model = load_model("biorob_x4_joint_3")
     at = slack_boundaries(model.transmission)[0]
@@ -189,6 +206,12 @@ def test_names_selected_keep_the_order_in_which_they_are_asked_for():
     assert np.array_equal(part.B, whole.B[:, [2, 0]])
     assert np.array_equal(part.C, whole.C[[3]])
     assert np.array_equal(part.D, whole.D[[3]][:, [2, 0]])
+
+
+@pytest.mark.parametrize("source", ["figure_7", "actuator.fmu"])
+def test_a_path_is_not_a_model(source):
+    with pytest.raises(LinearisationError, match=f"{source}: linearise takes a model.*_fmu"):
+        linearise(source, "III")
 
 
 @pytest.mark.parametrize(

@@ -46,6 +46,14 @@ def test_a_boundary_brings_both_sides(tmp_path: Path) -> None:
     assert not np.array_equal(struct["below"]["A"], struct["above"]["A"])
 
 
+def test_boundaries_are_columns(tmp_path: Path) -> None:
+    path = tmp_path / "joint.mat"
+    write_mat("joint", [linearise(MODEL, "III")], str(path))
+    boundaries = loadmat(path, simplify_cells=True)["state_III"]["boundaries"]
+    assert boundaries["torque_margin"] == pytest.approx([-4.8, 4.8])
+    assert list(boundaries["switches"]) == ["lower_spring.taut = 0", "upper_spring.taut = 0"]
+
+
 def test_a_file_is_not_replaced_unasked(tmp_path: Path) -> None:
     path = tmp_path / "joint.mat"
     path.write_text("mine")

@@ -4,17 +4,20 @@ The velocity is the derivative of the position, which no linear model may be giv
 its own without saying so. Each way here is exact; none differentiates.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.plant import Jacobians
-from elastic_tendon.linear.result import Array, Drive
+from elastic_tendon.linear.result import Array, Drive, Equilibrium
 from elastic_tendon.sections import Motor
+from elastic_tendon.variables import INPUTS
 
 SHIFTED = "_shifted"  # ends the name of a state less what the motor's position makes of it
-MOTOR_TORQUE = "motor_torque"
+MOTOR_TORQUE, DRIVE_TORQUE = "motor_torque", "motor_drive_torque"
+MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE = (one.name for one in INPUTS)
 
 
 @dataclass(frozen=True)
@@ -34,8 +37,7 @@ def driven_by_source(
     jacobians: Jacobians, states: tuple[str, ...], outputs: tuple[str, ...]
 ) -> Matrices:
     """Position and velocity of the motor are inputs of their own, as of the FMU."""
-    inputs = ("motor_position", "motor_velocity", "load_torque")
-    return Matrices(*jacobians, states, inputs, outputs)
+    return Matrices(*jacobians, states, tuple(one.name for one in INPUTS), outputs)
 
 
 def driven(source: Matrices, drive: Drive, motor: Motor | None, name: str) -> Matrices:
@@ -67,6 +69,37 @@ def driven(source: Matrices, drive: Drive, motor: Motor | None, name: str) -> Ma
     return _by_torque(source, motor)
 
 
+def completed(
+    at: Equilibrium, matrices: Matrices, source: Matrices, motor: Motor | None
+) -> Equilibrium:
+    """The operating point with the signals that a drive adds, so that every name has its value.
+
+    Parameters
+    ----------
+    at : by states, inputs and outputs of the source
+    matrices : of the drive
+    source : Matrices, by `driven_by_source`
+    motor : the rotor, if there is one
+    """
+    values = {**at.outputs, **at.inputs, **at.states}
+    for name, velocity in zip(source.states, source.B[:, 1], strict=True):
+        values[f"{name}{SHIFTED}"] = at.states[name] - float(velocity) * at.inputs[MOTOR_POSITION]
+    if motor is not None:
+        rate = at.inputs[MOTOR_VELOCITY]
+        friction = motor.friction_torque * float(np.sign(rate))
+        values[DRIVE_TORQUE] = at.outputs[MOTOR_TORQUE] + motor.damping * rate + friction
+
+    def with_all(known: Mapping[str, float], names: tuple[str, ...]) -> dict[str, float]:
+        return {**known, **{name: values[name] for name in names}}
+
+    return replace(
+        at,
+        states=with_all(at.states, matrices.states),
+        inputs=with_all(at.inputs, matrices.inputs),
+        outputs=with_all(at.outputs, matrices.outputs),
+    )
+
+
 def _by_position(source: Matrices) -> Matrices:
     """The velocity as derivative of the position: with z = x - B_v u the input's rate goes.
 
@@ -85,7 +118,7 @@ def _by_position(source: Matrices) -> Matrices:
         C[proper],
         np.column_stack([D[:, 0] + C @ velocity, D[:, 2]])[proper],
         tuple(moved),
-        ("motor_position", "load_torque"),
+        (MOTOR_POSITION, LOAD_TORQUE),
         tuple(name for name, kept in zip(source.outputs, proper, strict=True) if kept),
     )
 
@@ -98,11 +131,11 @@ def _by_velocity(source: Matrices) -> Matrices:
     C = np.hstack([source.C, source.D[:, :1]])
     with_motor = Matrices(
         *(A, B, C, source.D[:, 1:]),
-        (*source.states, "motor_position"),
-        ("motor_velocity", "load_torque"),
+        (*source.states, MOTOR_POSITION),
+        (MOTOR_VELOCITY, LOAD_TORQUE),
         source.outputs,
     )
-    return _observing(with_motor, "motor_position")
+    return _observing(with_motor, MOTOR_POSITION)
 
 
 def _by_torque(source: Matrices, motor: Motor) -> Matrices:
@@ -126,11 +159,11 @@ def _by_torque(source: Matrices, motor: Motor) -> Matrices:
     D = np.column_stack([np.zeros(len(source.outputs)), source.D[:, 2]])
     with_motor = Matrices(
         *(A, B, C, D),
-        (*source.states, "motor_position", "motor_velocity"),
-        ("motor_drive_torque", "load_torque"),
+        (*source.states, MOTOR_POSITION, MOTOR_VELOCITY),
+        (DRIVE_TORQUE, LOAD_TORQUE),
         source.outputs,
     )
-    return _observing(_observing(with_motor, "motor_position"), "motor_velocity")
+    return _observing(_observing(with_motor, MOTOR_POSITION), MOTOR_VELOCITY)
 
 
 def _observing(matrices: Matrices, state: str) -> Matrices:

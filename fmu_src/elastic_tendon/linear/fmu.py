@@ -80,6 +80,11 @@ def linearise_fmu(
         the state is not active at the operating point
     """
     wanted = slack_state(state)
+    if drive is Drive.TORQUE and motor is None:
+        raise LinearisationError(
+            f"{path}: an FMU has no rotor; give the motor in Python, or linearise the model.toml "
+            "it was made from, with [motor]"
+        )
     with fmu_plant(path, start_values or {}) as plant:
         point = operating_point_of(
             plant, operating_point, lambda regime: regime.slack_state is wanted

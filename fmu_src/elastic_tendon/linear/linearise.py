@@ -4,13 +4,14 @@
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from elastic_tendon import transmission
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.boundaries import REACH, boundaries, sides, switches
-from elastic_tendon.linear.drive import driven, driven_by_source
+from elastic_tendon.linear.drive import completed, driven, driven_by_source
 from elastic_tendon.linear.equations import Equations
 from elastic_tendon.linear.equilibrium import (
     JOINT_VELOCITY,
@@ -21,6 +22,7 @@ from elastic_tendon.linear.equilibrium import (
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import (
     Array,
+    Boundary,
     Drive,
     Equilibrium,
     LinearModel,
@@ -57,8 +59,8 @@ def linearise(
     model : Model
     state : "I", "II", "III", "both" or a SlackState
     operating_point : where to linearise; None: at rest without load if the state is active there,
-        else in the middle of the deflections, or joint positions, at which state and modes are
-        active
+        else near the middle of the deflections, or joint positions, at which state and modes
+        are active
     drive : what moves the motor; `Drive.TORQUE` needs [motor] in model.toml
     inputs, outputs : names in the order wanted; None: all that the drive has
     modes : modes of effects to hold, by name, where others than those active are wanted
@@ -73,6 +75,11 @@ def linearise(
     LinearisationError
         where there is no such equilibrium, name or motor
     """
+    if not isinstance(model, Model):
+        raise LinearisationError(
+            f"{model}: linearise takes a model, as load_model reads it; linearise_fmu takes the "
+            "path of an FMU"
+        )
     plant = Equations(model)
     chosen = plant.chosen(slack_state(state), modes or {})
     sought = {name: mode for name, mode in chosen.items() if name != JOINT_MOTION.name}
@@ -142,10 +149,12 @@ def linear_model(
     at = _equilibrium(plant, point)
 
     def made(regime: Regime, active: bool, sides: tuple[LinearModel, ...] = ()) -> LinearModel:
-        validity = Validity(regime.slack_state, regime.modes, active, at, found)
         jacobians = plant.jacobians(point.x, point.u, regime)
         source = driven_by_source(jacobians, plant.states, plant.outputs)
         matrices = driven(source, drive, motor, plant.name)
+        within = _around(found, regime, beside)
+        here = completed(at, matrices, source, motor)
+        validity = Validity(regime.slack_state, regime.modes, active, here, within)
         return LinearModel(
             (matrices.A, matrices.B, matrices.C, matrices.D),
             *(validity, drive, sides),
@@ -159,6 +168,25 @@ def linear_model(
         return made(regime, active)
     one_sided = tuple(made(moving(plant, point, one.regime), True) for one in beside)
     return made(regime, active, one_sided)
+
+
+def _around(
+    found: tuple[Boundary, ...], regime: Regime, beside: tuple[Point, Point]
+) -> tuple[Boundary, ...]:
+    """Boundaries as a regime sees them: that of one side of a boundary ends there."""
+    low, high = (one.regime for one in beside)
+    if not switches(low, high):
+        return found
+    if not switches(low, regime):
+        return tuple(one for one in found if one.deflection_margin <= 0.0)
+    if not switches(high, regime):
+        back = {"switches": switches(high, low), "slack_state": low.slack_state}
+        return tuple(
+            one if one.deflection_margin or one.torque_margin else replace(one, **back)
+            for one in found
+            if one.deflection_margin >= 0.0
+        )
+    return found
 
 
 def _equilibrium(plant: Plant, point: Point) -> Equilibrium:

@@ -7,20 +7,22 @@ from typing import Any
 import numpy as np
 
 from elastic_tendon.linear.names import state_name
-from elastic_tendon.linear.result import LinearModel
+from elastic_tendon.linear.result import Boundary, LinearModel
 from elastic_tendon.output import write_file
 
 SIDES = ("below", "above")  # towards negative and towards positive deflection
 
 
-def write_mat(name: str, models: Sequence[LinearModel], path: Path, *, force: bool = False) -> None:
+def write_mat(
+    name: str, models: Sequence[LinearModel], path: str | Path, *, force: bool = False
+) -> None:
     """Write linear models, of which ``ss(state_I.A, state_I.B, state_I.C, state_I.D)`` makes one.
 
     The file holds `model`, `drive` and a struct for each slack state: `state_I`, `state_II`,
     `state_III`, `state_both`. In it are A, B, C, D, `state_names`, `input_names` and `output_names`
-    (cells), `active`, `on_boundary`, `modes` and `operating_point`, and on a switching boundary
-    `below` and `above`, the models of both sides. SI units. Dots in names of fields become
-    underscores, since MATLAB allows none.
+    (cells), `active`, `on_boundary`, `modes`, `operating_point` and `boundaries`, whose fields have
+    a row for each boundary; on a switching boundary also `below` and `above`, the models of both
+    sides. SI units. Dots in names of fields become underscores, since MATLAB allows none.
 
     Parameters
     ----------
@@ -41,7 +43,9 @@ def write_mat(name: str, models: Sequence[LinearModel], path: Path, *, force: bo
         "drive": models[0].drive.value,
         **{f"state_{state_name(one.validity.slack_state)}": _struct(one) for one in models},
     }
-    write_file(path, lambda target: savemat(target, content, long_field_names=True), force=force)
+    write_file(
+        Path(path), lambda target: savemat(target, content, long_field_names=True), force=force
+    )
 
 
 def _struct(model: LinearModel) -> dict[str, Any]:
@@ -61,8 +65,20 @@ def _struct(model: LinearModel) -> dict[str, Any]:
             "modes": _fields(at.modes),
             "slack_state": state_name(at.slack_state),
         },
+        "boundaries": _columns(validity.boundaries),
         **{side: _struct(one) for side, one in zip(SIDES, model.sides, strict=False)},
     }
+
+
+def _columns(boundaries: Sequence[Boundary]) -> dict[str, Any]:
+    """Columns (n, 1) of the numbers of boundaries, and what switches in words."""
+    names = ("deflection", "load_torque", "deflection_margin", "torque_margin")
+    numbers = np.array([[getattr(one, name) for name in names] for one in boundaries])
+    columns = dict(zip(names, np.hsplit(numbers.reshape(-1, len(names)), len(names)), strict=True))
+    told = [
+        ", ".join(f"{name} = {value}" for name, value in one.switches.items()) for one in boundaries
+    ]
+    return {**columns, "switches": _cells(told).reshape(-1, 1)}
 
 
 def _cells(names: Iterable[str]) -> np.ndarray[Any, np.dtype[np.object_]]:

@@ -52,7 +52,9 @@ class OperatingPoint:
 class Equilibrium:
     """An operating point that was solved for; values by name, SI units.
 
-    `slack_state` and `modes` (slack, engaged, sliding...) are those active there.
+    All states, inputs and outputs of the linear model are there, and those of the actuator
+    (motor_position, motor_velocity, load_torque) whatever drives it. `slack_state` and `modes`
+    (slack, engaged, sliding...) are those active there.
     """
 
     states: Mapping[str, float]
@@ -65,6 +67,9 @@ class Equilibrium:
 @dataclass(frozen=True)
 class Boundary:
     """Where modes switch as the joint is deflected with the motor held.
+
+    At rest: a step of load overshoots, so compare the deflection of the linear model's own response
+    with `deflection_margin`, not its load with `torque_margin`.
 
     `switches` holds the modes that change, with their values beyond; `slack_state` is that
     beyond. `deflection` (rad) and `load_torque` (N·m) are those on the boundary,

@@ -97,16 +97,23 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
             f"Between the states the natural frequency spans {span.lowest:.3g} to "
             f"{span.highest:.3g} rad/s, a factor {span.ratio:.3g}."
         )
-    here = dict.fromkeys(_switching(_at(one)) for one in every if one.validity.on_boundary)
+    on = [_at(one) for one in every if one.validity.on_boundary]
+    here = {one.deflection: _switching(one) for one in reversed(on)}  # as the first side tells it
     told.extend(
         f"The operating point lies on a switching boundary ({words}): the models of both sides "
         "are given."
-        for words in here
+        for words in here.values()
     )
     if any(_slides_at_rest(one) for one in every):
         told.append(
-            "Dry friction of the joint counts as sliding, in which it is constant; of a model.toml, "
-            f"--mode {JOINT_MOTION.name}=0 gives the joint that sticks."
+            "Dry friction of the joint counts as sliding, in which it is constant; of a "
+            f"model.toml, --mode {JOINT_MOTION.name}=0 gives the joint that sticks."
+        )
+    if not all(one.validity.active for one in every):
+        told.append("Where a state is not active, the boundaries are those of the state that is.")
+    if any(one.tendon_stiffness is None for one in analyses):
+        told.append(
+            "Torques of damped springs need the motor's velocity, which --drive position has not."
         )
     if any(map(_has_memory, every)):
         told.append(
@@ -201,14 +208,22 @@ def _engaged(model: LinearModel) -> str:
 
 def _next(sign: int) -> Callable[[LinearModel], str]:
     def tell(model: LinearModel) -> str:
-        beyond = [one for one in model.validity.boundaries if sign * one.deflection_margin > 0]
+        boundaries = [one for one in model.validity.boundaries if _of_place(one)]
+        # that on which the model lies ends it on one side
+        ends = boundaries[-1:] if sign > 0 else boundaries[:1]
+        beyond = [one for one in ends if sign * one.deflection_margin >= 0]
         if not beyond:
             return "none"
-        one = min(beyond, key=lambda boundary: abs(boundary.deflection_margin))
+        one = beyond[0]
         margins = f"{one.deflection_margin:+.4g} rad\n{one.torque_margin:+.4g} N·m"
         return f"{margins}\n{_switching(one)}"
 
     return tell
+
+
+def _of_place(boundary: Boundary) -> bool:
+    """Whether a boundary lies elsewhere along the deflection, or here; no break-away."""
+    return JOINT_MOTION.name not in boundary.switches
 
 
 def _breakaway(model: LinearModel) -> str:
@@ -257,8 +272,8 @@ _PLACE: tuple[tuple[str, Callable[[LinearModel], str]], ...] = (
     ("load torque", _input("load_torque", "N·m")),
     ("active there", _active),
     ("in force", _engaged),
-    ("next boundary below", _next(-1)),
-    ("next boundary above", _next(1)),
+    ("to the next boundary below", _next(-1)),
+    ("to the next boundary above", _next(1)),
     ("added load to break away", _breakaway),
 )
 
