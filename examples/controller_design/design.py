@@ -79,7 +79,9 @@ def plants(model: Model) -> dict[SlackState, LinearModel]:
     loads = {SlackState.I: -LOAD, SlackState.II: LOAD, SlackState.III: 0.0}
     return {
         state: linearise(
-            *(model, state, OperatingPoint(load_torque=load, joint_position=0.0)),
+            model,
+            state,
+            OperatingPoint(load_torque=load, joint_position=0.0),
             drive=Drive.VELOCITY,
             outputs=["joint_position", "motor_position"],
         )

@@ -1,6 +1,6 @@
 """Figures: what the joint does, and the loops in the complex plane."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import control
@@ -11,11 +11,13 @@ from experiment import Scenario, Signals
 from matplotlib.axes import Axes
 from robustness import FREQUENCIES, loop
 
+from elastic_tendon.linear.limit_cycles import LimitCycle
 from elastic_tendon.report.comparison_figures import BLACK, BLUE, GREEN, SKY, VERMILLION
 from elastic_tendon.transmission import SlackState
 
 COLOURS = (VERMILLION, BLUE, GREEN)  # of the designs
 STYLES = ("-", "--", "-.")  # as two of them may coincide
+PREDICTED = {"color": BLACK, "linestyle": ":", "linewidth": 1.0}
 STATE_COLOURS = {SlackState.III: BLUE, SlackState.I: VERMILLION}
 
 
@@ -47,13 +49,17 @@ def _shade_slack(axes: Axes, run: Signals, label: str) -> None:
     axes.set_xlim(run["time"][0], run["time"][-1])
 
 
-def draw_delayed(run: Signals, picture: Path) -> None:
+def draw_delayed(run: Signals, cycles: Sequence[LimitCycle], picture: Path) -> None:
     """The limit cycle of late commands: from the taut joint at rest until it is well in it."""
     figure, axes = plt.subplots(figsize=(7.5, 3.0), layout="constrained")
     begin = {name: values[run["time"] < 3.0] for name, values in run.items()}
     deflection = 1e3 * (begin["joint"] - begin["motor"])
     axes.plot(begin["time"], deflection, color=VERMILLION, linewidth=1.2, label="taut only, late")
     _shade_slack(axes, begin, "slack")
+    for cycle in cycles:
+        for turn in (-cycle.amplitude, cycle.amplitude):
+            axes.axhline(1e3 * (cycle.deflection + turn), **PREDICTED)
+    axes.plot([], [], **PREDICTED, label="predicted: limit cycle")
     axes.set(xlabel="time (s)", ylabel="deflection (mrad)")
     axes.legend(loc="lower right", fontsize="small")
     figure.savefig(picture, dpi=110)

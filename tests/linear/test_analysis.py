@@ -4,7 +4,9 @@ from math import inf, sqrt
 
 import numpy as np
 import pytest
+from linear_cases import with_typical
 
+from elastic_tendon import simulate
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.analysis import Analysis, analyse, frequency_span, main_channels
@@ -81,6 +83,34 @@ def test_static_stiffness_is_that_with_the_motor_held_for_every_drive(
         assert found.tendon_stiffness is None  # the torque needs the motor's velocity
     else:
         assert found.tendon_stiffness == pytest.approx(found.stiffness, rel=1e-9)
+
+
+def test_a_sudden_deflection_takes_the_memory_of_a_hysteresis_along() -> None:
+    """Against the simulated torque of a small and fast motion of the motor, the joint at rest."""
+    model = with_typical(load_model("biorob_x4_joint_3"), "spring_hysteresis")
+    time, step = np.linspace(0.0, 1e-3, 11), 1e-5
+    run = simulate(model.with_values({"link.inertia": 1e4}), time, step * time / time[-1])
+    simulated = float(run["joint_torque"][-1]) / step
+    assert simulated > 1.5 * closed_form(model, "III")[0]
+    assert analyse(linearise(model, "III")).tendon_stiffness == pytest.approx(simulated, rel=2e-3)
+
+
+def test_a_joint_that_sticks_says_nothing_of_its_tendons() -> None:
+    model = with_typical(load_model("biorob_x4_joint_3"), "tendon_guide_friction")
+    found = analyse(linearise(model, "III", modes={"joint_motion": 0}))
+    assert (found.tendon_stiffness, found.tendon_damping) == (None, None)
+    assert found.stiffness == inf
+    assert not found.channel("load_torque", "joint_position").responds
+
+
+def test_the_tendons_oscillation_is_not_that_of_the_arm_under_gravity() -> None:
+    model = with_typical(load_model("biorob_x4_joint_3"), "gravity_load")
+    found = analyse(linearise(model, "III", drive=Drive.TORQUE))
+    slowest = next(pole for pole in found.poles if pole.oscillates)
+    bare = analyse(linearise(load_model("biorob_x4_joint_3"), "III", drive=Drive.TORQUE))
+    frequency = found.tendon_oscillation.natural_frequency
+    assert frequency == pytest.approx(bare.tendon_oscillation.natural_frequency, rel=0.02)
+    assert slowest.natural_frequency < 0.2 * frequency
 
 
 @pytest.mark.parametrize("state", ["I", "II", "III"])
@@ -196,7 +226,7 @@ def test_a_joint_that_sticks_is_stiff_and_one_without_tendons_drifts() -> None:
     assert analyse(linearise(rough, "III")).stiffness == pytest.approx(41.688, rel=1e-9)
     free = analyse(linearise(model, "both"))
     assert free.stiffness == 0.0
-    assert free.slowest_oscillation is None
+    assert free.tendon_oscillation is None
     assert free.channel("load_torque", "joint_velocity").gain == pytest.approx(1.0 / 0.16)
 
 

@@ -1,7 +1,7 @@
 """How far the next switch is, against the paper's limits."""
 
 import pytest
-from linear_cases import MODELS
+from linear_cases import MODELS, STATES
 
 from elastic_tendon import load_model
 from elastic_tendon.linear.linearise import linearise
@@ -61,3 +61,37 @@ def test_without_pretension_rest_is_a_boundary_of_the_slack_states():
     system = linearise(model, "III", OperatingPoint(deflection=0.0))
     assert system.validity.on_boundary
     assert [one.validity.slack_state.name for one in system.sides] == ["I", "II"]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.9, 1.0])
+@pytest.mark.parametrize("name", MODELS)
+def test_any_pretension_has_its_slack_boundaries(name, share):
+    """Beyond (30) they lie outside the deflections that the springs bear, (16)."""
+    model = load_model(name)
+    largest = model.transmission.largest_pretension
+    model = model.with_values({"transmission.pretension_force": share * largest})
+    low, high = slack_boundaries(model.transmission)
+    for state, end in (("I", low), ("II", high)):
+        system = linearise(model, state)
+        assert system.validity.active
+        at = system.validity.operating_point.outputs["deflection"]
+        assert at < low if state == "I" else at > high
+        inner = [one for one in system.validity.boundaries if "taut" in str(one.switches)]
+        assert [one.deflection for one in inner] == pytest.approx([end], rel=1e-6, abs=1e-8)
+
+
+def test_without_pretension_both_tendons_are_never_taut():
+    model = load_model("biorob_x4_joint_3").with_values({"transmission.pretension_force": 0.0})
+    at_rest = OperatingPoint(deflection=0.0)
+    active = {state: linearise(model, state, at_rest).validity.active for state in STATES}
+    assert active == {"I": True, "II": True, "III": False, "both": False}
+
+
+def test_just_beside_a_boundary_counts_as_on_it():
+    """Closer than rounding and the dead band of an event tell apart."""
+    model = load_model("biorob_x4_joint_3")
+    beside = OperatingPoint(deflection=slack_boundaries(model.transmission)[1] + 1e-9)
+    for state in ("II", "III"):
+        validity = linearise(model, state, beside).validity
+        assert validity.active
+        assert validity.on_boundary

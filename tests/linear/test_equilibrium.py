@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from linear_cases import with_typical
 
 from elastic_tendon import load_model, simulate
 from elastic_tendon.errors import LinearisationError
@@ -89,6 +90,15 @@ def test_a_play_does_not_stop_the_search():
     assert within - without == pytest.approx(0.01)
 
 
+@pytest.mark.parametrize("effect_id", ["gear_backlash", "spring_relaxation", "spring_hardening"])
+@pytest.mark.parametrize("load", [-8.7, 2.0, 5.0])
+def test_load_and_joint_position_lead_back_to_the_motor(effect_id, load):
+    plant = Equations(with_typical(load_model("biorob_x4_joint_3"), effect_id))
+    there = equilibrium(plant, OperatingPoint(load_torque=load, motor_position=0.1))
+    asked = OperatingPoint(load_torque=load, joint_position=float(there.x[0]))
+    assert equilibrium(plant, asked).u[0] == pytest.approx(0.1, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("given", "told"),
     [
@@ -99,6 +109,7 @@ def test_a_play_does_not_stop_the_search():
         ),
         ({"load_torque": float("nan")}, "load_torque is nan; give a finite number"),
         ({"load_torque": 200.0, "joint_velocity": float("inf")}, "joint_velocity is inf"),
+        ({"load_torque": 1e300}, "no equilibrium is found with load_torque 1e\\+300"),
     ],
 )
 def test_what_cannot_be_given_is_told(model, given, told):

@@ -80,10 +80,11 @@ def test_on_a_boundary_both_sides_have_a_column() -> None:
 def test_the_span_of_frequencies_is_told_where_there_are_two() -> None:
     told = remarks([linearise(MODEL, state) for state in STATES])
     assert told == [
-        "Between the states the natural frequency spans 26.4 to 37.3 rad/s, a factor 1.41."
+        "Between the states the tendons' natural frequency spans 26.4 to 37.3 rad/s, a factor 1.41."
     ]
-    (told,) = remarks([linearise(MODEL, "III"), linearise(MODEL, "both")])
-    assert "not active" in told
+    told = remarks([linearise(MODEL, "III"), linearise(MODEL, "both")])
+    assert told[0] == "In state both the joint does not oscillate on its tendons."
+    assert "not active" in told[1]
 
 
 def test_sliding_friction_and_separate_inputs_are_said_to_be_so() -> None:

@@ -17,6 +17,7 @@ from elastic_tendon.cli.shared import (
     check_outputs,
     load,
     load_effects,
+    notice,
     output,
     progress,
     reporting,
@@ -208,12 +209,21 @@ def _active(linear_in: Callable[[str], "LinearModel"]) -> "LinearModel":
 def _every(
     linear_in: Callable[[str], "LinearModel"], states: Sequence[str] | None
 ) -> list["LinearModel"]:
+    """The linear models of states; of those not asked for by name, the ones that there are."""
     wanted = list(dict.fromkeys(states or WITHOUT_POINT))
-    found = []
+    found: list[LinearModel] = []
+    faults: list[LinearisationError] = []
     with progress() as report:
         for index, state in enumerate(wanted):
             report(f"linearising in state {state}", index / len(wanted))
-            found.append(linear_in(state))
+            try:
+                found.append(linear_in(state))
+            except LinearisationError as fault:
+                faults.append(fault)
+    if faults and (states or not found):
+        raise faults[0]
+    for one in faults:
+        notice.print(f"note: {one}", markup=False, soft_wrap=True)
     return found
 
 

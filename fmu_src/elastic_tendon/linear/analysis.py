@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.drive import SHIFTED
 from elastic_tendon.linear.result import Array, Drive, LinearModel
+from elastic_tendon.variables import JOINT_MOTION
 
 JOINT_POSITION, JOINT_VELOCITY, JOINT_TORQUE = "joint_position", "joint_velocity", "joint_torque"
+DEFLECTION = "deflection"
 LOAD_TORQUE, DRIVE_TORQUE = "load_torque", "motor_drive_torque"
 MOTOR_POSITION, MOTOR_VELOCITY = "motor_position", "motor_velocity"
+_SHARE = 0.5  # of the motions of joint and motor that deflects the tendons, if these oscillate
 _CANCELS = 1e-6  # relative distance within which a zero and a pole are one
 
 Complex = NDArray[np.complex128]
@@ -50,6 +54,7 @@ class Channel:
     ----------
     input, output : names
     gain : static gain in SI units; infinite where the output drifts away
+    responds : whether the input reaches the output at all
     zeros : transmission zeros, rad/s, pairs in full. A zero that cancels a pole (both within 1e-6
         of each other) is left out; infinite ones do not arise, since the relative degree is found
         first: derivatives of the output of which the input's share is rounding do not count
@@ -58,6 +63,7 @@ class Channel:
     input: str
     output: str
     gain: float
+    responds: bool
     zeros: tuple[complex, ...]
 
     @property
@@ -73,26 +79,25 @@ class Analysis:
     Attributes
     ----------
     poles : by rising natural frequency; complex pairs once
+    tendon_oscillation : the slowest pair in which joint and motor move against each other rather
+        than together, as an arm under gravity does with its motor; None where there is none
     stiffness : N·m/rad; load over deflection of the joint that it holds in the long run, with the
         motor held. It includes gravity, joint stops and memory that does not fade (of hysteresis,
         of the bristles of friction at rest); infinite where the joint sticks
-    tendon_stiffness : N·m/rad; -∂ joint_torque / ∂ joint_position with all other states held, as of
-        a sudden deflection; (19), (23) and (25) without effects. None where the drive leaves
-        joint_torque out: Drive.POSITION with damped springs, as it needs the motor's velocity
+    tendon_stiffness : N·m/rad; of the tendons' torque against a small and sudden deflection of the
+        joint, in which what relaxes has had no time and the memory of a hysteresis has moved along;
+        (19), (23) and (25) without effects. None where joint_torque is no output (Drive.POSITION
+        with damped springs, as it needs the motor's velocity) or the joint sticks, which it holds
     tendon_damping : N·m·s/rad; by joint_velocity, (20), (23) and (25); None as above
     channels : every input with every output, inputs first
     """
 
     poles: tuple[Pole, ...]
+    tendon_oscillation: Pole | None
     stiffness: float
     tendon_stiffness: float | None
     tendon_damping: float | None
     channels: tuple[Channel, ...]
-
-    @property
-    def slowest_oscillation(self) -> Pole | None:
-        """The complex pair of the lowest natural frequency: the joint on its tendons, as a rule."""
-        return next((pole for pole in self.poles if pole.oscillates), None)
 
     def channel(self, input_name: str, output_name: str) -> Channel:
         """A channel by its names.
@@ -110,7 +115,7 @@ class Analysis:
 
 @dataclass(frozen=True)
 class FrequencySpan:
-    """Lowest and highest natural frequency (rad/s) of the slowest oscillation over the states."""
+    """Lowest and highest natural frequency (rad/s) of the tendons' oscillation over the states."""
 
     lowest: float
     highest: float
@@ -138,11 +143,12 @@ def analyse(model: LinearModel) -> Analysis:
     Raises
     ------
     LinearisationError
-        where load_torque or joint_position was left out
+        where load_torque, joint_position or deflection was left out
     """
     for kind, name, names in (
         ("input", LOAD_TORQUE, model.input_labels),
         ("output", JOINT_POSITION, model.output_labels),
+        ("output", DEFLECTION, model.output_labels),
     ):
         if name not in names:
             raise LinearisationError(
@@ -156,11 +162,13 @@ def analyse(model: LinearModel) -> Analysis:
         for i, other in enumerate(model.output_labels)
     )
     compliance = _gain(_motor_held(model))
+    tendon_stiffness, tendon_damping = _tendons(model)
     return Analysis(
         _poles(model.A),
+        _tendon_oscillation(model),
         1.0 / compliance if compliance else inf,
-        _slope(model, JOINT_POSITION),
-        _slope(model, JOINT_VELOCITY),
+        tendon_stiffness,
+        tendon_damping,
         channels,
     )
 
@@ -181,7 +189,7 @@ def main_channels(drive: Drive) -> tuple[tuple[str, str], ...]:
 
 
 def frequency_span(analyses: Iterable[Analysis]) -> FrequencySpan | None:
-    """Between which natural frequencies the slowest oscillation lies over several states.
+    """Between which natural frequencies the tendons' oscillation lies over several states.
 
     Parameters
     ----------
@@ -189,9 +197,9 @@ def frequency_span(analyses: Iterable[Analysis]) -> FrequencySpan | None:
 
     Returns
     -------
-    FrequencySpan; None where nothing oscillates
+    FrequencySpan; None where none of the tendons oscillates
     """
-    pairs = [one.slowest_oscillation for one in analyses]
+    pairs = [one.tendon_oscillation for one in analyses]
     found = [pair.natural_frequency for pair in pairs if pair is not None]
     return FrequencySpan(min(found), max(found)) if found else None
 
@@ -231,13 +239,35 @@ def _motor_held(model: LinearModel) -> _System:
     return system.channel(*places)
 
 
-def _slope(model: LinearModel, state: str) -> float | None:
-    """Minus the derivative of the tendons' torque on the joint by a state."""
-    moved = [name for name in model.state_labels if name.removesuffix("_shifted") == state]
-    if JOINT_TORQUE not in model.output_labels or not moved:
-        return None
-    row, column = model.output_labels.index(JOINT_TORQUE), model.state_labels.index(moved[0])
-    return float(0.0 - model.C[row, column])  # not -0.0
+def _tendons(model: LinearModel) -> tuple[float, float] | tuple[None, None]:
+    """Stiffness and damping of the tendons, by what a sudden motion of the joint does at once.
+
+    States that move with the joint's velocity, as the memory of a hysteresis, have moved along.
+    """
+    names = [name.removesuffix(SHIFTED) for name in model.state_labels]
+    sticks = model.validity.modes.get(JOINT_MOTION.name) == 0
+    if JOINT_TORQUE not in model.output_labels or JOINT_VELOCITY not in names or sticks:
+        return None, None
+    torque = model.C[model.output_labels.index(JOINT_TORQUE)]
+    velocity = names.index(JOINT_VELOCITY)
+    moved = model.A[:, velocity].copy()  # positions and memory, by a unit of deflection
+    moved[_velocities(model.A)] = 0.0  # which only an impulse would change
+    return float(0.0 - torque @ moved), float(0.0 - torque[velocity])  # not -0.0
+
+
+def _velocities(A: Array) -> list[int]:
+    """Places of the states that are the rate of another one."""
+    rates = [row for row in A if np.count_nonzero(row) == 1 and row.max() == 1.0]
+    return [int(row.argmax()) for row in rates]
+
+
+def _tendon_oscillation(model: LinearModel) -> Pole | None:
+    values, vectors = np.linalg.eig(model.A)
+    rows = [model.output_labels.index(name) for name in (DEFLECTION, JOINT_POSITION)]
+    deflection, joint = model.C[rows] @ vectors
+    deflects = np.abs(deflection) > _SHARE * (np.abs(joint) + np.abs(joint - deflection))
+    found = values[deflects & (values.imag > 0.0)]
+    return _pole(complex(found[np.argmin(np.abs(found))])) if found.size else None
 
 
 def _poles(A: Array) -> tuple[Pole, ...]:
@@ -274,17 +304,21 @@ def _channel(system: _System, input_name: str, output_name: str) -> Channel:
     poles = _eigenvalues(system.A)
     size = max(map(abs, poles), default=0.0)
     zeros = []
-    for zero in sorted(_zeros(system), key=lambda one: (abs(one), one.imag)):
+    found = _zeros(system)
+    for zero in sorted(found or (), key=lambda one: (abs(one), one.imag)):
         near = min(poles, key=lambda pole: abs(pole - zero), default=None)
         if near is not None and abs(near - zero) <= _CANCELS * (abs(near) or _CANCELS * size):
             poles.remove(near)
         else:
             zeros.append(zero)
-    return Channel(input_name, output_name, _gain(system), tuple(zeros))
+    return Channel(input_name, output_name, _gain(system), found is not None, tuple(zeros))
 
 
-def _zeros(system: _System) -> list[complex]:
-    """Invariant zeros: modes that stay when feedback keeps the output and its derivatives at 0."""
+def _zeros(system: _System) -> list[complex] | None:
+    """Invariant zeros: modes that stay when feedback keeps the output and its derivatives at 0.
+
+    None where the input does not reach the output.
+    """
     A, B, C, D = system.A, system.B, system.C, system.D
     rows: list[Array] = []
     share, row, noise = D, C, np.zeros(1)
@@ -298,7 +332,7 @@ def _zeros(system: _System) -> list[complex]:
         # the next derivative of the output, and what rounding may make of the input's share in it
         share, noise = row @ B, 100.0 * len(A) * np.finfo(float).eps * np.abs(row) @ np.abs(B)
         row = row @ A
-    return []  # the input does not reach the output
+    return None
 
 
 def _gain(system: _System) -> float:

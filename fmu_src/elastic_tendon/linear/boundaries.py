@@ -1,16 +1,16 @@
 """Where modes switch next, as the joint is deflected with the motor held."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
 import numpy as np
 
-from elastic_tendon import transmission
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.equilibrium import (
     LOAD_TORQUE,
     Point,
     deflection_of,
+    deflection_range,
     deflection_span,
     held,
     torque_scale,
@@ -31,7 +31,8 @@ _SMALLEST_BREAKAWAY, _LARGEST_BREAKAWAY = 1e-6, 100.0
 def sides(plant: Plant, point: Point) -> tuple[Point, Point]:
     """The points just beside a point, towards negative and towards positive deflection."""
     at, touch = deflection_of(plant, point.x, point.u), TOUCH * deflection_span(plant)
-    return held(plant, point, at - touch), held(plant, point, at + touch)
+    low, high = (_held(plant, (point,), at + one) or point for one in (-touch, touch))
+    return low, high
 
 
 def boundaries(plant: Plant, point: Point, beside: tuple[Point, Point]) -> tuple[Boundary, ...]:
@@ -69,35 +70,53 @@ def switches(before: Regime, after: Regime) -> dict[str, int]:
 def _next(plant: Plant, point: Point, beside: Point, direction: int) -> Boundary | None:
     for near, far in pairwise(_path(plant, beside, direction)):
         if switches(near.regime, far.regime):
-            near, far = _located(plant, near, far)
-            return _boundary(plant, point, far, near.regime, far.regime)
+            located = _located(plant, near, far)
+            if located is None:
+                return None
+            inner, outer = located
+            return _boundary(plant, point, outer, inner.regime, outer.regime)
+    return None
+
+
+def _held(plant: Plant, near: Iterable[Point], deflection: float) -> Point | None:
+    """The motor held, the joint at a deflection; sought from the first point that leads there."""
+    for point in near:
+        try:
+            return held(plant, point, deflection)
+        except LinearisationError:
+            continue
     return None
 
 
 def _path(plant: Plant, beside: Point, direction: int) -> Iterator[Point]:
-    """Points from one outwards to beyond what the springs bear, as far as there are any."""
+    """Points from one outwards to beyond all of the range, as far as there are any."""
     yield beside
     start = deflection_of(plant, beside.x, beside.u)
-    limits = transmission.deflection_limits(plant.transmission)
-    end = direction * max(direction * limits[direction > 0], direction * start)
+    farthest = deflection_range(plant)[direction > 0]
+    end = direction * max(direction * farthest, direction * start)
     end += direction * REACH * deflection_span(plant)
     point = beside
     for deflection in np.linspace(start, end, _POINTS)[1:]:
-        try:
-            point = held(plant, point, float(deflection))
-        except LinearisationError:
+        following = _held(plant, (point,), float(deflection))
+        if following is None:
             return
+        point = following
         yield point
 
 
-def _located(plant: Plant, near: Point, far: Point) -> tuple[Point, Point]:
-    """The two points moved together until only rounding and the dead band lie between them."""
+def _located(plant: Plant, near: Point, far: Point) -> tuple[Point, Point] | None:
+    """The two points moved together until only rounding and the dead band lie between them.
+
+    None where no equilibrium is found between them, so that the place would be a guess.
+    """
     for _ in range(_MOST_BISECTIONS):
         ends = [deflection_of(plant, one.x, one.u) for one in (near, far)]
         between = float(np.mean(ends))
         if between in ends:
             break
-        middle = held(plant, near, between)
+        middle = _held(plant, (near, far), between)
+        if middle is None:
+            return None
         if switches(near.regime, middle.regime):
             far = middle
         else:

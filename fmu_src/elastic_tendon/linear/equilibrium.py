@@ -7,6 +7,7 @@ is in the middle of the positions at which it could stick. States that no rate d
 of a hysteresis) stay as they start.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +15,14 @@ import numpy as np
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import Array, OperatingPoint
-from elastic_tendon.transmission import deflection_limits
+from elastic_tendon.transmission import deflection_limits, slack_boundaries
 
 MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE = 0, 1, 2  # places among the inputs
 JOINT_POSITION, JOINT_VELOCITY = 0, 1  # places among the states
 _GIVEN = ("load_torque", "motor_position", "joint_position", "deflection")
 _MOST_STEPS = 60
 _MOST_HALVINGS = 12
-# shares of the range of deflection by which a search starts anew, where the joint is free in a play
+# deflections, in shares of their range, from which a search starts: the joint may be free in a play
 _STARTS = (0.0, 0.1, -0.1, 0.3, -0.3, 0.6, -0.6)
 _RANK = 1e-12  # singular values below this share of the largest belong to undecided states
 _EXACT = 1e-14  # distance from an equilibrium, in units of the nominals, not worth another step
@@ -89,16 +90,11 @@ def equilibrium(plant: Plant, asked: OperatingPoint, near: Point | None = None) 
         where there is none, or more is given than can be
     """
     asked = completed(asked)
-    z, unknown = _known(plant, asked, near)
-    for share in _STARTS:
-        moved = z.copy()
-        if JOINT_POSITION in unknown:
-            moved[JOINT_POSITION] += share * deflection_span(plant)
-        elif share:
-            break
-        found, rest = _solved(plant, moved, unknown)
+    n = len(plant.states)
+    for start in _starts(plant, asked, near):
+        with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond sense have no rest
+            found, rest = _solved(plant, start, _unknown(asked, n))
         if rest <= _REST:
-            n = len(plant.states)
             return Point(found[:n], found[n:], plant.settle(found[:n], found[n:]))
     given = ", ".join(f"{name} {value:g}" for name, value in _given(asked).items())
     raise LinearisationError(
@@ -113,7 +109,7 @@ def _solved(plant: Plant, z: Array, unknown: list[int]) -> tuple[Array, float]:
     """
     residual, slope = _residual(plant, z, unknown)
     for _ in range(_MOST_STEPS):
-        if np.abs(residual).max() <= _EXACT:
+        if not np.isfinite(slope).all() or np.abs(residual).max() <= _EXACT:
             break
         step = -np.linalg.lstsq(slope, residual, rcond=_RANK)[0] * _nominal(plant)[unknown]
         for _ in range(_MOST_HALVINGS):
@@ -144,9 +140,16 @@ def deflection_of(plant: Plant, x: Array, u: Array) -> float:
     return float(x[JOINT_POSITION] - _ratio(plant) * u[MOTOR_POSITION])
 
 
+def deflection_range(plant: Plant) -> tuple[float, float]:
+    """Deflections that hold what the springs bear, (16), and both slack boundaries, (14), rad."""
+    limits = deflection_limits(plant.transmission)
+    slack = slack_boundaries(plant.transmission)
+    return min(limits[0], slack[0]), max(limits[1], slack[1])
+
+
 def deflection_span(plant: Plant) -> float:
-    """Range of deflection that the springs bear, (16), rad."""
-    low, high = deflection_limits(plant.transmission)
+    """Width of `deflection_range`, rad."""
+    low, high = deflection_range(plant)
     return high - low
 
 
@@ -170,31 +173,37 @@ def _nominal(plant: Plant) -> Array:
     return np.concatenate([plant.nominal, [1.0, 1.0, torque_scale(plant)]])
 
 
-def _known(plant: Plant, asked: OperatingPoint, near: Point | None) -> tuple[Array, list[int]]:
-    """States and inputs (n + 3,) as far as they are given, and the places of those that are not."""
-    n = len(plant.states)
+def _unknown(asked: OperatingPoint, n: int) -> list[int]:
+    """Places in states and inputs (n + 3,) of what is sought: one of three, and other states."""
+    places = {"joint_position": JOINT_POSITION, "motor_position": n, "load_torque": n + LOAD_TORQUE}
+    given = _given(asked)
+    if "deflection" in given:  # it settles one position by the other
+        return [places["load_torque"], *range(2, n)]
+    return [*(place for name, place in places.items() if name not in given), *range(2, n)]
+
+
+def _starts(plant: Plant, asked: OperatingPoint, near: Point | None) -> Iterator[Array]:
+    """States and inputs (n + 3,) with what is given, from which to seek the rest."""
     given = _given(asked)
     ratio = _ratio(plant)
-    unknown = {"joint_position": JOINT_POSITION, "motor_position": n, "load_torque": n + 2}
-    if "deflection" in given:
-        deflection = given.pop("deflection")
-        if "motor_position" in given:
-            given["joint_position"] = deflection + ratio * given["motor_position"]
+    load = given.get("load_torque", 0.0)
+    for share in _STARTS:
+        deflection = given.get("deflection", share * deflection_span(plant))
+        if "joint_position" in given:
+            joint = given["joint_position"]
+            motor = given.get("motor_position", (joint - deflection) / ratio)
         else:
-            given["motor_position"] = (given["joint_position"] - deflection) / ratio
-    if near is None:
-        load, motor = given.get("load_torque", 0.0), given.get("motor_position", 0.0)
-        joint = given.get("joint_position", ratio * motor)
-        motor = given.get("motor_position", joint / ratio)
-        u = np.array([motor, 0.0, load])
-        z = np.concatenate([plant.start(u, joint), u])
-    else:
-        z = np.concatenate([near.x, near.u])
-    for name, value in given.items():
-        z[unknown.pop(name)] = value
-    z[JOINT_VELOCITY] = asked.joint_velocity
-    z[n + MOTOR_VELOCITY] = asked.joint_velocity / ratio
-    return z, [*unknown.values(), *range(2, n)]
+            motor = given.get("motor_position", 0.0)
+            joint = deflection + ratio * motor
+        u = np.array([motor, asked.joint_velocity / ratio, load])
+        if near is not None and share == 0.0:
+            x = near.x.copy()
+            x[JOINT_POSITION] = joint
+            u[LOAD_TORQUE] = given.get("load_torque", near.u[LOAD_TORQUE])
+        else:
+            x = plant.start(u, joint)
+        x[JOINT_VELOCITY] = asked.joint_velocity
+        yield np.concatenate([x, u])
 
 
 def _residual(plant: Plant, z: Array, unknown: list[int]) -> tuple[Array, Array]:

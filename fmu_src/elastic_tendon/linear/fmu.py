@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -82,8 +83,8 @@ def linearise_fmu(
     wanted = slack_state(state)
     if drive is Drive.TORQUE and motor is None:
         raise LinearisationError(
-            f"{path}: an FMU has no rotor; give the motor in Python, or linearise the model.toml "
-            "it was made from, with [motor]"
+            f"{Path(path).name}: an FMU has no rotor; give the motor in Python, or linearise the "
+            "model.toml it was made from, with [motor]"
         )
     with fmu_plant(path, start_values or {}) as plant:
         point = operating_point_of(

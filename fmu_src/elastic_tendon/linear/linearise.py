@@ -16,6 +16,7 @@ from elastic_tendon.linear.equations import Equations
 from elastic_tendon.linear.equilibrium import (
     JOINT_VELOCITY,
     Point,
+    deflection_range,
     deflection_span,
     equilibrium,
 )
@@ -167,6 +168,7 @@ def linear_model(
     if not switches(beside[0].regime, beside[1].regime):
         return made(regime, active)
     one_sided = tuple(made(moving(plant, point, one.regime), True) for one in beside)
+    active = any(not switches(one.regime, regime) for one in beside)
     return made(regime, active, one_sided)
 
 
@@ -180,9 +182,10 @@ def _around(
     if not switches(low, regime):
         return tuple(one for one in found if one.deflection_margin <= 0.0)
     if not switches(high, regime):
-        back = {"switches": switches(high, low), "slack_state": low.slack_state}
         return tuple(
-            one if one.deflection_margin or one.torque_margin else replace(one, **back)
+            one
+            if one.deflection_margin or one.torque_margin
+            else replace(one, switches=switches(high, low), slack_state=low.slack_state)
             for one in found
             if one.deflection_margin >= 0.0
         )
@@ -209,9 +212,10 @@ def moving(plant: Plant, point: Point, regime: Regime | None = None) -> Regime:
 
 def _paths(plant: Plant) -> Iterator[list[OperatingPoint]]:
     """Where a regime is looked for: deflections borne, those beyond, positions of the joint."""
-    low, high = transmission.deflection_limits(plant.transmission)
+    low, high = deflection_range(plant)
     further = REACH * deflection_span(plant)
-    for ends in ((low, high), (low - further, high + further)):
+    borne = transmission.deflection_limits(plant.transmission)
+    for ends in (borne, (low - further, high + further)):
         deflections = np.linspace(*ends, _POINTS)
         yield [OperatingPoint(motor_position=0.0, deflection=float(one)) for one in deflections]
     positions = np.linspace(-np.pi, np.pi, _POINTS)

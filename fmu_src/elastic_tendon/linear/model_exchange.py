@@ -210,9 +210,21 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Instance]:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         _unpack(file, folder)
         description = _description(file.name, Path(folder))
+        if not description.derivatives or not all(
+            one.variable.derivative for one in description.derivatives
+        ):
+            raise LinearisationError(
+                f"{file.name}: its {_DESCRIPTION} does not say which derivative belongs to which "
+                f"state; {_ADVICE}"
+            )
         try:
             with chdir(Path.cwd()):  # fmpy does not come back where a library cannot be loaded
                 instance = Instance(file.name, description, folder)
+        except FMICallException:
+            raise LinearisationError(
+                f"{file.name}: its binary does not take its {_DESCRIPTION} for its own; export the "
+                "FMU anew"
+            ) from None
         except Exception as error:  # fmpy's own are of no other class
             raise LinearisationError(
                 f"{file.name}: its binary for {fmpy.platform} cannot be loaded "

@@ -69,7 +69,9 @@ def _draw_stiffness(axes: Axes, found: DescribingFunction, model: Model) -> None
         drawn[same] = (f"{earlier} and {state}" if earlier else state, first_colour)
     for stiffness, (states, colour) in drawn.items():
         plural = "s" if " and " in states else ""
-        axes.axhline(stiffness, color=colour, linestyle="--", label=f"state{plural} {states}")
+        bare = "\nwithout effects" if model.effect_ids else ""
+        label = f"state{plural} {states}{bare}"
+        axes.axhline(stiffness, color=colour, linestyle="--", label=label)
     if found.scatter.any():
         low, high = found.stiffness - 2 * found.scatter, found.stiffness + 2 * found.scatter
         axes.fill_between(found.amplitudes, low, high, color=BLUE, alpha=0.25, linewidth=0)

@@ -92,10 +92,19 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
     told = []
     analyses = [analyse(one) for one in every]
     span = frequency_span(analyses)
-    if span is not None and sum(one.slowest_oscillation is not None for one in analyses) > 1:
+    without = [
+        state_name(one.validity.slack_state)
+        for one, found in zip(every, analyses, strict=True)
+        if found.tendon_oscillation is None
+    ]
+    if span is not None and len(every) - len(without) > 1:
         told.append(
-            f"Between the states the natural frequency spans {span.lowest:.3g} to "
+            f"Between the states the tendons' natural frequency spans {span.lowest:.3g} to "
             f"{span.highest:.3g} rad/s, a factor {span.ratio:.3g}."
+        )
+    if without and span is not None:
+        told.append(
+            f"In state {' and '.join(without)} the joint does not oscillate on its tendons."
         )
     on = [_at(one) for one in every if one.validity.on_boundary]
     here = {one.deflection: _switching(one) for one in reversed(on)}  # as the first side tells it
@@ -111,14 +120,14 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
         )
     if not all(one.validity.active for one in every):
         told.append("Where a state is not active, the boundaries are those of the state that is.")
-    if any(one.tendon_stiffness is None for one in analyses):
+    if any("joint_torque" not in one.output_labels for one in every):
         told.append(
             "Torques of damped springs need the motor's velocity, which --drive position has not."
         )
     if any(map(_has_memory, every)):
         told.append(
-            "Stiffness and damping of the tendons are those of a sudden motion, with the memory of "
-            "effects held; the static stiffness is that of the joint in the long run."
+            "Stiffness and damping of the tendons are those of a small and sudden motion, in which "
+            "nothing has relaxed; the static stiffness is that of the joint in the long run."
         )
     if any(_velocity_acts(one) for one in every):
         told.append(
