@@ -30,7 +30,6 @@ from robustness import (
 )
 
 from elastic_tendon import LinearModel, OperatingPoint, export_fmu, linearise, load_model
-from elastic_tendon.linear.analysis import analyse
 from elastic_tendon.linear.limit_cycles import LimitCycle
 from elastic_tendon.parameters import Model
 from elastic_tendon.transmission import SlackState
@@ -95,8 +94,8 @@ def report_margins(plants: Plants, designs: Mapping[str, Design]) -> None:
                 f" {m.disk:5.2f} {m.damping:8.3f} {m.decay:12.1f}"
             )
     for state in (III, I, II):
-        if (pole := analyse(plants[state]).tendon_oscillation) is not None:
-            print(f"free joint {state.name:5} {pole.damping_ratio:47.3f} {-pole.value.real:12.1f}")
+        (pole,) = (one for one in plants[state].poles() if one.imag > 0.0)
+        print(f"free joint {state.name:5} {-pole.real / abs(pole):47.3f} {-pole.real:12.1f}")
 
 
 def report_switching(plants: Plants, designs: Mapping[str, Design]) -> None:

@@ -97,8 +97,9 @@ def equilibrium(plant: Plant, asked: OperatingPoint, near: Point | None = None) 
         if rest <= _REST:
             return Point(found[:n], found[n:], plant.settle(found[:n], found[n:]))
     given = ", ".join(f"{name} {value:g}" for name, value in _given(asked).items())
+    sought = "equilibrium" if asked.joint_velocity == 0.0 else "steady motion"
     raise LinearisationError(
-        f"{plant.name}: no equilibrium is found with {given}; give another operating point"
+        f"{plant.name}: no {sought} is found with {given}; give another operating point"
     )
 
 
