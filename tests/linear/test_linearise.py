@@ -113,6 +113,14 @@ def test_a_model_of_one_side_ends_at_the_boundary():
     )
 
 
+def test_what_sticks_sticks_on_both_sides():
+    model = load_model("biorob_x4_joint_3").with_effect("coulomb_friction", {"torque": 0.35})
+    point = OperatingPoint(deflection=slack_boundaries(model.transmission)[0])
+    for motion in (-1, 0, 1):
+        sides = linearise(model, "III", point, modes={"joint_motion": motion}).sides
+        assert [one.validity.modes["joint_motion"] for one in sides] == [motion, motion]
+
+
 def test_off_a_boundary_there_are_no_sides():
     model = load_model("biorob_x4_joint_3")
     at = slack_boundaries(model.transmission)[0]

@@ -72,7 +72,7 @@ class Equations:
         return self._regime(settled, x, u)
 
     def sliding(self, regime: Regime, direction: int) -> Regime:
-        """The regime with dry friction of the joint sliding: 1 up, -1 down."""
+        """The regime with dry friction of the joint sliding: 1 up, -1 down; 0: sticking."""
         if JOINT_MOTION.name not in regime.modes:
             return regime
         return replace(regime, modes={**regime.modes, JOINT_MOTION.name: direction})

@@ -157,7 +157,7 @@ class FmuPlant:
         return self._reached(x, u, int(np.sign(x[JOINT_VELOCITY])))
 
     def sliding(self, regime: Regime, direction: int) -> Regime:
-        """The regime with dry friction of the joint sliding: 1 up, -1 down."""
+        """The regime with dry friction of the joint sliding: 1 up, -1 down; 0: sticking."""
         if JOINT_MOTION.name not in regime.modes:
             return regime
         return self._reached(*regime.reached_at, direction)

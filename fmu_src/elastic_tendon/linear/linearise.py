@@ -87,7 +87,7 @@ def linearise(
     point = operating_point_of(
         plant, operating_point, lambda regime: sought.items() <= regime.modes.items()
     )
-    regime = plant.holding(moving(plant, point), chosen)
+    regime = plant.holding(moving(plant, point, point.regime), chosen)
     active = plant.holds(point.x, point.u, regime)
     whole = linear_model(plant, point, regime, active, drive, model.motor)
     return selected(whole, inputs, outputs)
@@ -167,7 +167,8 @@ def linear_model(
 
     if not switches(beside[0].regime, beside[1].regime):
         return made(regime, active)
-    one_sided = tuple(made(moving(plant, point, one.regime), True) for one in beside)
+    motion = regime.modes.get(JOINT_MOTION.name, 1)
+    one_sided = tuple(made(plant.sliding(one.regime, motion), True) for one in beside)
     active = any(not switches(one.regime, regime) for one in beside)
     return made(regime, active, one_sided)
 
@@ -205,9 +206,9 @@ def _equilibrium(plant: Plant, point: Point) -> Equilibrium:
     )
 
 
-def moving(plant: Plant, point: Point, regime: Regime | None = None) -> Regime:
-    """The regime at a point, or another, with the joint sliding: as it moves, at rest upwards."""
-    return plant.sliding(regime or point.regime, -1 if point.x[JOINT_VELOCITY] < 0.0 else 1)
+def moving(plant: Plant, point: Point, regime: Regime) -> Regime:
+    """The regime with the joint sliding: as it moves at a point, at rest upwards."""
+    return plant.sliding(regime, -1 if point.x[JOINT_VELOCITY] < 0.0 else 1)
 
 
 def _paths(plant: Plant) -> Iterator[list[OperatingPoint]]:

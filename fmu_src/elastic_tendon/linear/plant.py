@@ -53,7 +53,7 @@ class Plant(Protocol):
         ...
 
     def sliding(self, regime: Regime, direction: int) -> Regime:
-        """The regime with dry friction of the joint sliding: 1 up, -1 down."""
+        """The regime with dry friction of the joint sliding: 1 up, -1 down; 0: sticking."""
         ...
 
     def rates(self, x: Array, u: Array, regime: Regime) -> Array:
