@@ -168,6 +168,7 @@ class Reading:
     ) -> list["Measurement"]:
         """Refuse what looks misread, or note it; then estimate the time shifts asked for."""
         from elastic_tendon import compiled
+        from elastic_tendon.identify.sampling import sampling_warnings
         from elastic_tendon.identify.suspicion import refuse_suspicious, suspicions
         from elastic_tendon.identify.time_shift import with_time_shifts_resolved
 
@@ -180,6 +181,7 @@ class Reading:
             found = [replace(one, notes=(*one.notes, *suspicions(model, one))) for one in found]
         else:
             refuse_suspicious(model, found)
+        found = [replace(one, notes=(*one.notes, *sampling_warnings(model, one))) for one in found]
         return with_time_shifts_resolved(model, found)
 
 
