@@ -82,7 +82,7 @@ def rows(model: Model, effect_id: str) -> list[Row]:
     """Screen, whole diagnosis and the ratio for one hidden effect."""
     measured = recording(model, effect_id)
     base = refit(model, (), [measured]).result
-    known = candidates(model)
+    known = candidates(model, [measured])
     prepare([(one,) for one in known], silent)
     screening = seconds(lambda: screen(base, base.model, known, silent))
     found = diagnose(model, [measured])  # fills the cache, as an earlier call would have

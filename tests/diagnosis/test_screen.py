@@ -21,7 +21,8 @@ def stuck(sticking) -> Answer:
 @pytest.fixture(scope="module")
 def scores(stuck):
     model = stuck.result.model
-    return screen(stuck.result, model, candidates(model), silent)
+    known = candidates(model, stuck.result.problem.measurements)
+    return screen(stuck.result, model, known, silent)
 
 
 def test_friction_is_among_the_first(scores) -> None:
@@ -49,5 +50,5 @@ def test_nothing_scores_where_nothing_is_missing(frictionless) -> None:
     known, recording = frictionless
     answer = refit(known.model, (), [recording])
     model = answer.result.model
-    found = screen(answer.result, model, candidates(model), silent)
+    found = screen(answer.result, model, candidates(model, [recording]), silent)
     assert max(one.score for one in found) < 25.0

@@ -19,11 +19,25 @@ MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
 FARTHEST = 0.2  # of that range, from its end to where a stop may be
 LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 _AT_ONCE = 2  # compilers; each keeps a core busy
+# a spring in equilibrium is the same with a mass in its middle; simulated over the long times of a
+# static curve, a mass that is hardly damped takes millions of steps
+ONLY_IN_MOTION = ("spring_mass",)
 
 
-def candidates(model: Model) -> tuple[str, ...]:
-    """Ids of the effects that this model can take, in the catalogue's order."""
-    return tuple(one for one in effects.BY_ID.ids() if _welcome(model, one))
+def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, ...]:
+    """Ids of the effects that this model can take and that could show in any of the recordings.
+
+    Parameters
+    ----------
+    model : Model
+    measurements : fitted
+
+    Returns
+    -------
+    tuple of str, in the catalogue's order
+    """
+    hidden = ONLY_IN_MOTION if all(one.static for one in measurements) else ()
+    return tuple(one for one in effects.BY_ID.ids() if one not in hidden and _welcome(model, one))
 
 
 def _welcome(model: Model, effect_id: str) -> bool:

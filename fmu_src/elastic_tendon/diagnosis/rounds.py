@@ -95,7 +95,7 @@ def look(data: Data, current: Answer, report: Report) -> Outcome:
     """
     model = current.result.model
     origin = model.without(current.added)
-    known = candidates(model)
+    known = candidates(model, data.fitted)
     prepare([(*origin.effect_ids, one) for one in known], report)
     scores = screen(current.result, origin, known, report)
     promising = _promising(scores)
