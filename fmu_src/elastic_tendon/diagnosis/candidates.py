@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from elastic_tendon import compiled, effects
-from elastic_tendon.effects.base import Effect, Parameter, Spread
+from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.add import Report
 from elastic_tendon.measurement import Measurement
@@ -19,9 +19,6 @@ MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
 FARTHEST = 0.2  # of that range, from its end to where a stop may be
 LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 _AT_ONCE = 2  # compilers; each keeps a core busy
-# a spring in equilibrium is the same with a mass in its middle; simulated over the long times of a
-# static curve, a mass that is hardly damped takes millions of steps
-ONLY_IN_MOTION = ("spring_mass",)
 
 
 def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, ...]:
@@ -36,8 +33,20 @@ def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, 
     -------
     tuple of str, in the catalogue's order
     """
-    hidden = ONLY_IN_MOTION if all(one.static for one in measurements) else ()
-    return tuple(one for one in effects.BY_ID.ids() if one not in hidden and _welcome(model, one))
+    static = all(one.static for one in measurements)
+    return tuple(
+        one
+        for one in effects.BY_ID.ids()
+        if not (static and _is_mass(one)) and _welcome(model, one)
+    )
+
+
+def _is_mass(effect_id: str) -> bool:
+    """Whether an effect gives springs a mass, with which they are the same in equilibrium.
+
+    Over the long times of a static curve one that is hardly damped takes millions of steps.
+    """
+    return effects.BY_ID[effect_id].slot is Slot.SPRING_MASS
 
 
 def _welcome(model: Model, effect_id: str) -> bool:
