@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+# python-control 0.10 makes static gains so; numpy warns since 2.5
+SHAPE_OF_GAINS = "ignore:Setting the shape on a NumPy array:DeprecationWarning:control.statesp"
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*/run.py"))
 
 
@@ -80,7 +82,7 @@ CHECKS = {
 @pytest.mark.parametrize("script", EXAMPLES, ids=lambda script: script.parent.name)
 def test_example_runs(script, tmp_path):
     run = subprocess.run(
-        [sys.executable, "-W", "error", str(script), str(tmp_path)],
+        [sys.executable, "-W", "error", "-W", SHAPE_OF_GAINS, str(script), str(tmp_path)],
         cwd=tmp_path,
         env=os.environ | {"MPLBACKEND": "Agg"},
         capture_output=True,
