@@ -6,6 +6,7 @@ All of it is found in state space; a transfer function's polynomials would lose 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,10 @@ LOAD_TORQUE, DRIVE_TORQUE = "load_torque", "motor_drive_torque"
 MOTOR_POSITION, MOTOR_VELOCITY = "motor_position", "motor_velocity"
 _SHARE = 0.5  # of the motions of joint and motor that deflects the tendons, if these oscillate
 _CANCELS = 1e-6  # relative distance within which a zero and a pole are one
+
+# what scipy's stubs say of these calls differs from version to version
+_EIG: Any = linalg.eig
+_SCHUR: Any = linalg.schur
 
 Complex = NDArray[np.complex128]
 
@@ -292,7 +297,7 @@ def _eigenvalues(A: Array, size: float = 0.0) -> list[complex]:
     """
     if A.size == 0:
         return []
-    values, left, right = linalg.eig(A, left=True, right=True)  # type: ignore[misc]  # stubs: two
+    values, left, right = _EIG(A, left=True, right=True)
     rounding = len(A) * np.finfo(float).eps
     overlap = np.maximum(np.abs((left.conj() * right).sum(axis=0)), np.sqrt(rounding))
     size = max(size, float(np.linalg.norm(A)))
@@ -346,9 +351,7 @@ def _gain(system: _System) -> float:
         return _static(A, B, C, D)
     sizes = np.sort(np.abs(linalg.eigvals(A)))
     limit = inf if zeros == len(A) else 0.5 * (sizes[zeros - 1] + sizes[zeros])
-    form, basis, _ = linalg.schur(  # type: ignore[call-overload]  # stubs: no function for `sort`
-        A, output="complex", sort=lambda value: abs(value) <= limit
-    )
+    form, basis, _ = _SCHUR(A, output="complex", sort=lambda value: abs(value) <= limit)
     still, moving = slice(0, zeros), slice(zeros, None)
     coupling = linalg.solve_sylvester(
         form[still, still], -form[moving, moving], -form[still, moving]
