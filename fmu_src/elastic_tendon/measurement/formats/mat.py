@@ -1,5 +1,6 @@
 """MAT up to version 7, which can only be read as a whole; 7.3 is HDF5, see `hdf5`."""
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,7 +36,9 @@ def open_file(path: Path) -> "MatSource":
     MeasurementError : the file is damaged or holds no usable array
     """
     with refusing_damage(path, "MAT file"):
-        content = loadmat(path, simplify_cells=True)
+        with warnings.catch_warnings():  # of the kind of sparse arrays, which are filled here
+            warnings.filterwarnings("ignore", "The default value for `spmatrix`")
+            content = loadmat(path, simplify_cells=True)
         logical = [name for name, _, kind in whosmat(path) if kind == "logical"]
     content |= {name: np.asarray(content[name]).astype(bool) for name in logical}
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
