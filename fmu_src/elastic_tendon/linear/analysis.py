@@ -13,14 +13,18 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from elastic_tendon.errors import LinearisationError
-from elastic_tendon.linear.drive import SHIFTED
+from elastic_tendon.linear.drive import (
+    DRIVE_TORQUE,
+    LOAD_TORQUE,
+    MOTOR_POSITION,
+    MOTOR_VELOCITY,
+    SHIFTED,
+)
 from elastic_tendon.linear.result import Array, Drive, LinearModel
 from elastic_tendon.variables import JOINT_MOTION
 
 JOINT_POSITION, JOINT_VELOCITY, JOINT_TORQUE = "joint_position", "joint_velocity", "joint_torque"
 DEFLECTION = "deflection"
-LOAD_TORQUE, DRIVE_TORQUE = "load_torque", "motor_drive_torque"
-MOTOR_POSITION, MOTOR_VELOCITY = "motor_position", "motor_velocity"
 _SHARE = 0.5  # of the motions of joint and motor that deflects the tendons, if these oscillate
 _CANCELS = 1e-6  # relative distance within which a zero and a pole are one
 

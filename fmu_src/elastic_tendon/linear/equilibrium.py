@@ -43,7 +43,7 @@ class Point:
         return float(self.u[LOAD_TORQUE])
 
 
-def completed(point: OperatingPoint) -> OperatingPoint:
+def with_defaults(point: OperatingPoint) -> OperatingPoint:
     """The operating point with two of its four positions and torques given.
 
     Raises
@@ -89,7 +89,7 @@ def equilibrium(plant: Plant, asked: OperatingPoint, near: Point | None = None) 
     LinearisationError
         where there is none, or more is given than can be
     """
-    asked = completed(asked)
+    asked = with_defaults(asked)
     n = len(plant.states)
     for start in _starts(plant, asked, near):
         with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond sense have no rest

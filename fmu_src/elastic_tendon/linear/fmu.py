@@ -25,10 +25,9 @@ from elastic_tendon.linear.linearise import (
     linear_model,
     moving,
     operating_point_of,
-    slack_state,
 )
 from elastic_tendon.linear.model_exchange import Instance, opened
-from elastic_tendon.linear.names import state_name
+from elastic_tendon.linear.names import slack_state, state_name
 from elastic_tendon.linear.plant import Jacobians, Regime
 from elastic_tendon.linear.result import Array, Drive, LinearModel, OperatingPoint
 from elastic_tendon.linear.selection import selected

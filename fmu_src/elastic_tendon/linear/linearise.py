@@ -20,6 +20,7 @@ from elastic_tendon.linear.equilibrium import (
     deflection_span,
     equilibrium,
 )
+from elastic_tendon.linear.names import slack_state
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import (
     Array,
@@ -37,7 +38,6 @@ from elastic_tendon.transmission import SlackState
 from elastic_tendon.variables import INPUTS, JOINT_MOTION
 
 _POINTS = 121  # looked at in search of a regime
-_STATES = {"I": SlackState.I, "II": SlackState.II, "III": SlackState.III, "both": SlackState.BOTH}
 
 
 def linearise(
@@ -91,21 +91,6 @@ def linearise(
     active = plant.holds(point.x, point.u, regime)
     whole = linear_model(plant, point, regime, active, drive, model.motor)
     return selected(whole, inputs, outputs)
-
-
-def slack_state(name: SlackState | str) -> SlackState:
-    """The slack state of a name, "I", "II", "III" or "both".
-
-    Raises
-    ------
-    LinearisationError
-        for another name
-    """
-    if isinstance(name, SlackState):
-        return name
-    if name not in _STATES:
-        raise LinearisationError(f"there is no slack state {name!r}; choose {', '.join(_STATES)}")
-    return _STATES[name]
 
 
 def operating_point_of(

@@ -3,14 +3,32 @@
 from functools import cache
 
 from elastic_tendon.effects import BY_ID
-from elastic_tendon.linear.drive import MOTOR_TORQUE, SHIFTED
+from elastic_tendon.errors import LinearisationError
+from elastic_tendon.linear.drive import DRIVE_TORQUE, MOTOR_TORQUE, SHIFTED
 from elastic_tendon.transmission import SlackState
 from elastic_tendon.variables import INPUTS, OUTPUTS, READINGS, Interface, interface
 
+_STATES = {"I": SlackState.I, "II": SlackState.II, "III": SlackState.III, "both": SlackState.BOTH}
+
+
+def slack_state(name: SlackState | str) -> SlackState:
+    """The slack state of a name, "I", "II", "III" or "both".
+
+    Raises
+    ------
+    LinearisationError
+        for another name
+    """
+    if isinstance(name, SlackState):
+        return name
+    if name not in _STATES:
+        raise LinearisationError(f"there is no slack state {name!r}; choose {', '.join(_STATES)}")
+    return _STATES[name]
+
 
 def state_name(state: SlackState) -> str:
-    """Name of a slack state as `linearise` takes it: "I", "II", "III" or "both"."""
-    return "both" if state is SlackState.BOTH else state.name
+    """Name of a slack state as `slack_state` takes it."""
+    return next(name for name, one in _STATES.items() if one is state)
 
 
 def unit_of(name: str) -> str | None:
@@ -27,4 +45,4 @@ def all_effects() -> Interface:
 def _units(effect_ids: tuple[str, ...]) -> dict[str, str]:
     signals = (*interface(effect_ids).states, *INPUTS, *OUTPUTS, *READINGS)
     units = {one.name: one.unit for one in signals}
-    return units | {"motor_drive_torque": units[MOTOR_TORQUE]}
+    return units | {DRIVE_TORQUE: units[MOTOR_TORQUE]}

@@ -7,15 +7,14 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from elastic_tendon.linear.analysis import (
-    DRIVE_TORQUE,
-    MOTOR_POSITION,
-    MOTOR_VELOCITY,
+    JOINT_TORQUE,
     Analysis,
     Pole,
     analyse,
     frequency_span,
     main_channels,
 )
+from elastic_tendon.linear.drive import DRIVE_TORQUE, MOTOR_POSITION, MOTOR_VELOCITY
 from elastic_tendon.linear.names import all_effects, state_name
 from elastic_tendon.linear.result import Boundary, Drive, LinearModel
 from elastic_tendon.variables import JOINT_MOTION
@@ -120,7 +119,7 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
         )
     if not all(one.validity.active for one in every):
         told.append("Where a state is not active, the boundaries are those of the state that is.")
-    if any("joint_torque" not in one.output_labels for one in every):
+    if any(JOINT_TORQUE not in one.output_labels for one in every):
         told.append(
             "Torques of damped springs need the motor's velocity, which --drive position has not."
         )
