@@ -13,8 +13,13 @@ def verbatim(name: str) -> str:
     return name.replace("$", r"\$")
 
 
-def shortened(name: str) -> str:
+def abridged(name: str) -> str:
     """The name of a recording, its middle left out where it would not fit into a title."""
     if len(name) > LONGEST:
-        name = f"{name[: LONGEST // 2]}…{name[-LONGEST // 2 + 1 :]}"
-    return verbatim(name)
+        return f"{name[: LONGEST // 2]}…{name[-LONGEST // 2 + 1 :]}"
+    return name
+
+
+def shortened(name: str) -> str:
+    """The name of a recording for a title that matplotlib draws."""
+    return verbatim(abridged(name))

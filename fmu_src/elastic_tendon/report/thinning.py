@@ -9,18 +9,19 @@ BUCKETS = 1500  # more than a figure has pixels across
 POINTS = 20_000
 
 
-def envelope(horizontal: Array, values: Array) -> tuple[Array, Array]:
-    """Smallest and largest value of each of `BUCKETS` stretches, in the order of the curve.
+def envelope(horizontal: Array, values: Array, buckets: int = BUCKETS) -> tuple[Array, Array]:
+    """Smallest and largest value of each of so many stretches, in the order of the curve.
 
     Parameters
     ----------
     horizontal, values : (n,) arrays, any unit
+    buckets : number of stretches, positive
 
     Returns
     -------
     two (m,) arrays; the given ones where they are short
     """
-    length = -(-len(values) // BUCKETS)
+    length = -(-len(values) // buckets)
     if length <= 4:
         return horizontal, values
     starts = np.arange(0, len(values), length)
