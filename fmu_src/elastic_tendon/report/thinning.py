@@ -38,12 +38,12 @@ def stride(n: int) -> slice:
     return slice(None, None, max(1, -(-n // POINTS)))
 
 
-def some(n: int) -> NDArray[np.intp]:
-    """At most `POINTS` of n samples, drawn by lot; for clouds.
+def some(n: int, points: int = POINTS) -> NDArray[np.intp]:
+    """At most so many of n samples, drawn by lot; for clouds.
 
     Samples a fixed number apart would fall in step with a periodic motion. The lot is the same
     each time.
     """
-    if n <= POINTS:
+    if n <= points:
         return np.arange(n)
-    return np.sort(np.random.default_rng(0).choice(n, POINTS, replace=False))
+    return np.sort(np.random.default_rng(0).choice(n, points, replace=False))

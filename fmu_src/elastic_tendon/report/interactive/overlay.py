@@ -20,8 +20,7 @@ UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
 CURSORS = ("A", "B")
 STRETCHES = 400  # of highlighted samples; more are told apart by zooming in
 TIME = "%{x:.4f} s"
-# the first is thin and dashed, so that runs differ in more than their colours
-LINES: tuple[dict[str, Any], ...] = ({"width": 1.5, "dash": "4px,2px"}, {"width": 1.5})
+DASHES = "4px,2px"
 
 
 @dataclass(frozen=True)
@@ -86,9 +85,8 @@ def overlay(
     if measurement.static:
         _draw_curves(figure, runs, quantity, theme, highlighted)
     else:
-        _draw_series(
-            figure, runs, signal, quantity, theme, _kept(measurement.time, window), buckets
-        )
+        kept = _kept(measurement.time, window)
+        _draw_series(figure, runs, signal, quantity, theme, kept, buckets)
         _mark_samples(figure, measurement.time, window, highlighted, theme)
         if window is not None:
             figure.update_xaxes(range=list(window))
@@ -120,9 +118,13 @@ def values_at(runs: Sequence[Run], signal: str, time: float) -> Reading:
     return Reading(float(measurement.time[index]), index, tuple(values))
 
 
-def line_of_run(index: int, theme: Theme) -> dict[str, Any]:
-    """Colour, width and dash of the curve of a run, by its number from 0."""
-    return {"color": theme.runs[index % len(theme.runs)], **LINES[min(index, len(LINES) - 1)]}
+def line_of_run(index: int, count: int, theme: Theme) -> dict[str, Any]:
+    """Colour, width and dash of a run of so many, by its number from 0.
+
+    The first is dashed beside others, so that it differs in more than its colour.
+    """
+    dash = DASHES if index == 0 and count > 1 else "solid"
+    return {"color": theme.runs[index % len(theme.runs)], "width": 1.5, "dash": dash}
 
 
 def _layout(file: FileComparison, signal: str, quantity: Shown) -> dict[str, Any]:
@@ -157,7 +159,7 @@ def _layout(file: FileComparison, signal: str, quantity: Shown) -> dict[str, Any
 
 
 def _label(run: Run, signal: str, quantity: Shown) -> str:
-    return f"{plain(run.label)}: RMSE {quantity.error(run.file.signals[signal].rmse)}"
+    return f"{plain(abridged(run.label))}: RMSE {quantity.error(run.file.signals[signal].rmse)}"
 
 
 def _kept(time: Array, window: tuple[float, float] | None) -> slice:
@@ -191,7 +193,7 @@ def _draw_series(
         hovertemplate=f"%{{y:.4g}} {quantity.unit}",
     )
     for index, run in enumerate(runs):
-        looks = {"line": line_of_run(index, theme), "legendgroup": f"run {index}"}
+        looks = {"line": line_of_run(index, len(runs), theme), "legendgroup": f"run {index}"}
         draw(
             run.simulated(signal),
             name=_label(run, signal, quantity),
@@ -229,7 +231,7 @@ def _draw_curves(
         marker={"color": theme.measured, "size": 4},
     )
     for index, run in enumerate(runs):
-        line = line_of_run(index, theme)
+        line = line_of_run(index, len(runs), theme)
         group = {"legendgroup": f"run {index}", "mode": "lines", "line": line}
         figure.add_scatter(
             x=run.simulated(signal)[kept], y=torque, name=_label(run, signal, quantity), **group
@@ -335,6 +337,5 @@ def _mark_cursor(figure: go.Figure, letter: str, time: float, theme: Theme) -> N
     place = {"xref": "x", "yref": "paper"}
     line = {"color": theme.ink, "width": 1.2, "dash": "dot"}
     figure.add_shape(type="line", x0=time, x1=time, y0=0.0, y1=1.0, line=line, **place)
-    figure.add_annotation(
-        x=time, y=1.0, text=letter, showarrow=False, yanchor="bottom", bgcolor=theme.grid, **place
-    )
+    label = {"text": letter, "showarrow": False, "bgcolor": theme.grid}
+    figure.add_annotation(x=time, y=1.0, yanchor="top", xanchor="left", **label, **place)

@@ -1,6 +1,7 @@
 """How every interactive figure looks: the one place for colours, fonts and margins."""
 
 import html
+import textwrap
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -116,6 +117,11 @@ def plain(text: str) -> str:
     return html.escape(text, quote=False)
 
 
+def broken(text: str, width: int = 20) -> str:
+    """Text that is plain already, in lines of so many letters where its words are no longer."""
+    return "<br>".join(textwrap.wrap(text, width, break_long_words=False))
+
+
 def blank(theme: Theme, **layout: Any) -> go.Figure:
     """An empty figure.
 
@@ -124,7 +130,22 @@ def blank(theme: Theme, **layout: Any) -> go.Figure:
     theme : Theme
     layout : as of `plotly.graph_objects.Layout`
     """
-    return go.Figure(layout={"template": _template(theme), **layout})
+    return dressed(go.Figure(), theme, **layout)
+
+
+def dressed(figure: go.Figure, theme: Theme, **layout: Any) -> go.Figure:
+    """The same figure with the looks of a theme; for those of `plotly.subplots`.
+
+    Parameters
+    ----------
+    figure : go.Figure, changed
+    theme : Theme
+    layout : as of `plotly.graph_objects.Layout`
+    """
+    figure.update_layout(template=_template(theme), **layout)
+    # titles of panels are annotations; plotly sets them large
+    figure.update_annotations(font={"size": 13, "color": theme.ink})
+    return figure
 
 
 @cache
@@ -145,8 +166,18 @@ def _template(theme: Theme) -> go.layout.Template:
             "font": {"family": FONT, "size": 13, "color": theme.ink},
             "paper_bgcolor": CLEAR,
             "plot_bgcolor": CLEAR,
-            "title": {"font": {"size": 15}, "x": 0.0, "xref": "paper", "xanchor": "left"},
-            "margin": {"l": 64, "r": 16, "t": 72, "b": 48},
+            "title": {
+                "font": {"size": 15},
+                "x": 0.0,
+                "xref": "paper",
+                "xanchor": "left",
+                "y": 1.0,
+                "yref": "container",
+                "yanchor": "top",
+                "pad": {"t": 8},
+            },
+            # above: the title and a legend of two rows
+            "margin": {"l": 64, "r": 16, "t": 84, "b": 48},
             "legend": {
                 "orientation": "h",
                 "x": 0.0,
