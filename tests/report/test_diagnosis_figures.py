@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
+from elastic_tendon.diagnosis import explained
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import load_model
-from elastic_tendon.report import diagnosis_figures
 from elastic_tendon.report.comparison_figures import VERMILLION
 from elastic_tendon.report.diagnosis_figures import (
     all_figures,
@@ -61,7 +61,7 @@ def test_a_learned_term_is_drawn_as_an_effect_is(monkeypatch) -> None:
     # any effect will do: how a learned term becomes one is tested with it
     found = something_unknown()
     with_it = found.model.with_effect(COULOMB, {"torque": 0.35})
-    monkeypatch.setattr(diagnosis_figures, "_with_learned", lambda _diagnosis: with_it)
+    monkeypatch.setattr(explained, "with_learned", lambda _diagnosis: with_it)
     drawings = dict(all_figures(found))
     upper, _ = drawings["learned_term"]().axes
     velocity, torque = upper.lines[2].get_data()

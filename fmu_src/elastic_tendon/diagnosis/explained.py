@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from elastic_tendon.diagnosis.learned import learned_effect
+from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.identify.compare import FileComparison, compare
 from elastic_tendon.identify.missing_torque import MissingTorque, TorqueCurve, missing_torque
 from elastic_tendon.identify.residuals import Array
@@ -18,6 +20,8 @@ from elastic_tendon.parameters import Model
 # they order everything a little: a motion is smooth, every torque accelerates the joint, and the
 # load deflects it
 TELL_NOTHING = ("time", "joint_acceleration", "load_torque")
+PARTS = 40  # over which the mean of a torque is taken
+LEAST_IN_PART = 5  # samples
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,37 @@ class Explained:
     modelled: MissingTorque
     remaining_variable: Array
     remaining: MissingTorque
+
+
+def explained_by_effect(diagnosis: Diagnosis, effect_id: str) -> Explained:
+    """What an effect that was added explains of the first fitted recording.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    effect_id : one of those added
+    """
+    without = diagnosis.model.without([effect_id])
+    return explained(without, diagnosis.comparison.files[0], diagnosis.model)
+
+
+def explained_by_learned(diagnosis: Diagnosis) -> Explained:
+    """What the learned term would explain of the first fitted recording.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis with a learned term
+    """
+    model = with_learned(diagnosis)
+    (compared,) = compare(model, [diagnosis.comparison.files[0].measurement]).files
+    return explained(diagnosis.model, compared, model)
+
+
+def with_learned(diagnosis: Diagnosis) -> Model:
+    """The improved model with the learned term, which there has to be."""
+    assert diagnosis.learned is not None
+    effect = learned_effect(diagnosis.learned)
+    return diagnosis.model.with_effect(effect.id, diagnosis.learned.values)
 
 
 def explained(without: Model, compared: FileComparison, model: Model) -> Explained:
@@ -90,3 +125,22 @@ def _best_ordered(torque: MissingTorque) -> TorqueCurve:
 
     telling = [one for one in torque.curves if one.by not in TELL_NOTHING]
     return max(telling or torque.curves, key=explains)
+
+
+def mean_curve(variable: Array, values: Array) -> tuple[Array, Array]:
+    """Mean of values over equal parts of a variable's range; parts with few samples are out.
+
+    Parameters
+    ----------
+    variable, values : (n,) arrays, any unit
+
+    Returns
+    -------
+    two (m,) arrays, at most `PARTS` long: means of the variable and of the values
+    """
+    edges = np.linspace(np.min(variable), np.max(variable), PARTS + 1)
+    part = np.searchsorted(edges[1:-1], variable, side="right")
+    count = np.bincount(part, minlength=PARTS)
+    kept = count >= LEAST_IN_PART
+    sums = [np.bincount(part, one, PARTS)[kept] / count[kept] for one in (variable, values)]
+    return sums[0], sums[1]

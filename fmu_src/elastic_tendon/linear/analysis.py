@@ -28,6 +28,10 @@ DEFLECTION = "deflection"
 _SHARE = 0.5  # of the motions of joint and motor that deflects the tendons, if these oscillate
 _CANCELS = 1e-6  # relative distance within which a zero and a pole are one
 
+_DECADES = 1.0  # of frequencies around the poles
+_PER_RANGE = 600
+_NEAR = np.geomspace(1e-4, 0.1, 30)  # relative distances from resonances at which is looked
+
 # what scipy's stubs say of these calls differs from version to version
 _EIG: Any = linalg.eig
 _SCHUR: Any = linalg.schur
@@ -383,3 +387,21 @@ def _static(A: Array | Complex, B: Array | Complex, C: Array | Complex, D: Array
     gain = float(parts.sum().real)
     noise = 100.0 * len(parts) * np.finfo(float).eps * float(np.abs(parts).sum())
     return gain if abs(gain) > noise else 0.0
+
+
+def frequencies(analyses: Iterable[Analysis]) -> Array:
+    """Angular frequencies (n,), rad/s, to draw responses at: around all poles, close to resonances.
+
+    Not on a pole: that of an undamped pair has no value there.
+
+    Parameters
+    ----------
+    analyses : of the models that are drawn together
+    """
+    poles = [pole for one in analyses for pole in one.poles]
+    sizes = np.array([pole.natural_frequency for pole in poles if pole.natural_frequency > 0.0])
+    if not sizes.size:
+        return np.geomspace(0.1, 100.0, _PER_RANGE)
+    ends = sizes.min() / 10.0**_DECADES, sizes.max() * 10.0**_DECADES
+    beside = np.concatenate([1.0 - _NEAR, 1.0 + _NEAR])
+    return np.unique([*np.geomspace(*ends, _PER_RANGE), *np.outer(sizes, beside).ravel()])

@@ -9,11 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import PercentFormatter
 
-from elastic_tendon.diagnosis.explained import Explained, explained
+from elastic_tendon.diagnosis.explained import (
+    Explained,
+    explained_by_effect,
+    explained_by_learned,
+    mean_curve,
+)
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, Round
-from elastic_tendon.identify.compare import Comparison, FileComparison, compare
+from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.residuals import Array
-from elastic_tendon.parameters import Model
 from elastic_tendon.report.comparison_figures import (
     BLACK,
     BLUE,
@@ -31,8 +35,6 @@ from elastic_tendon.report.thinning import envelope, some
 from elastic_tendon.report.units import shown, times_noise
 
 BARS = 8  # candidates of a round that are drawn
-PARTS = 40  # over which the mean of a torque is drawn
-LEAST_IN_PART = 5  # samples
 
 
 def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
@@ -234,7 +236,7 @@ def explained_by(diagnosis: Diagnosis, effect_id: str) -> Figure:
     matplotlib.figure.Figure; the first fitted recording
     """
     file = diagnosis.comparison.files[0]
-    found = explained(diagnosis.model.without([effect_id]), file, diagnosis.model)
+    found = explained_by_effect(diagnosis, effect_id)
     title = f"what {called(effect_id)} explains"
     return _signature(found, f"{shortened(file.measurement.name)}: {verbatim(title)}")
 
@@ -251,18 +253,8 @@ def learned_term(diagnosis: Diagnosis) -> Figure:
     matplotlib.figure.Figure; the first fitted recording
     """
     file = diagnosis.comparison.files[0]
-    model = _with_learned(diagnosis)
-    (compared,) = compare(model, [file.measurement]).files
-    found = explained(diagnosis.model, compared, model)
+    found = explained_by_learned(diagnosis)
     return _signature(found, f"{shortened(file.measurement.name)}: what the learned term explains")
-
-
-def _with_learned(diagnosis: Diagnosis) -> Model:
-    from elastic_tendon.diagnosis.learned import learned_effect
-
-    assert diagnosis.learned is not None
-    effect = learned_effect(diagnosis.learned)
-    return diagnosis.model.with_effect(effect.id, diagnosis.learned.values)
 
 
 def _signature(found: Explained, title: str) -> Figure:
@@ -274,10 +266,10 @@ def _signature(found: Explained, title: str) -> Figure:
     left = found.remaining_variable, found.remaining.torque
     _draw_cloud(upper, (found.variable, found.measured.torque), "0.65", "the machine", 3.0)
     _draw_cloud(upper, own, ORANGE, "the effect", 1.2)
-    upper.plot(*_means(*own), color=VERMILLION, linewidth=1.8, label="the effect, mean")
+    upper.plot(*mean_curve(*own), color=VERMILLION, linewidth=1.8, label="the effect, mean")
     upper.set_ylabel("torque missing without it (N·m)")
     _draw_cloud(lower, left, "0.65", "the machine", 3.0)
-    lower.plot(*_means(*left), color=BLUE, linewidth=1.8, label="mean")
+    lower.plot(*mean_curve(*left), color=BLUE, linewidth=1.8, label="mean")
     lower.set_ylabel("torque missing with it (N·m)")
     lower.set_xlabel(f"{found.by.replace('_', ' ')} ({found.unit})")
     for axes in (upper, lower):
@@ -294,16 +286,6 @@ def _draw_cloud(
     kept = some(len(cloud[0]))
     style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": size}
     axes.plot(*(one[kept] for one in cloud), color=colour, label=label, rasterized=True, **style)
-
-
-def _means(variable: Array, values: Array) -> tuple[Array, Array]:
-    """Mean of values over equal parts of a variable's range; parts with few samples are out."""
-    edges = np.linspace(np.min(variable), np.max(variable), PARTS + 1)
-    part = np.searchsorted(edges[1:-1], variable, side="right")
-    count = np.bincount(part, minlength=PARTS)
-    kept = count >= LEAST_IN_PART
-    sums = [np.bincount(part, one, PARTS)[kept] / count[kept] for one in (variable, values)]
-    return sums[0], sums[1]
 
 
 # ---- the next experiment -----------------------------------------------------------------------

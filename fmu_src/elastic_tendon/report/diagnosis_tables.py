@@ -167,7 +167,7 @@ def _remains(diagnosis: Diagnosis) -> Iterator[str]:
         if remaining.significant:
             yield (
                 f"{text}{_dependence(remaining)} (p = {remaining.p_value:.2g}); "
-                f"it is {_percent(remaining.share_of_initial)} of the squared error above the "
+                f"it is {percent(remaining.share_of_initial)} of the squared error above the "
                 "noise that the model had as given."
             )
             yield from _where(diagnosis, name)
@@ -191,7 +191,8 @@ def _listed(answers: Sequence[str]) -> str:
     return " and ".join([", ".join(map(called, answers[:-1])), called(answers[-1])])
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """A share for people, 0 to 1 or negative; one that is next to nothing as "<1 %"."""
     if abs(share) < SMALLEST:
         return "<1 %" if share > 0.0 else "0 %"
     return f"{100.0 * share:.0f} %"
@@ -263,7 +264,7 @@ def _next_experiment(experiment: Experiment, call: Call) -> list[str]:
 def _next_learned(term: LearnedTerm, call: Call) -> list[str]:
     variables = " and ".join(one.replace("_", " ") for one in term.variables)
     text = (
-        f"A smooth function of {variables} explains {_percent(term.explains)} of what remains, "
+        f"A smooth function of {variables} explains {percent(term.explains)} of what remains, "
         "judged on samples that it was not fitted to."
     )
     if call.learned is None or call.saved is None:
@@ -308,13 +309,13 @@ def candidates_table(one: Round, *, every: bool = False) -> Table | None:
         heldout = candidate.heldout_gain
         table.add_row(
             escape(called(candidate.id)),
-            _percent(candidate.probability),
+            percent(candidate.probability),
             number(candidate.score),
-            "-" if candidate.gain is None else _percent(candidate.gain),
-            "-" if heldout is None else _percent(heldout),
+            "-" if candidate.gain is None else percent(candidate.gain),
+            "-" if heldout is None else percent(heldout),
             escape("\n".join([*_numbers(candidate), candidate.verdict])),
         )
-    table.add_row(NONE, _percent(none_of_them(one)), "-", "-", "-", "")
+    table.add_row(NONE, percent(none_of_them(one)), "-", "-", "-", "")
     captions = [
         "gain: share by which the squared error falls; held out: on samples that the",
         "fit has not seen, other recordings or one stretch after the other",

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from elastic_tendon.linear.analysis import JOINT_POSITION, analyse, main_channels
+from elastic_tendon.linear.analysis import JOINT_POSITION, analyse, frequencies, main_channels
 from elastic_tendon.linear.names import unit_of
 from elastic_tendon.linear.result import Array, Drive, LinearModel
 from elastic_tendon.linear.selection import selected
@@ -36,9 +36,6 @@ _STYLES: dict[SlackState | None, dict[str, Any]] = {
 }
 _MARKER = 5.0  # points, and how much a marker grows with the line
 _FAR = 10.0  # times the largest pole: zeros beyond are named, not drawn
-_DECADES = 1.0  # around the poles
-_PER_RANGE = 600
-_NEAR = np.geomspace(1e-4, 0.1, 30)  # relative distances from resonances at which is looked
 
 
 def linear_figure(
@@ -62,7 +59,7 @@ def linear_figure(
     figure = Figure(figsize=(4.3 * (len(channels) + 1), 6.4), layout="constrained")
     grid = figure.add_gridspec(2, len(channels) + 1)
     styled = _styled(models)
-    omega = _frequencies(models)
+    omega = frequencies([analyse(one) for _, one in columns(models)])
     for place, one in enumerate(channels):
         upper = figure.add_subplot(grid[0, place])
         lower = figure.add_subplot(grid[1, place], sharex=upper)
@@ -104,20 +101,6 @@ def _label(towards: str, model: LinearModel) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def _frequencies(models: Sequence[LinearModel]) -> Array:
-    """Angular frequencies (n,), rad/s: around all poles, and close beside resonances.
-
-    Not on a pole: that of an undamped pair has no value there.
-    """
-    poles = [pole for _, one in columns(models) for pole in analyse(one).poles]
-    sizes = np.array([pole.natural_frequency for pole in poles if pole.natural_frequency > 0.0])
-    if not sizes.size:
-        return np.geomspace(0.1, 100.0, _PER_RANGE)
-    ends = sizes.min() / 10.0**_DECADES, sizes.max() * 10.0**_DECADES
-    beside = np.concatenate([1.0 - _NEAR, 1.0 + _NEAR])
-    return np.unique([*np.geomspace(*ends, _PER_RANGE), *np.outer(sizes, beside).ravel()])
-
-
 def _draw_bode(
     upper: Axes, lower: Axes, styled: _Styled, channel: tuple[str, str], omega: Array
 ) -> None:
@@ -139,7 +122,7 @@ def _draw_bode(
         upper.set(xscale="log", yscale="log", xlim=(omega[0], omega[-1]))
     names = [one.replace("_", " ") for one in channel]
     upper.set_title(f"{names[0]} → {names[1]}", fontsize="medium")
-    upper.set_ylabel(f"magnitude ({_ratio_of_units(*channel)})")
+    upper.set_ylabel(f"magnitude ({ratio_of_units(*channel)})")
     lower.set_ylabel("phase (°)")
     lower.set_xlabel("angular frequency (rad/s)")
     upper.set_xlabel("")
@@ -158,7 +141,8 @@ def _angular(frequency: Any) -> Any:
     return frequency * (2.0 * np.pi)
 
 
-def _ratio_of_units(input_name: str, output_name: str) -> str:
+def ratio_of_units(input_name: str, output_name: str) -> str:
+    """Unit of the response of an output to an input."""
     over, under = ((unit_of(one) or "1").replace(".", "·") for one in (output_name, input_name))
     if over == under:
         return "1"

@@ -1,0 +1,66 @@
+"""Answers of a round beside each other: how likely each is, and what it gains."""
+
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from elastic_tendon.diagnosis.result import Round
+from elastic_tendon.report.diagnosis_tables import NONE, called, none_of_them, percent
+from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, plain
+
+BARS = 8  # candidates of a round that are drawn
+WORST = -100.0  # %; an answer that ruins held-out data would hide all others
+_KINDS = (("gain", "on fitted data"), ("heldout_gain", "held out"))
+
+
+def candidates(one: Round, *, theme: Theme = LIGHT) -> go.Figure:
+    """Probability and gains of the likeliest answers of a round.
+
+    Parameters
+    ----------
+    one : Round with candidates
+    theme : Theme
+
+    Returns
+    -------
+    plotly.graph_objects.Figure; two panels that share the answers
+    """
+    drawn = one.candidates[:BARS]
+    names = [plain(called(candidate.id)) for candidate in drawn]
+    colours = [theme.ink if each.id == one.chosen else theme.quiet for each in drawn]
+    likely = [100.0 * candidate.probability for candidate in drawn] + [100.0 * none_of_them(one)]
+    empty = blank(theme, height=140 + 34 * (len(drawn) + 1), barmode="group", bargap=0.3)
+    figure = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.04, figure=empty)
+    figure.add_bar(
+        x=likely,
+        y=[*names, NONE],
+        orientation="h",
+        marker={"color": [*colours, theme.quiet]},
+        text=[percent(0.01 * value) for value in likely],
+        textposition="outside",
+        cliponaxis=False,
+        showlegend=False,
+        hovertemplate="%{y}: %{x:.3g} %<extra></extra>",
+        row=1,
+        col=1,
+    )
+    for (kind, label), colour in zip(_KINDS, (theme.after, theme.before), strict=True):
+        gains = [getattr(candidate, kind) for candidate in drawn]
+        if all(gain is None for gain in gains):
+            continue  # nothing was refitted
+        figure.add_bar(
+            x=[None if gain is None else max(100.0 * gain, WORST) for gain in gains],
+            y=names,
+            orientation="h",
+            marker={"color": colour},
+            name=label,
+            hovertemplate="%{y}: %{x:.3g} %<extra>" + label + "</extra>",
+            row=1,
+            col=2,
+        )
+    figure.update_xaxes(
+        title="probability (%)", range=[0, 112], tickvals=[0, 25, 50, 75, 100], row=1, col=1
+    )
+    figure.update_xaxes(title="squared error explained (%)", row=1, col=2)
+    figure.update_xaxes(zeroline=True, zerolinecolor=theme.muted)
+    figure.update_yaxes(autorange="reversed", showgrid=False)
+    return figure
