@@ -278,7 +278,7 @@ def load_model(path_or_name: str | Path) -> Model:
     """
     source = str(path_or_name)
     path = MODELS_FOLDER / f"{source}.toml" if source in bundled_models() else Path(source)
-    return parse_model(_read_toml(path, source), source)
+    return model_from_toml(_read(path, source), source)
 
 
 def parse_model(tree: Mapping[str, Any], source: str) -> Model:
@@ -303,22 +303,42 @@ def parse_model(tree: Mapping[str, Any], source: str) -> Model:
         raise ModelError(source, problems.sentences(error, declared, keys)) from None
 
 
-def _read_toml(path: Path, source: str) -> dict[str, Any]:
+def model_from_toml(content: bytes | str, source: str) -> Model:
+    """The model that the text of a model.toml describes; `source` names it in messages.
+
+    Raises
+    ------
+    ModelError
+        with all problems at once
+    EffectError
+        for an effect of an installed package that cannot be used
+    """
     try:
-        if not path.is_dir():
-            return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-        fault = "this is a folder; give the model.toml in it"
-    except (FileNotFoundError, NotADirectoryError):
-        fault = (
-            "there is no such file; give the path of a model.toml or one of the bundled models "
-            + ", ".join(bundled_models())
-        )
+        text = content if isinstance(content, str) else content.decode("utf-8-sig")
+        tree = tomllib.loads(text)
     except UnicodeDecodeError:
         fault = "this is not a text file; a model.toml is expected"
     except tomllib.TOMLDecodeError as error:
         fault = f"this is not valid TOML: {error}"
     except RecursionError:
         fault = "its tables or lists are nested too deeply"
+    except ValueError as error:
+        fault = f"cannot be read: {error}"
+    else:
+        return parse_model(tree, source)
+    raise ModelError(source, [fault])
+
+
+def _read(path: Path, source: str) -> bytes:
+    try:
+        if not path.is_dir():
+            return path.read_bytes()
+        fault = "this is a folder; give the model.toml in it"
+    except (FileNotFoundError, NotADirectoryError):
+        fault = (
+            "there is no such file; give the path of a model.toml or one of the bundled models "
+            + ", ".join(bundled_models())
+        )
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         fault = f"cannot be read: {error}"
     raise ModelError(source, [fault])

@@ -7,10 +7,20 @@ Exit status: 0 done, 1 the data or the model says no (one line on stderr), 2 wro
 import os
 import sys
 
+from elastic_tendon.cli import app as app_command
 from elastic_tendon.cli import diagnosis, linear, measurements, models
 from elastic_tendon.cli.shared import INTERRUPTED, app
 
-__all__ = ["INTERRUPTED", "app", "diagnosis", "linear", "main", "measurements", "models"]
+__all__ = [
+    "INTERRUPTED",
+    "app",
+    "app_command",
+    "diagnosis",
+    "linear",
+    "main",
+    "measurements",
+    "models",
+]
 
 # before numpy is imported: a fit's matrices are tall and narrow, and threads that wait for one
 # another make their decomposition fifty times slower on a busy machine

@@ -1,7 +1,7 @@
 """How commands read recordings: the options, and what is asked before data is believed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 from os.path import isfile
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -126,6 +126,7 @@ class Reading:
         ------
         MeasurementError : a file cannot be used, or looks as if it was read wrongly
         """
+        from elastic_tendon.identify.belief import believed
         from elastic_tendon.measurement.reader import read_prepared
 
         read = [
@@ -141,11 +142,11 @@ class Reading:
                 report=report,
             )
         ]
-        believed = self._believed(model, read, report)
-        for before, after in zip(read, believed, strict=True):
+        taken = believed(model, read, report, as_declared=self.as_declared)
+        for before, after in zip(read, taken, strict=True):
             _tell("note", after.name, before.notes)
             _tell("warning", after.name, after.notes[len(before.notes) :])
-        return believed
+        return taken
 
     def one(self, model: "Model", data: str, report: "Report") -> "Measurement":
         """Read a file that holds one recording, which need not hold the joint's position.
@@ -162,27 +163,6 @@ class Reading:
                 "file.csv[start:end], or with runs in a file for --map"
             )
         return found[0]
-
-    def _believed(
-        self, model: "Model", found: list["Measurement"], report: "Report"
-    ) -> list["Measurement"]:
-        """Refuse what looks misread, or note it; then estimate the time shifts asked for."""
-        from elastic_tendon import compiled
-        from elastic_tendon.identify.sampling import sampling_warnings
-        from elastic_tendon.identify.suspicion import refuse_suspicious, suspicions
-        from elastic_tendon.identify.time_shift import with_time_shifts_resolved
-
-        if not all("joint_position" in one.signals for one in found):
-            return found  # nothing to compare: what drives the model is taken as it is
-        # both simulate; a library that has yet to be compiled takes a while
-        compiled.library_path(model.effect_ids, report)
-        report("looking at the data", 0.0)
-        if self.as_declared:
-            found = [replace(one, notes=(*one.notes, *suspicions(model, one))) for one in found]
-        else:
-            refuse_suspicious(model, found)
-        found = [replace(one, notes=(*one.notes, *sampling_warnings(model, one))) for one in found]
-        return with_time_shifts_resolved(model, found)
 
 
 def _tell(kind: str, name: str, notes: Sequence[str]) -> None:

@@ -89,7 +89,7 @@ def read_prepared(
     ------
     MeasurementError : the file or its preparation cannot be used
     """
-    path, window = _split_window(data)
+    path, window = split_window(data)
     written, notes = _written_preparations(path, mapping)
     source = _open(path)
     labels = {
@@ -229,7 +229,7 @@ def read_measurements(
     ------
     MeasurementError : the file cannot be used; the message names column and row
     """
-    path, window = _split_window(data)
+    path, window = split_window(data)
     preparation = preparation or Preparation()
     if window is not None:
         preparation = preparation.model_copy(update={"window": window})
@@ -269,7 +269,7 @@ def _read(
     return assemble(reading, read_runs(source, layout, preparation, report))
 
 
-def _split_window(data: str) -> tuple[Path, tuple[float, float] | None]:
+def split_window(data: str) -> tuple[Path, tuple[float, float] | None]:
     if "\0" in data:
         raise MeasurementError(f"{data!r}: the name of a file holds no NUL; check the name")
     match = _WINDOW.fullmatch(data)

@@ -1,0 +1,46 @@
+// What the browser does by itself: it keeps the session, sets the look and moves the focus.
+(function () {
+  "use strict";
+  const KEY = "elastic-tendon " + window.location.pathname; // the path holds this server's token
+  const LOOK = "elastic-tendon look";
+
+  function look() {
+    const chosen = window.localStorage.getItem(LOOK);
+    if (chosen) return chosen;
+    return window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+  }
+
+  window.dash_clientside = window.dash_clientside || {};
+  window.dash_clientside.elastic_tendon = {
+    remember: function () {
+      try {
+        return JSON.parse(window.sessionStorage.getItem(KEY)) || {};
+      } catch (error) {
+        return {};
+      }
+    },
+    keep: function (session, open) {
+      if (session) {
+        window.sessionStorage.setItem(KEY, JSON.stringify({ session: session, open: open }));
+      }
+      return window.dash_clientside.no_update;
+    },
+    look: function (clicks) {
+      if (clicks) {
+        window.localStorage.setItem(LOOK, look() === "dark" ? "light" : "dark");
+      }
+      const now = look();
+      document.documentElement.dataset.theme = now;
+      return [now, now === "dark" ? "Light" : "Dark"];
+    },
+    show: function (open) {
+      window.requestAnimationFrame(function () {
+        const heading = document.getElementById(open + "-heading");
+        if (heading) heading.focus({ preventScroll: true });
+        window.scrollTo(0, 0);
+        window.dispatchEvent(new Event("resize")); // figures were hidden when they were drawn
+      });
+      return window.dash_clientside.no_update;
+    },
+  };
+})();

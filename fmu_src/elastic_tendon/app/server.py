@@ -1,0 +1,117 @@
+"""Serves the app to this machine's own browser."""
+
+import secrets
+import socket
+from collections.abc import Mapping
+from dataclasses import dataclass
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Any
+
+import waitress
+from dash import Dash
+
+from elastic_tendon.app import safety, shell
+from elastic_tendon.app.document import Document
+from elastic_tendon.app.steps import STEPS
+from elastic_tendon.app.workspace import Workspace
+from elastic_tendon.output import OutputError
+
+LOOPBACK = "127.0.0.1"
+THREADS = 8  # that answer requests
+
+
+@dataclass(frozen=True)
+class Served:
+    """An app that listens; `run` answers requests until it is interrupted."""
+
+    url: str
+    workspace: Workspace
+    _server: Any
+
+    def run(self) -> None:
+        """Answer requests until `close` or an interrupt."""
+        self._server.run()
+
+    def close(self) -> None:
+        """Stop listening and all work, and delete what was uploaded."""
+        self._server.close()
+        self.workspace.close()
+
+
+def listen(
+    start: Document, files: Mapping[str, Path], *, address: str = LOOPBACK, port: int = 0
+) -> Served:
+    """Make the app and listen.
+
+    Parameters
+    ----------
+    start : what a new session begins with
+    files : key -> path of the files that it may use
+    address : of this machine, on which to listen; anything but loopback lets others in
+    port : 0: a free one
+
+    Returns
+    -------
+    Served
+
+    Raises
+    ------
+    OutputError : the address or port cannot be used
+    """
+    listening = _bound(address, port)
+    token = secrets.token_urlsafe(24)
+    workspace = Workspace(start, files)
+    bound, reached = listening.getsockname()[1], _host(address)
+    app = dash_app(workspace, token)
+    names = {reached, "localhost", LOOPBACK} if _is_loopback(address) else {reached}
+    safety.protect(app.server, {f"{name}:{bound}" for name in names}, token, app.csp_hashes)
+    server = waitress.create_server(
+        app.server,
+        sockets=[listening],
+        threads=THREADS,
+        ident=None,
+        clear_untrusted_proxy_headers=True,
+    )
+    return Served(f"http://{reached}:{bound}/{token}/", workspace, server)
+
+
+def dash_app(workspace: Workspace, token: str) -> Dash:
+    """The app itself, every path of which begins with the token."""
+    app = Dash(
+        __package__,
+        title="elastic-tendon",
+        update_title="",
+        url_base_pathname=f"/{token}/",
+        serve_locally=True,
+        suppress_callback_exceptions=True,
+        assets_folder=str(Path(__file__).parent / "assets"),
+    )
+    app.enable_dev_tools(debug=False)
+    app.layout = lambda: shell.layout(STEPS)
+    shell.register(app, workspace, STEPS)
+    for step in STEPS:
+        step.register(app, workspace)
+    return app
+
+
+def _bound(address: str, port: int) -> socket.socket:
+    try:
+        family = socket.AF_INET6 if ip_address(address).version == 6 else socket.AF_INET
+        listening = socket.socket(family)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((address, port))
+        listening.listen()
+    except (OSError, OverflowError, ValueError) as error:
+        raise OutputError(
+            f"cannot listen on {address}, port {port} ({error}); give another one"
+        ) from None
+    return listening
+
+
+def _host(address: str) -> str:
+    return f"[{address}]" if ":" in address else address
+
+
+def _is_loopback(address: str) -> bool:
+    return ip_address(address).is_loopback

@@ -1,0 +1,196 @@
+"""The page around the steps: which step is open, progress and cancel, the look, the session."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
+from dash.development.base_component import Component
+
+from elastic_tendon.app.step import Step, aria, section
+from elastic_tendon.app.workspace import Failure, Session, Workspace
+
+TICK = 300  # ms between looks at the work under way
+
+
+def layout(steps: Sequence[Step]) -> Component:
+    """The whole page; the first step is open."""
+    return html.Div(
+        [
+            # the browser's script keeps `session` and `open` in its session storage
+            dcc.Store(id="remembered"),
+            dcc.Store(id="session"),
+            dcc.Store(id="open", data=steps[0].id),
+            dcc.Store(id="theme", data="light"),
+            dcc.Store(id="pulse"),  # set by who has started work
+            dcc.Interval(id="tick", interval=TICK, disabled=True),
+            html.A("Skip to the step", href="#steps", className="skip"),
+            html.Header(
+                [
+                    html.H1("elastic-tendon"),
+                    html.P(id="where-we-are", className="quiet"),
+                    html.Button("Dark", id="switch-theme", className="plain"),
+                ]
+            ),
+            html.Nav(_links(steps), **aria(label="Steps")),
+            html.Main([section(step) for step in steps], id="steps"),
+            html.Footer(
+                [
+                    html.Progress(id="work-share", max="1", **aria(label="Work done")),
+                    html.Span(id="work-words", role="status", **aria(live="polite")),
+                    html.Button("Cancel", id="cancel", className="plain"),
+                ],
+                id="work",
+                hidden=True,
+            ),
+        ],
+        id="page",
+    )
+
+
+def _links(steps: Sequence[Step]) -> html.Ol:
+    return html.Ol(
+        [
+            html.Li(
+                html.Button(
+                    [html.Span(str(number), className="number"), step.title],
+                    id={"link": step.id},
+                    className="link",
+                )
+            )
+            for number, step in enumerate(steps, start=1)
+        ]
+    )
+
+
+def register(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> None:
+    """Connect the callbacks of the page around the steps."""
+    _register_browser(app)
+    _register_session(app, workspace)
+    _register_steps(app, steps)
+    _register_work(app, workspace, steps)
+
+
+def _register_browser(app: Dash) -> None:
+    """What the browser does by itself, see assets/session.js."""
+
+    def script(name: str) -> ClientsideFunction:
+        return ClientsideFunction("elastic_tendon", name)
+
+    app.clientside_callback(script("remember"), Output("remembered", "data"), Input("page", "id"))
+    app.clientside_callback(
+        script("keep"),
+        Output("page", "data-kept"),
+        Input("session", "data"),
+        Input("open", "data"),
+    )
+    app.clientside_callback(
+        script("look"),
+        Output("theme", "data"),
+        Output("switch-theme", "children"),
+        Input("switch-theme", "n_clicks"),
+    )
+    app.clientside_callback(
+        script("show"),
+        Output("page", "data-shown"),
+        Input("open", "data"),
+        prevent_initial_call=True,
+    )
+
+
+def _register_session(app: Dash, workspace: Workspace) -> None:
+    @app.callback(Output("session", "data"), Output("open", "data"), Input("remembered", "data"))
+    def begin(remembered: dict[str, Any] | None) -> tuple[Any, Any]:
+        if remembered is None:  # the browser has not looked yet
+            return no_update, no_update
+        session = workspace.open(remembered.get("session"))
+        return session.stored(), remembered.get("open") or no_update
+
+    @app.callback(Output("where-we-are", "children"), Input("session", "data"))
+    def tell(stored: Any) -> str:
+        if not stored:
+            return ""
+        document = workspace.open(stored).document
+        return f"{document.version.loaded().name}: {document.version.title}"
+
+
+def _register_steps(app: Dash, steps: Sequence[Step]) -> None:
+    @app.callback(
+        Output("open", "data", allow_duplicate=True),
+        Input({"link": ALL}, "n_clicks"),
+        prevent_initial_call=True,
+    )
+    def choose(clicks: list[int | None]) -> Any:
+        return ctx.triggered_id["link"] if any(clicks) else no_update
+
+    @app.callback(
+        Output({"section": ALL}, "hidden"),
+        Output({"link": ALL}, "aria-current"),
+        Input("open", "data"),
+    )
+    def show(opened: str) -> tuple[list[bool], list[str]]:
+        marks = ["step" if step.id == opened else "false" for step in steps]
+        return [step.id != opened for step in steps], marks
+
+
+def _register_work(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> None:
+    """What the open step needs is computed, one result after the other; words tell how far."""
+    by_id = {step.id: step for step in steps}
+
+    @app.callback(
+        Output("tick", "disabled"),
+        Output("session", "data", allow_duplicate=True),
+        Output("work", "hidden"),
+        Output("work-words", "children"),
+        Output("work-share", "value"),
+        Output({"sentence": ALL}, "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("pulse", "data"),
+        Input("tick", "n_intervals"),
+        prevent_initial_call=True,
+    )
+    def advance(stored: Any, opened: str, _pulse: Any, _ticks: Any) -> tuple[Any, ...]:
+        if not stored:
+            return True, no_update, True, "", "0", [""] * len(steps)
+        session = workspace.open(stored)
+        sentence = _begin_next(session, by_id[opened])
+        job = session.job
+        busy = job is not None and job.state == "running"
+        news = session.revision != stored["revision"]
+        sentences = {opened: sentence}
+        if job is not None and job.state == "failed":
+            sentences[job.step] = job.sentence
+        return (
+            not busy and not news,
+            session.stored() if news else no_update,
+            not busy,
+            job.words if job and busy else "",
+            f"{job.share:.3f}" if job and busy else "0",
+            [sentences.get(step.id, "") for step in steps],
+        )
+
+    @app.callback(
+        Output("pulse", "data", allow_duplicate=True),
+        Input("cancel", "n_clicks"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def cancel(clicks: int | None, stored: Any) -> Any:
+        workspace.open(stored).stop()
+        return clicks
+
+
+def _begin_next(session: Session, step: Step) -> str:
+    """Begin to compute what the step still needs; why it cannot be computed, "" where it can."""
+    for result in step.needs(session.document, session.files):
+        found = session.shelf.find(result)
+        if isinstance(found, Failure):
+            return found.sentence
+        if found is None:
+
+            def work(report: Any, result: Any = result) -> None:
+                session.shelf.obtain(result, report)
+
+            session.start(step.id, result.words, work)
+            return ""
+    return ""

@@ -1,0 +1,49 @@
+"""What a step of the page is: a title, a place for errors, a layout, and its callbacks."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from dash import Dash, html
+from dash.development.base_component import Component
+
+from elastic_tendon.app.document import Document
+from elastic_tendon.app.results import Files
+from elastic_tendon.app.workspace import Result, Workspace
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the page.
+
+    `id` : begins the ids of all its components. `title` : in the list of steps. `layout` : what it
+    shows before its callbacks have run. `register` : connects its callbacks; they find a session's
+    results on its shelf and never wait for one. `needs` : results that it shows, in the order in
+    which they are computed while the step is open.
+    """
+
+    id: str
+    title: str
+    layout: Callable[[], Sequence[Component]]
+    register: Callable[[Dash, Workspace], None]
+    needs: Callable[[Document, Files], Sequence[Result[Any]]]
+
+
+def aria(**attributes: str) -> dict[str, Any]:
+    """Attributes ``aria-...`` for readers of the screen, as keywords of a component."""
+    return {f"aria-{name}": value for name, value in attributes.items()}
+
+
+def section(step: Step) -> html.Section:
+    """A step on the page: heading, the sentence about what went wrong, and its own layout."""
+    return html.Section(
+        [
+            html.H2(step.title, id=f"{step.id}-heading", tabIndex=-1),
+            html.P(id={"sentence": step.id}, className="sentence", role="alert"),
+            *step.layout(),
+        ],
+        id={"section": step.id},
+        className="step",
+        hidden=True,
+        **aria(labelledby=f"{step.id}-heading"),
+    )

@@ -1,0 +1,246 @@
+"""What the server holds for a browser's session: document, files, results, and work under way."""
+
+import secrets
+import shutil
+import tempfile
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import RLock, Thread
+from typing import Generic, Literal, TypeVar
+
+from elastic_tendon.app.document import Document, from_browser
+from elastic_tendon.errors import ElasticTendonError
+
+T = TypeVar("T")
+Report = Callable[[str, float], None]  # what is being done, and the share of it that is done
+Change = Callable[[Document], Document]
+Work = Callable[[Report], Change | None]
+Stored = Mapping[str, object]  # what the browser keeps: id, revision, document
+
+SESSIONS = 8  # that are held; the browser brings back the document of one that was dropped
+RESULTS = 40  # of a session
+
+
+class Stopped(KeyboardInterrupt):
+    """The user stopped the work; a fit keeps its best so far on it, as on Ctrl-C."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why there is no result, in one sentence."""
+
+    sentence: str
+
+
+class Shelf:
+    """Results that were computed, by key; those not asked for the longest go first."""
+
+    def __init__(self) -> None:
+        self._lock = RLock()
+        self._held: OrderedDict[tuple[str, ...], object] = OrderedDict()
+
+    def find(self, result: "Result[T]") -> T | Failure | None:
+        """A result, why there is none, or None where it was not computed yet."""
+        with self._lock:
+            if result.key not in self._held:
+                return None
+            self._held.move_to_end(result.key)
+            return self._held[result.key]  # type: ignore[return-value]  # its key is its own
+
+    def obtain(self, result: "Result[T]", report: Report) -> T:
+        """A result, computed here and now if need be.
+
+        Raises
+        ------
+        ElasticTendonError : it cannot be computed; the reason is kept as a `Failure`
+        Stopped : the user stopped the work
+        """
+        found = self.find(result)
+        if isinstance(found, Failure):
+            raise ElasticTendonError(found.sentence)
+        if found is not None:
+            return found
+        try:
+            computed = result.compute(self, report)
+        except ElasticTendonError as error:
+            self.put(result, Failure(str(error)))
+            raise
+        self.put(result, computed)
+        return computed
+
+    def put(self, result: "Result[T]", value: T | Failure) -> None:
+        """Keep a result that was computed elsewhere."""
+        with self._lock:
+            self._held[result.key] = value
+            self._held.move_to_end(result.key)
+            while len(self._held) > RESULTS:
+                self._held.popitem(last=False)
+
+    def forget_failures(self) -> None:
+        """Let what failed be tried again."""
+        with self._lock:
+            for key in [key for key, one in self._held.items() if isinstance(one, Failure)]:
+                del self._held[key]
+
+
+@dataclass(frozen=True)
+class Result(Generic[T]):
+    """Something that follows from a document: what names it, and how it is computed.
+
+    `key` : equal for equal results. `words` : what computing it is called. `compute` is given the
+    shelf, to obtain what it rests on, and a function to report progress.
+    """
+
+    key: tuple[str, ...]
+    words: str
+    compute: Callable[[Shelf, Report], T] = field(compare=False)
+
+
+@dataclass
+class Job:
+    """Work under way or done; `step` is where on the page it was asked for."""
+
+    step: str
+    words: str
+    share: float = 0.0
+    state: Literal["running", "done", "stopped", "failed"] = "running"
+    sentence: str = ""
+    stopping: bool = False
+
+    def report(self, words: str, share: float) -> None:
+        """Note how far the work is.
+
+        Raises
+        ------
+        Stopped : the user asked for it
+        """
+        if self.stopping:
+            raise Stopped
+        self.words, self.share = words, min(max(share, 0.0), 1.0)
+
+
+class Session:
+    """One tab of a browser. One piece of work at a time runs beside it."""
+
+    def __init__(self, session_id: str, document: Document, files: Mapping[str, Path]) -> None:
+        self.id = session_id
+        self.files = files
+        self.shelf = Shelf()
+        self.revision = 0
+        self.job: Job | None = None
+        self._document = document
+        self._lock = RLock()
+
+    @property
+    def document(self) -> Document:
+        """What the user has chosen and reached."""
+        return self._document
+
+    def change(self, make: Change) -> None:
+        """Put another document in place; `make` is given the latest one."""
+        with self._lock:
+            self._document = make(self._document)
+            self.revision += 1
+
+    def stored(self) -> dict[str, object]:
+        """What the browser keeps of the session."""
+        with self._lock:
+            return {
+                "id": self.id,
+                "revision": self.revision,
+                "document": self._document.model_dump_json(),
+            }
+
+    def start(self, step: str, words: str, work: Work) -> bool:
+        """Begin a piece of work beside the page; False where one is under way already.
+
+        Parameters
+        ----------
+        step : id of the step that asks for it; its error is shown there
+        words : what is being done
+        work : is given the function to report progress; leaves what it found on the shelf, and
+            returns the change of the document that follows, None where none does; what was
+            stopped changes nothing
+        """
+        with self._lock:
+            if self.job is not None and self.job.state == "running":
+                return False
+            self.job = Job(step, words)
+            Thread(target=self._run, args=(self.job, work), daemon=True).start()
+            return True
+
+    def stop(self) -> None:
+        """Let go of the work under way: at its next report it ends, and leaves nothing."""
+        with self._lock:
+            if self.job is not None and self.job.state == "running":
+                self.job.stopping = True
+                self.job.state = "stopped"
+                self.revision += 1
+
+    def _run(self, job: Job, work: Work) -> None:
+        state: Literal["done", "failed"] = "done"
+        change: Change | None = None
+        try:
+            change = work(job.report)
+        except Stopped:
+            return
+        except ElasticTendonError as error:
+            state, job.sentence = "failed", str(error)
+        except Exception as error:  # a fault of ours: the page must not wait for ever
+            state = "failed"
+            job.sentence = f"this failed, which should not happen ({type(error).__name__}: {error})"
+        with self._lock:
+            if job.stopping:
+                return
+            if change is not None:
+                self._document = change(self._document)
+            job.state = state
+            self.revision += 1
+
+
+class Workspace:
+    """All sessions and the files that they may use.
+
+    Parameters
+    ----------
+    start : what a new session begins with
+    files : key -> path of files named on the command line
+    """
+
+    def __init__(self, start: Document, files: Mapping[str, Path]) -> None:
+        self._start = start
+        self._files = dict(files)
+        self._folder = Path(tempfile.mkdtemp(prefix="elastic-tendon-app-"))
+        self._sessions: OrderedDict[str, Session] = OrderedDict()
+        self._lock = RLock()
+
+    def close(self) -> None:
+        """Stop all work and delete what was uploaded."""
+        for session in self._sessions.values():
+            session.stop()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def add_file(self, content: bytes) -> str:
+        """Keep an upload; its name, which a stranger may have chosen, is no part of the path."""
+        key = secrets.token_hex(8)
+        path = self._folder / key
+        path.write_bytes(content)
+        with self._lock:
+            self._files[key] = path
+        return key
+
+    def open(self, stored: Stored | None) -> Session:
+        """The session that a browser kept, or a new one."""
+        with self._lock:
+            session_id = str(stored["id"]) if stored else ""
+            session = self._sessions.get(session_id)
+            if session is None:
+                document = from_browser(stored) if stored else self._start
+                session = Session(secrets.token_hex(8), document, self._files)
+                self._sessions[session.id] = session
+            self._sessions.move_to_end(session.id)
+            while len(self._sessions) > SESSIONS:
+                self._sessions.popitem(last=False)[1].stop()
+            return session

@@ -1,0 +1,131 @@
+"""The command that opens the app in the user's browser."""
+
+import webbrowser
+from contextlib import suppress
+from math import inf, isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastic_tendon.cli.reading import (
+    AsDeclaredOption,
+    InterpolationOption,
+    MapOption,
+    Reading,
+    RemoveOffsetOption,
+    ResampleOption,
+    ShiftOption,
+    ValidateOption,
+)
+from elastic_tendon.cli.shared import EffectOption, app, load, notice, output, reporting
+from elastic_tendon.errors import ElasticTendonError
+
+if TYPE_CHECKING:
+    from elastic_tendon.app.document import Source
+
+EXAMPLE = "biorob_x4_joint_3"  # what the app begins with where no model is named
+LOOPBACK = "127.0.0.1"
+
+
+@app.command(name="app")
+@reporting
+def open_app(
+    model: Annotated[
+        str | None,
+        typer.Argument(metavar="[MODEL]", help="A model.toml, or the name of a bundled model."),
+    ] = None,
+    data: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[DATA...]", help="file.csv, or file.csv\\[start:end] in s."),
+    ] = None,
+    validate: ValidateOption = None,
+    demo: Annotated[
+        bool, typer.Option("--demo", help="Begin with the demo's model and recordings.")
+    ] = False,
+    mapping: MapOption = None,
+    resample: ResampleOption = None,
+    shift: ShiftOption = None,
+    remove_offset: RemoveOffsetOption = None,
+    as_declared: AsDeclaredOption = False,
+    interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="To listen on; 0: any that is free.")
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+    ] = True,
+    network: Annotated[
+        str | None,
+        typer.Option(
+            "--open-to-the-network",
+            metavar="ADDRESS",
+            help="Let other machines in, by this address of this machine. Whoever has the URL can "
+            "use the app, and what is sent is not encrypted.",
+        ),
+    ] = None,
+) -> None:
+    """Walk the loop on a page in your browser: compare, see where, find which effect, add it.
+
+    Only this machine can reach the page, by the URL that is printed. Ctrl-C ends it.
+    """
+    if demo and (model or data or validate):
+        raise typer.BadParameter("--demo brings its own model and data; leave yours out")
+    reading = Reading.from_options(
+        mapping, resample, shift, remove_offset, as_declared, interpolation
+    )
+    try:
+        from elastic_tendon.app.document import new_document
+        from elastic_tendon.app.server import listen
+    except ModuleNotFoundError as error:
+        raise ElasticTendonError(
+            f'the app needs {error.name}, which is not installed; pip install "elastic-tendon[app]"'
+        ) from None
+    from elastic_tendon import demo as bundled
+
+    fitted, heldout = list(data or []), list(validate or [])
+    if demo:
+        model = str(bundled.DATA / "demo_model.toml")
+        fitted = [str(bundled.DATA / "demo_fit.csv")]
+        heldout = [str(bundled.DATA / "demo_validate.csv")]
+    loaded = load(model or EXAMPLE, own_effects)
+    files: dict[str, Path] = {}
+    sources = [_source(one, "fit", reading, files) for one in fitted]
+    sources += [_source(one, "validate", reading, files) for one in heldout]
+    served = listen(new_document(loaded, sources), files, address=network or LOOPBACK, port=port)
+    output.print(f"The app is at {served.url}", highlight=False, soft_wrap=True)
+    output.print("Ctrl-C ends it.", highlight=False)
+    if network is not None:
+        notice.print("note: other machines can reach it too, and what is sent is not encrypted")
+    if browser:
+        webbrowser.open(served.url)
+    try:
+        with suppress(KeyboardInterrupt):  # the way to end it
+            served.run()
+    finally:
+        served.close()
+
+
+def _source(data: str, role: str, reading: Reading, files: dict[str, Path]) -> "Source":
+    """A recording of the command line as the app keeps it; its path stays here."""
+    from elastic_tendon.app.document import Source
+    from elastic_tendon.measurement.reader import split_window
+
+    path, window = split_window(data)
+    key = f"named-{len(files)}"
+    files[key] = path.resolve()
+    return Source.model_validate(
+        {
+            "key": key,
+            "name": path.name,
+            "role": role,
+            "mapping": reading.mapping,
+            "time_shift": reading.time_shift,
+            "resample": reading.resample,
+            "remove_offset": reading.remove_offset,
+            "interpolation": reading.interpolation,
+            "window": tuple(one if isfinite(one) else None for one in window or (inf, inf)),
+            "as_declared": reading.as_declared,
+        }
+    )
