@@ -12,7 +12,7 @@ from flask import Flask, Response, abort, make_response, request
 
 UPLOAD = 25 * 1024 * 1024  # bytes of a file
 # base64 makes four characters of three bytes; beside the file there is the session's document
-_BODY = UPLOAD * 4 // 3 + 4 * 1024 * 1024
+BODY = UPLOAD * 4 // 3 + 4 * 1024 * 1024
 
 _HEADERS = {
     "X-Content-Type-Options": "nosniff",
@@ -51,7 +51,7 @@ def protect(
     token : first part of every path
     script_hashes : hashes of the page's inline scripts, asked for once the page is complete
     """
-    server.config["MAX_CONTENT_LENGTH"] = _BODY
+    server.config["MAX_CONTENT_LENGTH"] = BODY
     allowed = frozenset(hosts)
     origins = frozenset(f"http://{host}" for host in hosts)
 
@@ -67,7 +67,7 @@ def protect(
         given = request.path.split("/")[1]
         if not compare_digest(given.encode(), token.encode()):
             _refuse(404, "There is nothing here; open the whole URL that the app printed.")
-        if (request.content_length or 0) > _BODY:
+        if (request.content_length or 0) > BODY:
             _refuse(413, "This is too large; name the file on the command line instead.")
 
     @server.after_request

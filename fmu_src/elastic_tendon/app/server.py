@@ -71,6 +71,7 @@ def listen(
         sockets=[listening],
         threads=THREADS,
         ident=None,
+        max_request_body_size=safety.BODY,
         clear_untrusted_proxy_headers=True,
     )
     return Served(f"http://{reached}:{bound}/{token}/", workspace, server)

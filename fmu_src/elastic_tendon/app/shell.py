@@ -66,7 +66,7 @@ def register(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> None:
     """Connect the callbacks of the page around the steps."""
     _register_browser(app)
     _register_session(app, workspace)
-    _register_steps(app, steps)
+    _register_steps(app, workspace, steps)
     _register_work(app, workspace, steps)
 
 
@@ -113,14 +113,18 @@ def _register_session(app: Dash, workspace: Workspace) -> None:
         return f"{document.version.loaded().name}: {document.version.title}"
 
 
-def _register_steps(app: Dash, steps: Sequence[Step]) -> None:
+def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> None:
     @app.callback(
         Output("open", "data", allow_duplicate=True),
         Input({"link": ALL}, "n_clicks"),
+        State("session", "data"),
         prevent_initial_call=True,
     )
-    def choose(clicks: list[int | None]) -> Any:
-        return ctx.triggered_id["link"] if any(clicks) else no_update
+    def choose(clicks: list[int | None], stored: Any) -> Any:
+        if not stored or not any(clicks):
+            return no_update
+        workspace.open(stored).shelf.forget_failures()  # whoever comes back wants another try
+        return ctx.triggered_id["link"]
 
     @app.callback(
         Output({"section": ALL}, "hidden"),
@@ -187,10 +191,6 @@ def _begin_next(session: Session, step: Step) -> str:
         if isinstance(found, Failure):
             return found.sentence
         if found is None:
-
-            def work(report: Any, result: Any = result) -> None:
-                session.shelf.obtain(result, report)
-
-            session.start(step.id, result.words, work)
+            session.compute(step.id, result)
             return ""
     return ""

@@ -1,5 +1,6 @@
 """What the server holds for a browser's session: document, files, results, and work under way."""
 
+import logging
 import secrets
 import shutil
 import tempfile
@@ -8,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import RLock, Thread
-from typing import Generic, Literal, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 from elastic_tendon.app.document import Document, from_browser
 from elastic_tendon.errors import ElasticTendonError
@@ -21,10 +22,16 @@ Stored = Mapping[str, object]  # what the browser keeps: id, revision, document
 
 SESSIONS = 8  # that are held; the browser brings back the document of one that was dropped
 RESULTS = 40  # of a session
+CANCELLED = "Cancelled; choose the step again to begin anew."
 
 
 class Stopped(KeyboardInterrupt):
     """The user stopped the work; a fit keeps its best so far on it, as on Ctrl-C."""
+
+
+def fault_sentence(words: str, error: Exception) -> str:
+    """A sentence about a fault of ours."""
+    return f"{words} failed, which should not happen ({type(error).__name__}: {error})"
 
 
 @dataclass(frozen=True)
@@ -64,11 +71,21 @@ class Shelf:
             return found
         try:
             computed = result.compute(self, report)
+            report(result.words, 1.0)  # a fit that was stopped comes back with its best so far
         except ElasticTendonError as error:
             self.put(result, Failure(str(error)))
             raise
+        except Exception as error:
+            raise self._fault(result, error) from error
         self.put(result, computed)
         return computed
+
+    def _fault(self, result: "Result[T]", error: Exception) -> ElasticTendonError:
+        """A fault of ours: told where it occurred, and not tried again and again."""
+        logging.getLogger(__name__).exception("%s failed", result.words)
+        fault = ElasticTendonError(fault_sentence(result.words, error))
+        self.put(result, Failure(str(fault)))
+        return fault
 
     def put(self, result: "Result[T]", value: T | Failure) -> None:
         """Keep a result that was computed elsewhere."""
@@ -100,10 +117,14 @@ class Result(Generic[T]):
 
 @dataclass
 class Job:
-    """Work under way or done; `step` is where on the page it was asked for."""
+    """Work under way or done; `step` is where on the page it was asked for.
+
+    `result` : what it computes for the page, None where the user asked for something else.
+    """
 
     step: str
     words: str
+    result: Result[Any] | None = None
     share: float = 0.0
     state: Literal["running", "done", "stopped", "failed"] = "running"
     sentence: str = ""
@@ -153,7 +174,15 @@ class Session:
                 "document": self._document.model_dump_json(),
             }
 
-    def start(self, step: str, words: str, work: Work) -> bool:
+    def compute(self, step: str, result: Result[Any]) -> bool:
+        """Begin to compute what a step shows; see `start`."""
+
+        def work(report: Report) -> None:
+            self.shelf.obtain(result, report)
+
+        return self.start(step, result.words, work, result)
+
+    def start(self, step: str, words: str, work: Work, result: Result[Any] | None = None) -> bool:
         """Begin a piece of work beside the page; False where one is under way already.
 
         Parameters
@@ -163,11 +192,12 @@ class Session:
         work : is given the function to report progress; leaves what it found on the shelf, and
             returns the change of the document that follows, None where none does; what was
             stopped changes nothing
+        result : what it computes for the page
         """
         with self._lock:
             if self.job is not None and self.job.state == "running":
                 return False
-            self.job = Job(step, words)
+            self.job = Job(step, words, result)
             Thread(target=self._run, args=(self.job, work), daemon=True).start()
             return True
 
@@ -177,6 +207,8 @@ class Session:
             if self.job is not None and self.job.state == "running":
                 self.job.stopping = True
                 self.job.state = "stopped"
+                if self.job.result is not None:  # else the page would ask for it again
+                    self.shelf.put(self.job.result, Failure(CANCELLED))
                 self.revision += 1
 
     def _run(self, job: Job, work: Work) -> None:
@@ -189,8 +221,8 @@ class Session:
         except ElasticTendonError as error:
             state, job.sentence = "failed", str(error)
         except Exception as error:  # a fault of ours: the page must not wait for ever
-            state = "failed"
-            job.sentence = f"this failed, which should not happen ({type(error).__name__}: {error})"
+            logging.getLogger(__name__).exception("%s failed", job.words)
+            state, job.sentence = "failed", fault_sentence(job.words, error)
         with self._lock:
             if job.stopping:
                 return
@@ -234,11 +266,11 @@ class Workspace:
     def open(self, stored: Stored | None) -> Session:
         """The session that a browser kept, or a new one."""
         with self._lock:
-            session_id = str(stored["id"]) if stored else ""
+            session_id = str(stored["id"]) if stored else secrets.token_hex(8)
             session = self._sessions.get(session_id)
             if session is None:
                 document = from_browser(stored) if stored else self._start
-                session = Session(secrets.token_hex(8), document, self._files)
+                session = Session(session_id, document, self._files)
                 self._sessions[session.id] = session
             self._sessions.move_to_end(session.id)
             while len(self._sessions) > SESSIONS:
