@@ -5,6 +5,7 @@ is the mean over the block, so that noise falls as it does in any mean.
 """
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from elastic_tendon.identify.compare import FileComparison
 from elastic_tendon.identify.residuals import Array, residuals_of
 from elastic_tendon.measurement import NoiseFloor
 
+Value = TypeVar("Value", bound=np.generic)
 # samples that are analysed one by one
 LONG = 100_000
 
@@ -36,7 +38,7 @@ def block_means(values: Array, stride: int) -> Array:
     return np.asarray(sums / block_sizes(len(values), stride))
 
 
-def spread(values: Array, stride: int, n: int) -> Array:
+def spread(values: NDArray[Value], stride: int, n: int) -> NDArray[Value]:
     """Values (m,) of blocks for each of n samples."""
     return values if stride == 1 else np.repeat(values, stride)[:n]
 

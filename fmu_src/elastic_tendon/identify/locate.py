@@ -3,11 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from elastic_tendon.identify.averaging import block_means, spread, stride_of
 from elastic_tendon.identify.bins import Bin, bins_of
 from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.in_words import in_words
 from elastic_tendon.identify.missing_torque import MissingTorque, Report, missing_torque
+from elastic_tendon.identify.partition import Partition
 from elastic_tendon.identify.patterns import Evidence
 from elastic_tendon.identify.residuals import Array, residuals_of
 from elastic_tendon.parameters import Model
@@ -22,13 +26,28 @@ class FileLocation:
     (rad/s²), ``joint_position`` and ``motor_position`` (rad), ``load_torque`` and
     ``joint_torque``, which the tendons exert (N·m), ``slack_state`` of the measured deflection, see
     `compare.slack_states_measured`; the rest of the model moved as measured, by the missing
-    torque. Neighbouring samples of a long recording share their values, see `averaging`.
+    torque. Neighbouring samples of a long recording share their values, see `averaging`. `parts`
+    are the samples of such a recording, or blocks of them, sorted into the bins.
     """
 
     bins: Mapping[str, tuple[Bin, ...]]
     in_words: Mapping[str, str]
     missing_torque: MissingTorque
     variables: Mapping[str, Array]
+    parts: Mapping[str, Partition]
+
+    def samples_of(self, by: str, words: str) -> NDArray[np.bool_]:
+        """Which samples a bin holds, (n,); none where the bin is one of the frequency.
+
+        Parameters
+        ----------
+        by, words : the variable of a `Bin`, and its part as `bin` says it
+        """
+        n = len(self.variables["time"])
+        if by not in self.parts or words not in self.parts[by].words:
+            return np.zeros(n, dtype=np.bool_)
+        part = self.parts[by]
+        return spread(part.member == part.words.index(words), stride_of(n), n)
 
 
 @dataclass(frozen=True)
@@ -100,4 +119,5 @@ def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocat
             "time": measurement.time,
             "motor_position": measurement.motor_position,
         },
+        parts=parts,
     )

@@ -1,7 +1,6 @@
 """Figures of where a model fails, one function for each; nothing is computed here."""
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -18,10 +17,12 @@ from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.correlations import Correlation, correlations
 from elastic_tendon.identify.locate import FileLocation, Location
-from elastic_tendon.identify.maps import CellMap, mean_by_cell
+from elastic_tendon.identify.maps import CellMap
+from elastic_tendon.identify.maps import error_maps as maps_of
 from elastic_tendon.identify.missing_torque import TorqueCurve
 from elastic_tendon.identify.residuals import Array
 from elastic_tendon.parameters import Model
+from elastic_tendon.report.bin_axis import axis_below, by_variable
 from elastic_tendon.report.comparison_figures import (
     BLACK,
     BLUE,
@@ -30,21 +31,15 @@ from elastic_tendon.report.comparison_figures import (
     PURPLE,
     VERMILLION,
     overlay,
-    static_torque,
     tidy,
 )
 from elastic_tendon.report.comparison_tables import STATES, sample_shares
+from elastic_tendon.report.loops import measured_loop, springs_over
 from elastic_tendon.report.names import shortened
 from elastic_tendon.report.thinning import envelope, some, stride
 from elastic_tendon.report.units import shown, with_unit
-from elastic_tendon.transmission import (
-    SlackState,
-    characteristic_torque,
-    reflected_motor_position,
-    slack_boundaries,
-)
+from elastic_tendon.transmission import SlackState
 
-MARGIN = 0.15  # beside what was measured, as share of its range
 BLANK = "0.85"  # of cells without samples; white is zero
 COLUMNS = 3  # panels side by side
 STATE_COLOURS = {
@@ -112,7 +107,7 @@ def torque_loop(model: Model, file: FileComparison, found: FileLocation) -> Figu
     """
     figure = Figure(figsize=(7.5, 5.5), layout="constrained")
     axes = figure.subplots()
-    deflection, torque, source = _measured_loop(model, file, found)
+    deflection, torque, source = measured_loop(model, file, found)
     _draw_model(axes, model, file, deflection)
     states = np.round(found.variables["slack_state"])
     for state, (colour, label) in STATE_COLOURS.items():
@@ -129,40 +124,15 @@ def torque_loop(model: Model, file: FileComparison, found: FileLocation) -> Figu
     return figure
 
 
-def _measured_loop(
-    model: Model, file: FileComparison, found: FileLocation
-) -> tuple[Array, Array, str]:
-    """Deflection (n,) rad, torque (n,) N·m, and where the torque is from."""
-    measurement = file.measurement
-    transmission = model.transmission
-    position = measurement.signals["joint_position"]
-    if measurement.static:
-        return position, static_torque(measurement), "measured"
-    if "joint_torque" in measurement.signals:
-        reflected = reflected_motor_position(
-            measurement.motor_position,
-            transmission.joint_pulley_radius,
-            transmission.motor_pulley_radius,
-        )
-        return position - reflected, measurement.signals["joint_torque"], "measured"
-    deflection = found.variables["deflection"]
-    torque = characteristic_torque(deflection, transmission) + found.missing_torque.torque
-    return deflection, torque, "of the model's springs + missing torque"
-
-
 def _draw_model(axes: Axes, model: Model, file: FileComparison, deflection: Array) -> None:
     kept = stride(len(deflection))
     simulated = file.trajectory["deflection"][kept], file.trajectory["joint_torque"][kept]
     axes.plot(*simulated, color="0.6", linewidth=0.8, label="simulated")
-    low, high = float(np.min(deflection)), float(np.max(deflection))
-    margin = MARGIN * (high - low) or MARGIN  # a joint may stand still against its motor
-    axes.set_xlim(low - margin, high + margin)  # a wrong model may go far beyond
-    boundaries = slack_boundaries(model.transmission)
-    kinks = [one for one in boundaries if low < one < high]
-    across = np.unique(np.concatenate([np.linspace(low, high, 200), kinks]))
-    springs = characteristic_torque(across, model.transmission)
-    axes.plot(across, springs, color=BLACK, lw=1.6, zorder=3, label="model's springs, static")
-    for index, boundary in enumerate(kinks):
+    springs = springs_over(model, deflection)
+    axes.set_xlim(*springs.ends)
+    looks: dict[str, Any] = {"color": BLACK, "lw": 1.6, "zorder": 3}
+    axes.plot(springs.deflection, springs.torque, label="model's springs, static", **looks)
+    for index, boundary in enumerate(springs.boundaries):
         label = None if index else "slack boundary, paper (14)"
         axes.axvline(boundary, color=BLACK, linestyle=":", linewidth=1.2, label=label)
 
@@ -183,34 +153,34 @@ def error_maps(file: FileComparison, found: FileLocation) -> Figure:
     matplotlib.figure.Figure
     """
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    name = "joint_position"
-    quantity = shown(name)
-    error = file.trajectory[file.trajectory.measured(name)] - file.measurement.signals[name]
-    squares = (quantity.small * error) ** 2
-    torque = found.missing_torque.torque
-    pairs = (("deflection", "joint_velocity"), ("time", "motor_position"))
-    for panels, pair in zip(figure.subplots(2, 2), pairs, strict=True):
-        across, up = (found.variables[one] for one in pair)
-        rms = mean_by_cell(across, up, squares)
+    quantity = shown("joint_position")
+    maps = maps_of(file, found)
+    for panels, one in zip(figure.subplots(len(maps), 2), maps, strict=True):
         words = f"RMS error, {quantity.words}\n({quantity.small_unit})"
-        _draw_map(panels[0], rms, pair, words, signed=False)
-        mean = mean_by_cell(across, up, torque)
-        _draw_map(panels[1], mean, pair, "mean missing torque (N·m)", signed=True)
+        _draw_map(panels[0], one.rms, one.variables, words, quantity.small)
+        words = "mean missing torque (N·m)"
+        _draw_map(panels[1], one.torque, one.variables, words, signed=True)
     figure.suptitle(f"{shortened(file.measurement.name)}: where the error lies")
     return figure
 
 
 def _draw_map(
-    axes: Axes, found: CellMap | None, pair: tuple[str, str], words: str, *, signed: bool
+    axes: Axes,
+    found: CellMap | None,
+    pair: tuple[str, str],
+    words: str,
+    factor: float = 1.0,
+    *,
+    signed: bool = False,
 ) -> None:
-    """Mean squares are drawn as their roots, signed means about zero."""
+    """`factor`, to the unit that is shown; signed values are drawn about zero."""
     axes.set_xlabel(with_unit(pair[0]))
     axes.set_ylabel(with_unit(pair[1]))
     axes.spines[["top", "right"]].set_visible(False)
     if found is None:
         axes.text(0.5, 0.5, "too few samples", transform=axes.transAxes, ha="center")
         return
-    values = found.values if signed else np.sqrt(found.values)
+    values = factor * found.values
     axes.set_facecolor(BLANK)
     largest = float(np.nanmax(np.abs(values))) or 1.0
     norm = TwoSlopeNorm(0.0, -largest, largest) if signed else Normalize(0.0, largest)
@@ -243,11 +213,9 @@ def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Fi
     """
     bins = found.bins[signal]
     shares = sample_shares(bins)
-    split = Counter(one.by for one in bins)
-    variables = [by for by, count in split.items() if count > 1]
-    figure, panels = _panels(len(variables))
-    for axes, variable in zip(panels, variables, strict=True):
-        chosen = [one for one in bins if one.by == variable]
+    split = by_variable(bins)
+    figure, panels = _panels(len(split))
+    for axes, chosen in zip(panels, split.values(), strict=True):
         _draw_bars(axes, chosen, [shares[one] for one in chosen])
     quantity = shown(signal, static=file.measurement.static)
     figure.suptitle(f"{shortened(file.measurement.name)}: share of the {quantity.words} error")
@@ -275,23 +243,11 @@ def _draw_bars(axes: Axes, bins: Sequence[Bin], samples: Sequence[float]) -> Non
 
 
 def _draw_ticks(axes: Axes, bins: Sequence[Bin]) -> None:
-    """Edges between bins of a range, names below others."""
-    by = bins[0].by
-    edges = [bins[0].lower, *(one.upper for one in bins)]
-    numbers = [edge for edge in edges if edge is not None]
+    below = axis_below(bins)
     axes.tick_params(axis="x", labelsize="small")
-    if len(numbers) == len(edges):
-        labels = [_edge(edge) for edge in numbers]
-        slanted: dict[str, Any] = {"rotation": 45, "ha": "right", "rotation_mode": "anchor"}
-        axes.set_xticks(np.arange(len(edges)) - 0.5, labels, **slanted)
-        axes.set_xlabel(with_unit(by))
-    else:
-        axes.set_xticks(range(len(bins)), [re.split("[:,]", one.bin)[0] for one in bins])
-        axes.set_xlabel(by.replace("_", " "))
-
-
-def _edge(value: float) -> str:
-    return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
+    looks: dict[str, Any] = {"rotation": 45, "ha": "right", "rotation_mode": "anchor"}
+    axes.set_xticks(below.places, below.labels, **(looks if below.edges else {}))
+    axes.set_xlabel(below.title)
 
 
 # ---- missing torque ------------------------------------------------------------------------

@@ -33,9 +33,9 @@ def envelope(horizontal: Array, values: Array, buckets: int = BUCKETS) -> tuple[
     return horizontal[kept], values[kept]
 
 
-def stride(n: int) -> slice:
-    """Every so many of n samples that `POINTS` are left at most; for loops, drawn as lines."""
-    return slice(None, None, max(1, -(-n // POINTS)))
+def stride(n: int, points: int = POINTS) -> slice:
+    """Every so many of n samples that `points` are left at most; for loops, drawn as lines."""
+    return slice(None, None, max(1, -(-n // points)))
 
 
 def some(n: int, points: int = POINTS) -> NDArray[np.intp]:

@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 import plotly.graph_objects as go
+from plotly.subplots import make_subplots
 
 from elastic_tendon.report.comparison_figures import (
     BLUE,
@@ -19,6 +20,8 @@ from elastic_tendon.report.comparison_figures import (
 
 CLEAR = "rgba(0,0,0,0)"  # the ground of the page shows through
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+COLUMNS = 3  # panels side by side
+ROW, GAP, HEAD = 250, 75, 130  # heights: of panels, between them, and of what is around all, pixels
 # of plotly's own buttons and gestures; wherever a figure is shown
 CONFIG: dict[str, Any] = {
     "displaylogo": False,
@@ -146,6 +149,32 @@ def dressed(figure: go.Figure, theme: Theme, **layout: Any) -> go.Figure:
     # titles of panels are annotations; plotly sets them large
     figure.update_annotations(font={"size": 13, "color": theme.ink})
     return figure
+
+
+def panels(theme: Theme, count: int, **layout: Any) -> go.Figure:
+    """A figure of so many panels, `COLUMNS` side by side; `place_of` says where each is.
+
+    Parameters
+    ----------
+    theme : Theme
+    count : int, positive
+    layout : as of `plotly.graph_objects.Layout`
+    """
+    columns = min(COLUMNS, count)
+    rows = -(-count // columns)
+    height = ROW * rows + HEAD
+    space = {"vertical_spacing": GAP / (ROW * rows), "horizontal_spacing": 0.08}
+    figure = make_subplots(rows, columns, **space)
+    for index in range(count, rows * columns):
+        figure.update_xaxes(visible=False, **place_of(index, count))
+        figure.update_yaxes(visible=False, **place_of(index, count))
+    return dressed(figure, theme, height=height, **layout)
+
+
+def place_of(index: int, count: int) -> dict[str, int]:
+    """Row and column, from 1, of the panel with a number from 0 among so many."""
+    row, column = divmod(index, min(COLUMNS, count))
+    return {"row": row + 1, "col": column + 1}
 
 
 @cache
