@@ -98,16 +98,15 @@ def dash_app(workspace: Workspace, token: str) -> Dash:
 
 def _bound(address: str, port: int) -> socket.socket:
     try:
-        family = socket.AF_INET6 if ip_address(address).version == 6 else socket.AF_INET
-        listening = socket.socket(family)
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind((address, port))
-        listening.listen()
+        return socket.create_server((address, port), family=_family(address))
     except (OSError, OverflowError, ValueError) as error:
         raise OutputError(
             f"cannot listen on {address}, port {port} ({error}); give another one"
         ) from None
-    return listening
+
+
+def _family(address: str) -> socket.AddressFamily:
+    return socket.AF_INET6 if ip_address(address).version == 6 else socket.AF_INET
 
 
 def _host(address: str) -> str:
