@@ -94,14 +94,14 @@ def open_app(
     sources = [_source(one, "fit", reading, files) for one in fitted]
     sources += [_source(one, "validate", reading, files) for one in heldout]
     served = listen(new_document(loaded, sources), files, address=network or LOOPBACK, port=port)
-    output.print(f"The app is at {served.url}", highlight=False, soft_wrap=True)
-    output.print("Ctrl-C ends it.", highlight=False)
     if network is not None:
-        notice.print("note: other machines can reach it too, and what is sent is not encrypted")
-    if browser:
-        webbrowser.open(served.url)
+        notice.print("note: other machines can reach the app, and what is sent is not encrypted")
     try:
         with suppress(KeyboardInterrupt):  # the way to end it
+            output.print(f"The app is at {served.url}", highlight=False, soft_wrap=True)
+            output.print("Ctrl-C ends it.", highlight=False)
+            if browser:
+                webbrowser.open(served.url)
             served.run()
     finally:
         served.close()
