@@ -68,7 +68,7 @@ def test_help_lists_the_commands(run) -> None:
     assert result.exit_code == 0
     for command in (
         *("demo", "diagnose", "simulate", "compare", "add"),
-        *("export", "design", "effects", "cache"),
+        *("export", "design", "effects", "cache", "linearise", "app"),
     ):
         assert command in result.stdout
 
