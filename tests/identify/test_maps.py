@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from elastic_tendon.identify.maps import CELLS, MINIMUM_COUNT, mean_by_cell
+from elastic_tendon.identify.maps import CELLS, MINIMUM_COUNT, mean_by_cell, samples_in_cell
 
 
 def test_cells_hold_the_mean_of_their_samples() -> None:
@@ -29,3 +29,25 @@ def test_cells_with_few_samples_are_blank() -> None:
 def test_there_is_no_map_over_what_never_changes() -> None:
     across = np.linspace(0.0, 1.0, 100)
     assert mean_by_cell(across, np.full(100, 2.0), across) is None
+
+
+def test_a_cell_knows_its_samples() -> None:
+    rng = np.random.default_rng(12)
+    across, up, values = rng.uniform(0.0, 1.0, (3, 20_000))
+    found = mean_by_cell(across, up, values)
+    for column, row in ((0, 0), (CELLS - 1, CELLS - 1), (7, 15)):
+        inside = samples_in_cell(across, up, column, row)
+        assert np.mean(values[inside]) == pytest.approx(found.values[row, column], rel=1e-12)
+        assert np.all(across[inside] >= found.horizontal[column])
+        assert np.all(up[inside] <= found.vertical[row + 1])
+
+
+def test_every_sample_lies_in_one_cell() -> None:
+    rng = np.random.default_rng(13)
+    across, up = np.round(rng.uniform(-1.0, 1.0, (2, 5_000)), 1)  # many upon the edges
+    times = sum(
+        samples_in_cell(across, up, column, row).astype(int)
+        for column in range(CELLS)
+        for row in range(CELLS)
+    )
+    assert np.all(times == 1)

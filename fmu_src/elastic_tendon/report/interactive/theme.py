@@ -25,6 +25,9 @@ ROW, GAP, HEAD = 250, 75, 130  # heights: of panels, between them, and of what i
 # of plotly's own buttons and gestures; wherever a figure is shown
 CONFIG: dict[str, Any] = {
     "displaylogo": False,
+    # a button that would send the figure's data to a server of plotly's makers
+    "showSendToCloud": False,
+    "plotlyServerURL": "",
     "scrollZoom": True,
     "responsive": True,
     "modeBarButtonsToRemove": ["lasso2d", "select2d"],
