@@ -16,7 +16,7 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 from elastic_tendon.variables import INPUTS, interface
 
-_SUFFIXES = {"rad": "_rad", "rad/s": "_rad_per_s", "N.m": "_Nm", "N": "_N", "1": ""}
+SUFFIXES = {"rad": "_rad", "rad/s": "_rad_per_s", "N.m": "_Nm", "N": "_N", "1": ""}
 
 
 def default_table(model: Model) -> pd.DataFrame:
@@ -69,7 +69,7 @@ def _table(
     inputs = {"motor_position": motor_position, "load_torque": load_torque}
     columns = {"time_s": trajectory.time}
     for variable in (*INPUTS, *interface(model.effect_ids).outputs):
-        name = variable.name + _SUFFIXES[variable.unit]
+        name = variable.name + SUFFIXES[variable.unit]
         if variable.name in trajectory.output_names:
             columns[name] = trajectory[variable.name]
         elif (values := inputs.get(variable.name)) is not None:

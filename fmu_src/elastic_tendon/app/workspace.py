@@ -256,12 +256,15 @@ class Workspace:
 
     def add_file(self, content: bytes) -> str:
         """Keep an upload; its name, which a stranger may have chosen, is no part of the path."""
-        key = secrets.token_hex(8)
-        path = self._folder / key
+        path = self.new_path()
         path.write_bytes(content)
         with self._lock:
-            self._files[key] = path
-        return key
+            self._files[path.name] = path
+        return path.name
+
+    def new_path(self, suffix: str = "") -> Path:
+        """A path for a file of the server's own, which goes with the workspace at the latest."""
+        return self._folder / (secrets.token_hex(8) + suffix)
 
     def open(self, stored: Stored | None) -> Session:
         """The session that a browser kept, or a new one."""

@@ -1,36 +1,298 @@
-"""Take away."""
+"""Take away: the FMU, the model, the report, linear models, and the data behind what was seen."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
-from dash import Dash, Input, Output, html
+from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
+from flask import Response, make_response, send_file
 
-from elastic_tendon.app import results
+from elastic_tendon.app import takeaway
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
-from elastic_tendon.app.workspace import Result, Workspace
+from elastic_tendon.app.takeaway import Built, Depot, FmuChoice, Kind
+from elastic_tendon.app.workspace import Failure, Report, Result, Session, Workspace
+from elastic_tendon.compiler import ALL as EVERY_PLATFORM
+from elastic_tendon.compiler import PLATFORMS, host_platform
+from elastic_tendon.errors import BuildError, ElasticTendonError
+
+ID = "take_away"
+BUSY = "Something else is under way; wait until it is done, or cancel it."
+GONE = "This file is no longer there; build it again."
+_UNITS = ("bytes", "kB", "MB", "GB")
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A kind of file on the page: what it is, and what the button says that builds it."""
+
+    kind: Kind
+    title: str
+    words: str
+    button: str
+
+
+OFFERS = (
+    Offer(
+        "fmu",
+        "FMU",
+        "The model as a Functional Mock-up Unit, for co-simulation and model exchange in your "
+        "system simulator; it needs no Python.",
+        "Build the FMU",
+    ),
+    Offer(
+        "model",
+        "Model",
+        "All numbers and effects as model.toml, to go on with here or on the command line; "
+        "comments at its head say how it came about.",
+        "Write the model",
+    ),
+    Offer(
+        "report",
+        "Report",
+        "All that was compared and found as one page that needs no network and can be printed: "
+        "figures, tables, numbers with intervals, and how the data were read.",
+        "Write the report",
+    ),
+    Offer(
+        "linear",
+        "Linear models",
+        "State space, poles, zeros and stiffness in the slack states I, II and III, before and "
+        "after: JSON for Python, MAT for MATLAB and Octave, in one archive.",
+        "Linearise",
+    ),
+    Offer(
+        "data",
+        "Data of the figures",
+        "A CSV table of each figure, and of each recording with all samples: time, measured, "
+        "simulated and error, with units in the header; in one archive.",
+        "Collect the data",
+    ),
+    Offer(
+        "numbers",
+        "Comparison for programs",
+        "How large the error is and where it lies, and how each recording was read, as JSON.",
+        "Write the numbers",
+    ),
+)
 
 
 def _layout() -> Sequence[Component]:
-    return [html.Div(id="take_away-body")]
+    return [
+        html.P(id=f"{ID}-version"),
+        html.P(id=f"{ID}-busy", className="sentence", role="alert"),
+        html.Div(
+            [html.Div([_card(one) for one in column]) for column in (OFFERS[:2], OFFERS[2:])],
+            className="offers",
+        ),
+    ]
 
 
-def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    return [results.compared(document, document.version, files)]
+def _card(offer: Offer) -> Component:
+    return html.Section(
+        [
+            html.H3(offer.title),
+            html.P(offer.words),
+            *(_fmu_options() if offer.kind == "fmu" else ()),
+            html.Div(
+                [
+                    html.Button(offer.button, id={f"{ID}-make": offer.kind}),
+                    html.Span(id={f"{ID}-name": offer.kind}, className="quiet"),
+                ],
+                id={f"{ID}-row": offer.kind},
+                className="row",
+            ),
+            html.Div(id={f"{ID}-offer": offer.kind}),
+        ],
+        className="card",
+    )
+
+
+def _fmu_options() -> Sequence[Component]:
+    """Kept by the browser for as long as its tab is open."""
+    return [
+        _group(
+            "Version of FMI",
+            dcc.RadioItems(
+                options=[{"label": f"{one}.0", "value": one} for one in (2, 3)],
+                value=2,
+                id=f"{ID}-fmi",
+                inline=True,
+                persistence=True,
+                persistence_type="session",
+            ),
+        ),
+        _group(
+            "Platforms it is to run on",
+            dcc.Checklist(
+                options=_platforms(),
+                value=_here(),
+                id=f"{ID}-platforms",
+                className="two-columns",
+                persistence=True,
+                persistence_type="session",
+            ),
+        ),
+        _group(
+            "For other platforms",
+            dcc.Checklist(
+                options=[{"label": "pack the C source too", "value": "source"}],
+                value=[],
+                id=f"{ID}-source",
+                persistence=True,
+                persistence_type="session",
+            ),
+        ),
+    ]
+
+
+def _group(legend: str, control: Component) -> Component:
+    return html.Fieldset([html.Legend(legend), control])
+
+
+def _platforms() -> list[dict[str, str]]:
+    here = _here()
+    named = [
+        {"label": f"{name} (this one)" if name in here else name, "value": name}
+        for name in PLATFORMS
+    ]
+    return [*named, {"label": "all of these", "value": EVERY_PLATFORM}]
+
+
+def _here() -> list[str]:
+    """This computer's platform, none where no binary can be built for it."""
+    try:
+        return [host_platform().name]
+    except BuildError:
+        return []
+
+
+def size_in_words(size: int) -> str:
+    """Size of a file (bytes) for people, with two digits that count."""
+    value, unit = float(size), 0
+    while value >= 999.5 and unit < len(_UNITS) - 1:
+        value, unit = value / 1000.0, unit + 1
+    digits = 1 if unit > 0 and value < 9.95 else 0
+    return f"{value:.{digits}f} {_UNITS[unit]}"
+
+
+def offered(
+    document: Document, files: Files, choice: FmuChoice, depot: Depot
+) -> Mapping[Kind, Result[Built]]:
+    """What can be built of the current version, by kind."""
+    return {
+        "fmu": takeaway.fmu(document, choice, depot),
+        "model": takeaway.model_file(document, depot),
+        "report": takeaway.report_page(document, files, depot),
+        "linear": takeaway.linear(document, depot),
+        "data": takeaway.data(document, files, depot),
+        "numbers": takeaway.numbers(document, files, depot),
+    }
+
+
+def choice_of(fmi_version: Any, platforms: Any, source: Any) -> FmuChoice:
+    """What the options say."""
+    return FmuChoice(3 if fmi_version == 3 else 2, tuple(sorted(platforms or ())), bool(source))
+
+
+def _shown(session: Session, result: Result[Built], app: Dash) -> Component | str:
+    found = session.shelf.find(result)
+    if found is None:
+        return ""
+    if isinstance(found, Failure):
+        return html.P(found.sentence, className="sentence", role="alert")
+    link = html.A(
+        f"Download {found.name}",
+        href=app.get_relative_path(f"/file/{found.key}"),
+        download=found.name,
+        className="button",
+    )
+    return html.Div(
+        [link, html.Span(size_in_words(found.size), className="quiet")], className="row"
+    )
+
+
+def _begin(session: Session, result: Result[Built]) -> bool:
+    """Begin to build a file; an error is told beside its button, from the shelf."""
+    session.shelf.forget_failures()
+
+    def work(report: Report) -> None:
+        with suppress(ElasticTendonError):
+            session.shelf.obtain(result, report)
+
+    return session.start(ID, result.words, work)
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
-    @app.callback(
-        Output("take_away-body", "children"), Input("session", "data"), Input("open", "data")
+    depot = Depot(workspace)
+    _register_files(app, depot)
+    options = (
+        (f"{ID}-fmi", "value"),
+        (f"{ID}-platforms", "value"),
+        (f"{ID}-source", "value"),
     )
-    def show(stored: Any, opened: str) -> Any:
-        if not stored or opened != "take_away":
-            return ""
+
+    @app.callback(
+        Output(f"{ID}-version", "children"),
+        Output({f"{ID}-name": ALL}, "children"),
+        Output({f"{ID}-offer": ALL}, "children"),
+        Output({f"{ID}-row": ALL}, "hidden"),
+        Input("session", "data"),
+        Input("open", "data"),
+        *(Input(*one) for one in options),
+    )
+    def show(stored: Any, opened: str, *chosen: Any) -> Any:
+        if not stored or opened != ID:
+            return no_update
         session = workspace.open(stored)
-        found = session.shelf.find(_needs(session.document, session.files)[0])
-        return str(found)[:200]
+        document = session.document
+        found = offered(document, session.files, choice_of(*chosen), depot)
+        offers = [_shown(session, found[one.kind], app) for one in OFFERS]
+        return (
+            f"Of {document.version.loaded().name}: {takeaway.path_of(document)}.",
+            [takeaway.file_name(document, one.kind) for one in OFFERS],
+            offers,
+            [isinstance(one, html.Div) for one in offers],  # what is there is not built again
+        )
+
+    @app.callback(
+        Output("pulse", "data", allow_duplicate=True),
+        Output(f"{ID}-busy", "children"),
+        Input({f"{ID}-make": ALL}, "n_clicks"),
+        State("session", "data"),
+        *(State(*one) for one in options),
+        prevent_initial_call=True,
+    )
+    def make(clicks: list[int | None], stored: Any, *chosen: Any) -> Any:
+        if not stored or not any(clicks):
+            return no_update, no_update
+        session = workspace.open(stored)
+        found = offered(session.document, session.files, choice_of(*chosen), depot)
+        begun = _begin(session, found[ctx.triggered_id[f"{ID}-make"]])
+        return sum(click or 0 for click in clicks), "" if begun else BUSY
 
 
-STEP = Step(id="take_away", title="Take away", layout=_layout, register=_register, needs=_needs)
+def _register_files(app: Dash, depot: Depot) -> None:
+    """Files go past Dash, so that large ones need not fit into an answer as text."""
+
+    @app.server.get(f"{app.config.url_base_pathname}file/<key>")
+    def file(key: str) -> Response:
+        built = depot.find(key)
+        if built is None:
+            return make_response(f"{GONE}\n", 404, {"Content-Type": "text/plain; charset=utf-8"})
+        return send_file(
+            built.path,
+            mimetype="application/octet-stream",
+            as_attachment=True,
+            download_name=built.name,
+        )
+
+
+def _needs(_document: Document, _files: Files) -> Sequence[Result[Any]]:
+    return []
+
+
+STEP = Step(id=ID, title="Take away", layout=_layout, register=_register, needs=_needs)

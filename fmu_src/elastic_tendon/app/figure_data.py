@@ -1,0 +1,107 @@
+"""Tables of what the page draws, and of all samples of a recording, for whoever draws it anew."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import plotly.graph_objects as go
+
+from elastic_tendon.app.results import Compared
+from elastic_tendon.identify.compare import FileComparison
+from elastic_tendon.identify.ladder import Rung
+from elastic_tendon.identify.locate import Location
+from elastic_tendon.report.interactive.data import figure_table
+from elastic_tendon.report.interactive.ladder import ladder
+from elastic_tendon.report.interactive.loop import torque_loop
+from elastic_tendon.report.interactive.overlay import Run, overlay
+from elastic_tendon.report.interactive.places import error_maps, shares
+from elastic_tendon.report.interactive.torque import missing_torque
+from elastic_tendon.simulated import SUFFIXES
+from elastic_tendon.variables import OUTPUTS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+AS_GIVEN, SIMULATED = "as given", "simulated"  # what models are called beside the data
+_UNITS = {one.name: SUFFIXES[one.unit] for one in OUTPUTS}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table that is made when it is written; `name` may hold what a user wrote."""
+
+    folder: str
+    name: str
+    make: Callable[[], "pd.DataFrame"]
+
+
+def figures(known: Sequence[Compared], located: Location, rungs: Sequence[Rung]) -> Iterator[Table]:
+    """What the figures of the page show.
+
+    Parameters
+    ----------
+    known : the model as given, then the current one where it is another, beside the data
+    located : where the current one fails in the recordings that are fitted
+    rungs : from the one to the other
+    """
+    for runs in _side_by_side(known):
+        measurement = runs[0].file.measurement
+        for signal in measurement.signals:
+            yield _table(f"{measurement.name}_{signal}", partial(overlay, runs, signal))
+    fitted = known[-1].fitted
+    for file, found in zip(fitted.files, located.files, strict=True):
+        name = file.measurement.name
+        yield _table(f"{name}_torque_loop", partial(torque_loop, fitted.model, file, found))
+        yield _table(f"{name}_missing_torque", partial(missing_torque, file, found))
+        if not file.measurement.static:
+            yield _table(f"{name}_error_maps", partial(error_maps, file, found))
+        for signal in file.signals:
+            yield _table(f"{name}_shares_{signal}", partial(shares, file, found, signal))
+    for signal in rungs[0].rmse:
+        yield _table(f"ladder_{signal}", partial(ladder, rungs, signal))
+
+
+def _table(name: str, draw: Callable[[], go.Figure]) -> Table:
+    return Table("figures", name, lambda: figure_table(draw()))
+
+
+def recordings(known: Sequence[Compared]) -> Iterator[Table]:
+    """All samples of each recording: inputs, measured, simulated, and the error.
+
+    The columns are named so that the table can be read as a recording again. SI units.
+
+    Parameters
+    ----------
+    known : see `figures`
+    """
+    for runs in _side_by_side(known):
+        yield Table("recordings", runs[0].file.measurement.name, partial(_samples, runs))
+
+
+def _samples(runs: Sequence[Run]) -> "pd.DataFrame":
+    import pandas as pd
+
+    measurement = runs[0].file.measurement
+    columns = {"time_s": measurement.time, "motor_position_rad": measurement.motor_position}
+    if measurement.load_torque is not None:
+        columns["load_torque_Nm"] = measurement.load_torque
+    for signal, measured in measurement.signals.items():
+        column = signal + _UNITS[signal]
+        columns[f"measured_{column}"] = measured
+        for run in runs:
+            model = "" if run.label == SIMULATED else "as_given_"
+            columns[f"{model}simulated_{column}"] = run.simulated(signal)
+            columns[f"{model}error_{column}"] = run.error(signal)
+    return pd.DataFrame(columns)
+
+
+def _side_by_side(known: Sequence[Compared]) -> Iterator[tuple[Run, ...]]:
+    """Of each recording, the models beside it."""
+    labels = (AS_GIVEN, SIMULATED)[-len(known) :]
+    for files in zip(*(_files(one) for one in known), strict=True):
+        yield tuple(Run(label, file) for label, file in zip(labels, files, strict=True))
+
+
+def _files(known: Compared) -> tuple[FileComparison, ...]:
+    return (*known.fitted.files, *(known.heldout.files if known.heldout is not None else ()))

@@ -1,0 +1,295 @@
+"""What can be taken away: each kind of file as a result, built on disk beside the page."""
+
+import json
+import re
+import secrets
+import shlex
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from hashlib import sha256
+from importlib.metadata import version
+from io import TextIOWrapper
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+from weakref import WeakValueDictionary, finalize
+
+from elastic_tendon.app import results
+from elastic_tendon.app.document import Document
+from elastic_tendon.app.figure_data import figures, recordings
+from elastic_tendon.app.results import Files
+from elastic_tendon.app.workspace import Report, Result, Shelf, Workspace
+from elastic_tendon.errors import BuildError, LinearisationError
+from elastic_tendon.fmu.export import FmiVersion, export_fmu, model_identifier
+from elastic_tendon.identify.compare import SLACK_STATES
+from elastic_tendon.parameters import Model
+from elastic_tendon.report.provenance import comments
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from elastic_tendon.report.html.origin import Origin
+
+Kind = Literal["fmu", "model", "report", "linear", "data", "numbers"]
+ENDINGS: Mapping[Kind, str] = {
+    "fmu": ".fmu",
+    "model": ".toml",
+    "report": "_report.html",
+    "linear": "_linear.zip",
+    "data": "_data.zip",
+    "numbers": "_comparison.json",
+}
+PURPOSES = {"fit": "fitted", "split": "fitted in part", "validate": "held out"}
+_ROWS = 50_000  # of a table that are written between two reports
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """A file to take away: `key` names it in a URL, `name` is what the user gets, `size` bytes."""
+
+    key: str
+    path: Path
+    name: str
+    size: int
+
+
+class Depot:
+    """Files that were built; each is there as long as a session keeps it on its shelf."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
+        self._built: WeakValueDictionary[str, Built] = WeakValueDictionary()
+
+    def build(self, name: str, write: Callable[[Path], object]) -> Built:
+        """Let `write` fill a file; `name` is safe and is no part of its path but for the suffix."""
+        path = self._workspace.new_path(Path(name).suffix)
+        try:
+            write(path)
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
+        built = Built(secrets.token_hex(16), path, name, path.stat().st_size)
+        finalize(built, _delete, path)
+        self._built[built.key] = built
+        return built
+
+    def find(self, key: str) -> Built | None:
+        """A file that was built, None where it is no longer there."""
+        return self._built.get(key)
+
+
+def _delete(path: Path) -> None:
+    with suppress(OSError):  # where it is being sent it stays until the workspace is closed
+        path.unlink()
+
+
+@dataclass(frozen=True)
+class FmuChoice:
+    """How the FMU is to be; `platforms` by name, "all" among them for all."""
+
+    fmi_version: FmiVersion = 2
+    platforms: tuple[str, ...] = ()
+    source: bool = False
+
+
+def safe_name(text: str) -> str:
+    """Letters, digits and underscores of a name, for a file; never empty."""
+    return re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")[:60] or "unnamed"
+
+
+def path_of(document: Document) -> str:
+    """The way to the current version, in the titles of its steps."""
+    return " → ".join(one.title for one in document.path())
+
+
+def file_name(document: Document, kind: Kind) -> str:
+    """What a file of the current version is called."""
+    return model_identifier(document.version.loaded().name) + ENDINGS[kind]
+
+
+def _result(
+    kind: Kind,
+    words: str,
+    document: Document,
+    compute: Callable[[Shelf, Report], Built],
+    *options: str,
+) -> Result[Built]:
+    way = "\n".join(one.title + one.model for one in document.path())
+    key = (kind, document.data_key(), sha256(way.encode()).hexdigest(), *options)
+    return Result(key, words, compute)
+
+
+# ---- the model ---------------------------------------------------------------------------------
+
+
+def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
+    """The FMU of the current version."""
+
+    def compute(_shelf: Shelf, report: Report) -> Built:
+        if not choice.platforms:
+            raise BuildError("no platform is chosen; choose at least one for the FMU to run on")
+
+        def write(path: Path) -> None:
+            export_fmu(
+                *(document.version.loaded(), path),
+                fmi_version=choice.fmi_version,
+                platforms=choice.platforms,
+                source=choice.source,
+                progress=report,
+            )
+
+        return depot.build(file_name(document, "fmu"), write)
+
+    options = (str(choice.fmi_version), ",".join(choice.platforms), str(choice.source))
+    return _result("fmu", "building the FMU", document, compute, *options)
+
+
+def model_file(document: Document, depot: Depot) -> Result[Built]:
+    """The current version as model.toml, with comments on where it comes from."""
+
+    def compute(_shelf: Shelf, _report: Report) -> Built:
+        text = comments(_provenance(document)) + document.version.model
+        name = file_name(document, "model")
+        return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
+
+    return _result("model", "writing the model file", document, compute)
+
+
+def _provenance(document: Document) -> Iterator[str]:
+    yield f"made by elastic-tendon {version('elastic-tendon')}, in its app"
+    yield f"steps: {path_of(document)}"
+    for role, words in PURPOSES.items():
+        if names := [one.name for one in document.sources if one.role == role]:
+            yield f"{words}: {', '.join(names)}"
+
+
+def linear(document: Document, depot: Depot) -> Result[Built]:
+    """Linear models of each slack state, of the model as given and of the current version."""
+
+    def compute(_shelf: Shelf, report: Report) -> Built:
+        way = document.path()
+        ends = [("as_given", way[0])] if len(way) == 1 else [("before", way[0]), ("after", way[-1])]
+
+        def write(path: Path) -> None:
+            with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+                for index, (label, one) in enumerate(ends):
+                    report(f"linearising {one.title}", index / len(ends))
+                    _add_linear(archive, label, one.loaded(), depot)
+
+        return depot.build(file_name(document, "linear"), write)
+
+    return _result("linear", "linearising", document, compute)
+
+
+def _add_linear(archive: zipfile.ZipFile, label: str, model: Model, depot: Depot) -> None:
+    from elastic_tendon.linear.linear_json import linear_json
+    from elastic_tendon.linear.linearise import linearise
+    from elastic_tendon.linear.mat import write_mat
+
+    found, faults = [], []
+    for state in SLACK_STATES.values():
+        try:
+            found.append(linearise(model, state))
+        except LinearisationError as fault:
+            faults.append(fault)
+    if not found:
+        raise faults[0]
+    if faults:
+        archive.writestr(f"{label}_notes.txt", "".join(f"{fault}\n" for fault in faults))
+    archive.writestr(f"{label}.json", _json(linear_json(model.name, found)))
+    built = depot.build(f"{label}.mat", lambda path: write_mat(model.name, found, path))
+    archive.write(built.path, built.name)
+
+
+# ---- what was found ----------------------------------------------------------------------------
+
+
+def numbers(document: Document, files: Files, depot: Depot) -> Result[Built]:
+    """The comparison of the current version as JSON, for programs."""
+    from elastic_tendon.identify.comparison_json import comparison_json
+
+    def compute(shelf: Shelf, report: Report) -> Built:
+        compared = shelf.obtain(results.compared(document, document.version, files), report)
+        located = shelf.obtain(results.located(document, document.version, files), report)
+        text = _json(comparison_json(compared.fitted, located))
+        name = file_name(document, "numbers")
+        return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
+
+    return _result("numbers", "writing the numbers", document, compute)
+
+
+def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]:
+    """The report that stands alone, of the comparison of the current version."""
+
+    def compute(shelf: Shelf, report: Report) -> Built:
+        from elastic_tendon.report.html.document import comparison_document
+
+        compared = shelf.obtain(results.compared(document, document.version, files), report)
+        located = shelf.obtain(results.located(document, document.version, files), report)
+        text = comparison_document(compared.fitted, located, _origin(document, files), report)
+        name = file_name(document, "report")
+        return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
+
+    return _result("report", "writing the report", document, compute)
+
+
+def _origin(document: Document, files: Files) -> "Origin":
+    """How to come to the same again; files go by the names that the user knows."""
+    from elastic_tendon.report.html.origin import origin_of
+
+    used = [one for one in document.sources if one.role != "off" and one.key in files]
+    names = {str(files[one.key]): one.name for one in used}
+    found = origin_of(_command(document), [(PURPOSES[one.role], files[one.key]) for one in used])
+    return replace(
+        found, files=tuple(replace(one, name=names.get(one.name, one.name)) for one in found.files)
+    )
+
+
+def _command(document: Document) -> str:
+    """What to type, and then to do on the page."""
+    fitted = [one.name for one in document.sources if one.role in ("fit", "split")]
+    heldout = [one.name for one in document.sources if one.role == "validate"]
+    words = ["elastic-tendon", "app", file_name(document, "model"), *fitted]
+    words += [word for name in heldout for word in ("--validate", name)]
+    return f"{shlex.join(words)}  # on the page: {path_of(document)}"
+
+
+def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
+    """What the figures show, a table each, and every recording beside its simulation."""
+
+    def compute(shelf: Shelf, report: Report) -> Built:
+        ends = dict.fromkeys((document.path()[0], document.version))
+        known = [shelf.obtain(results.compared(document, one, files), report) for one in ends]
+        located = shelf.obtain(results.located(document, document.version, files), report)
+        rungs = shelf.obtain(results.climbed(document, files), report)
+        tables = [*figures(known, located, rungs), *recordings(known)]
+
+        def write(path: Path) -> None:
+            with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+                for index, table in enumerate(tables):
+                    member = f"{table.folder}/{index + 1:02}_{safe_name(table.name)}.csv"
+                    share = partial(report, f"writing {member}", index / len(tables))
+                    _add_table(archive, member, table.make(), share)
+
+        return depot.build(file_name(document, "data"), write)
+
+    return _result("data", "writing the data", document, compute)
+
+
+def _add_table(
+    archive: zipfile.ZipFile, member: str, table: "pd.DataFrame", report: Callable[[], None]
+) -> None:
+    """Write a table row by row, so that the user can stop it."""
+    with archive.open(member, "w", force_zip64=True) as binary:
+        text = TextIOWrapper(binary, encoding="utf-8", newline="")
+        for start in range(0, max(len(table), 1), _ROWS):
+            report()
+            table.iloc[start : start + _ROWS].to_csv(text, index=False, header=start == 0)
+        text.flush()
+        text.detach()
+
+
+def _json(content: dict[str, Any]) -> str:
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
