@@ -92,11 +92,12 @@ def test_users_text_is_no_markup(runs: list[Run]) -> None:
     hostile = "<a href='javascript:x'>&lt;b>"
     assert plain(hostile) == "&lt;a href='javascript:x'&gt;&amp;lt;b&gt;"
     measurement = replace(runs[0].file.measurement, name="<i>run</i>.csv")
-    run = Run("<b>mine</b>", replace(runs[0].file, measurement=measurement))
+    run = Run("<b>mine</b> %{x}", replace(runs[0].file, measurement=measurement))
     figure = overlay([run], SIGNAL)
     names = [trace.name for trace in figure.data]
     assert figure.layout.title.text == "&lt;i&gt;run&lt;/i&gt;.csv"
-    assert not any("<" in name for name in names)
+    assert not any("<" in text for text in (*names, *(trace.meta for trace in figure.data[:2])))
+    assert not any("mine" in trace.hovertemplate for trace in figure.data)  # %{x} is a command
     assert any("&lt;b&gt;mine" in name for name in names)
 
 

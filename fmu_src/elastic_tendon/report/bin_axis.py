@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from elastic_tendon.identify.bins import Bin
 from elastic_tendon.report.units import with_unit
 
+ROUND = 5e-4  # of the range of all bins; an edge as close to 0 as that is called so
+
 
 @dataclass(frozen=True)
 class BinAxis:
@@ -41,10 +43,14 @@ def axis_below(bins: Sequence[Bin]) -> BinAxis:
     numbers = [edge for edge in edges if edge is not None]
     if len(numbers) == len(edges):
         places = tuple(index - 0.5 for index in range(len(edges)))
-        return BinAxis(places, tuple(_edge(one) for one in numbers), with_unit(by), edges=True)
+        span = numbers[-1] - numbers[0]
+        labels = tuple(_edge(one, span) for one in numbers)
+        return BinAxis(places, labels, with_unit(by), edges=True)
     names = tuple(re.split("[:,]", one.bin)[0] for one in bins)
     return BinAxis(tuple(map(float, range(len(bins)))), names, by.replace("_", " "), edges=False)
 
 
-def _edge(value: float) -> str:
+def _edge(value: float, span: float) -> str:
+    if abs(value) < ROUND * span:
+        return "0"
     return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"

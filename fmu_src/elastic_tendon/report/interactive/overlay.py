@@ -19,7 +19,8 @@ from elastic_tendon.report.units import Shown, shown
 UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
 CURSORS = ("A", "B")
 STRETCHES = 400  # of highlighted samples; more are told apart by zooming in
-TIME = "%{x:.4f} s"
+# the name stands in `meta`: in the template itself its letters could be taken for commands
+HOVER, HOVER_ERROR = "%{meta}: %{y:.4g} UNIT<extra></extra>", "error: %{y:.3g} UNIT<extra></extra>"
 DASHES = "4px,2px"
 
 
@@ -57,7 +58,7 @@ def overlay(
     theme: Theme = LIGHT,
     window: tuple[float, float] | None = None,
     highlighted: NDArray[np.bool_] | None = None,
-    cursors: Sequence[float] = (),
+    cursors: Sequence[float | None] = (),
     buckets: int = BUCKETS,
 ) -> go.Figure:
     """One signal of one recording, with the simulations of several models and their errors.
@@ -72,7 +73,7 @@ def overlay(
     theme : Theme
     window : start and end, s; only this stretch is drawn, as finely as the whole would be
     highlighted : (n,), samples that are marked
-    cursors : up to two times, s, marked A and B
+    cursors : up to two times, s, marked A and B; None where one is not set
     buckets : stretches of a long curve of which the extremes are kept
 
     Returns
@@ -91,7 +92,8 @@ def overlay(
         if window is not None:
             figure.update_xaxes(range=list(window))
         for letter, time in zip(CURSORS, cursors, strict=False):
-            _mark_cursor(figure, letter, time, theme)
+            if time is not None:
+                _mark_cursor(figure, letter, time, theme)
     _draw_noise(figure, runs, signal, quantity, theme)
     return figure
 
@@ -143,6 +145,7 @@ def _layout(file: FileComparison, signal: str, quantity: Shown) -> dict[str, Any
             "title": {"text": "deflection (rad)" if static else "time (s)"},
             "anchor": "y2",
             "uirevision": name,
+            "unifiedhovertitle": {"text": "%{x:.4f} s"},
         },
         "yaxis": {
             "title": {"text": values},
@@ -190,20 +193,22 @@ def _draw_series(
         runs[0].file.measurement.signals[signal],
         name="measured",
         line={"color": theme.measured, "width": 2.6},
-        hovertemplate=f"%{{y:.4g}} {quantity.unit}",
+        meta="measured",
+        hovertemplate=HOVER.replace("UNIT", quantity.unit),
     )
     for index, run in enumerate(runs):
         looks = {"line": line_of_run(index, len(runs), theme), "legendgroup": f"run {index}"}
         draw(
             run.simulated(signal),
             name=_label(run, signal, quantity),
-            hovertemplate=f"%{{y:.4g}} {quantity.unit}",
+            meta=plain(abridged(run.label)),
+            hovertemplate=HOVER.replace("UNIT", quantity.unit),
             **looks,
         )
         draw(
             quantity.small * run.error(signal),
             name=f"error, {plain(run.label)}",
-            hovertemplate=f"%{{y:.3g}} {quantity.small_unit}",
+            hovertemplate=HOVER_ERROR.replace("UNIT", quantity.small_unit),
             yaxis="y2",
             showlegend=False,
             **looks,

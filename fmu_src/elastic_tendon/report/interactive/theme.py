@@ -93,7 +93,7 @@ LIGHT = Theme(
 )
 DARK = Theme(
     name="dark",
-    background="#16191D",
+    background="#14181D",
     ink="#F0F0F0",
     muted="#B4B8BD",
     grid="#33383F",
@@ -166,7 +166,7 @@ def panels(theme: Theme, count: int, **layout: Any) -> go.Figure:
     columns = min(COLUMNS, count)
     rows = -(-count // columns)
     height = ROW * rows + HEAD
-    space = {"vertical_spacing": GAP / (ROW * rows), "horizontal_spacing": 0.08}
+    space = {"vertical_spacing": GAP / (ROW * rows), "horizontal_spacing": 0.1}
     figure = make_subplots(rows, columns, **space)
     for index in range(count, rows * columns):
         figure.update_xaxes(visible=False, **place_of(index, count))
@@ -192,6 +192,8 @@ def _template(theme: Theme) -> go.layout.Template:
         "zeroline": False,
         "automargin": True,
         "title": {"standoff": 8},
+        # plotly lays white below a spike where the ground is clear, which is glaring on dark
+        "showspikes": False,
     }
     return go.layout.Template(
         layout={
@@ -209,7 +211,7 @@ def _template(theme: Theme) -> go.layout.Template:
                 "pad": {"t": 8},
             },
             # above: the title and a legend of two rows
-            "margin": {"l": 64, "r": 16, "t": 84, "b": 48},
+            "margin": {"l": 64, "r": 16, "t": 88, "b": 48},
             "legend": {
                 "orientation": "h",
                 "x": 0.0,
@@ -220,7 +222,7 @@ def _template(theme: Theme) -> go.layout.Template:
             "hoverlabel": {
                 "bgcolor": theme.background,
                 "bordercolor": theme.muted,
-                "font": {"family": FONT, "color": theme.ink},
+                "font": {"family": FONT, "color": theme.ink, "size": 12},
                 "align": "left",
             },
             "modebar": {"bgcolor": CLEAR, "color": theme.muted, "activecolor": theme.ink},
