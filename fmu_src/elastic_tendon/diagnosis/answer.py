@@ -121,17 +121,23 @@ def starts_of(
                 for one in effect.parameters
             }
             with suppress(ModelError):  # numbers that do not go together
-                models.append(_bounded(origin, effect_id, values))
+                models.append(bounded(origin, effect_id, values))
         typical = {
             one.name: expected[one.name] if one.shape else typical_value(origin, one)
             for one in effect.parameters
         }
         with suppress(ModelError):
-            models.append(_bounded(origin, effect_id, typical))
+            models.append(bounded(origin, effect_id, typical))
     return models
 
 
-def _bounded(model: Model, effect_id: str, values: Mapping[str, float]) -> Model:
+def bounded(model: Model, effect_id: str, values: Mapping[str, float]) -> Model:
+    """The model with an effect of these numbers, or the nearest that it may have.
+
+    Raises
+    ------
+    ModelError : the model cannot take the effect, or the numbers do not go together
+    """
     inside = {
         one.name: min(max(values[one.name], one.lower), one.upper)
         for one in effects.BY_ID[effect_id].parameters

@@ -1,9 +1,10 @@
 """One round: screen all effects, refit the likely ones, take the best that is surely there."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from math import exp, log
+from threading import Event
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import UNDECIDED, Answer, bics, facts_between, refit, starts_of
@@ -33,6 +34,9 @@ MOST_RIVALS = 3
 # chi-squared of the score test; a refit finds more of an effect, but not ever so much more
 HOPELESS = 4.0
 _AT_ONCE = 2  # refits; the compiled library lets Python go on
+_PATIENCE = 0.5  # s between reports of a refit that takes long
+TAKEN = "taken"
+LESSER = "explains less, or is less simple, than what was taken"
 
 
 @dataclass(frozen=True)
@@ -67,12 +71,14 @@ class Outcome:
 
     `alike` : other answers that these data cannot tell from it. `others` : those that
     explain clearly less now, but may prove better when the next effect has come in.
+    `refitted` : all that were fitted.
     """
 
     round: Round
     chosen: Answer | None
     alike: tuple[Answer, ...]
     others: tuple[Answer, ...]
+    refitted: tuple[Answer, ...]
 
 
 def look(data: Data, current: Answer, report: Report) -> Outcome:
@@ -121,6 +127,7 @@ def look(data: Data, current: Answer, report: Report) -> Outcome:
         chosen=None if chosen is None else chosen.answer,
         alike=tuple(one.answer for one in alike),
         others=tuple(one.answer for one in others[:MOST_RIVALS]),
+        refitted=tuple(one.answer for one in judged),
     )
 
 
@@ -136,27 +143,49 @@ def _promising(scores: Sequence[Score]) -> list[Score]:
 
 def _refit(data: Data, current: Answer, scores: Sequence[Score], report: Report) -> list[Answer]:
     """Refit with each effect; one that cannot be simulated at its null is left out."""
+    stopped = Event()
+
+    def check(_share: float) -> None:
+        if stopped.is_set():
+            raise KeyboardInterrupt
 
     def one(score: Score) -> Answer | None:
-        # where effects are strong, the numbers that were refitted without them are far off
-        origins = [current.result.model, _with_given_numbers(data.given, current)]
-        starts = starts_of(origins, score.effect_id, score.expected)
+        starts = starts_with(data, current, score.effect_id, score.expected)
         added = (*current.added, score.effect_id)
         try:
-            return refit(data.given, added, data.fitted, starts, QUICK)
+            return refit(data.given, added, data.fitted, starts, QUICK, check)
         except (SimulationError, ModelError):
             return None
 
-    answers = []
     pool = ThreadPoolExecutor(_AT_ONCE)
     try:
-        for done, answer in enumerate(pool.map(one, scores)):
-            report(f"refitting with {scores[done].effect_id}", (done + 1) / len(scores))
-            if answer is not None:
-                answers.append(answer)
-    finally:  # an interrupt does not wait for fits that have not begun
+        futures = [pool.submit(one, score) for score in scores]
+        for done, future in enumerate(futures):
+            words = f"refitting with {scores[done].effect_id}"
+            while future not in wait([future], _PATIENCE).done:
+                report(words, done / len(scores))  # whoever wants to stop it can do so here
+            report(words, (done + 1) / len(scores))
+    finally:  # an interrupt does not wait for fits that have not begun, nor for the rest of others
+        stopped.set()
         pool.shutdown(cancel_futures=True)
-    return answers
+    return [answer for future in futures if (answer := future.result()) is not None]
+
+
+def starts_with(
+    data: Data, current: Answer, effect_id: str, expected: Mapping[str, float]
+) -> list[Model]:
+    """Models from which a fit with one more effect may start.
+
+    Parameters
+    ----------
+    data : Data
+    current : the model so far
+    effect_id : that comes in
+    expected : its parameters by name, as the score test has them
+    """
+    # where effects are strong, the numbers that were refitted without them are far off
+    origins = [current.result.model, _with_given_numbers(data.given, current)]
+    return starts_of(origins, effect_id, expected)
 
 
 def _with_given_numbers(given: Model, current: Answer) -> Model:
@@ -266,9 +295,7 @@ def _table(
             gain=one.gain,
             heldout_gain=one.heldout_gain,
             equivalence_class=tuple(other.effect_id for other in _class_of(one, judged, data)),
-            verdict="taken"
-            if one is chosen
-            else refusals[one.effect_id] or "explains less, or is less simple, than what was taken",
+            verdict=TAKEN if one is chosen else refusals[one.effect_id] or LESSER,
         )
         for one in ranked
     ]

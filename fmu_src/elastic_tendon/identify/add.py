@@ -73,7 +73,7 @@ def add_typical(model: Model, effect_id: str) -> Model:
     ------
     ModelError : no such effect, or one that the model has already or cannot take
     """
-    _check_welcome(model, effect_id)
+    check_welcome(model, effect_id)
     return model.with_effect(
         effect_id, {one.name: _typical(model, one) for one in effects.BY_ID[effect_id].parameters}
     )
@@ -109,7 +109,7 @@ def add(
     MeasurementError : a recording is both fitted and held out
     SimulationError : the model as given cannot be simulated
     """
-    _check_welcome(model, effect_id)
+    check_welcome(model, effect_id)
     check_apart(measurements, validation)
 
     def step(title: str, added: str | None, result: FitResult | None) -> Step:
@@ -190,8 +190,13 @@ def effect_by_id(effect_id: str) -> Effect:
     return effect
 
 
-def _check_welcome(model: Model, effect_id: str) -> None:
-    """Whether the model can take the effect, before anything is fitted."""
+def check_welcome(model: Model, effect_id: str) -> None:
+    """Refuse an effect that a model cannot take, before anything is fitted.
+
+    Raises
+    ------
+    ModelError : no such effect, or one that the model has already or cannot take
+    """
     if effect_by_id(effect_id).id in model.effect_ids:
         raise ModelError(
             model.name,
