@@ -240,6 +240,14 @@ Equations = Callable[..., Answer]  # (at, p, state, mode), see above
 Check = Callable[[Mapping[str, float]], str]  # numbers by name -> a sentence, "" where all is well
 
 
+# what the letters in `Effect.law` stand for
+LAW_SYMBOLS = (
+    "In the laws q and v are position and velocity of the joint, θ is the angle of the motor, e "
+    "the elongation of one spring, a prime means a time derivative, and names are those of the "
+    "effect's parameters."
+)
+
+
 def _all_well(_numbers: Mapping[str, float]) -> str:
     return ""
 
@@ -261,7 +269,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     equations: Equations
     reference: str
-    law: str = ""  # the equations as a formula; q, v joint, θ motor, e elongation of one spring
+    law: str = ""  # the equations as a formula, see LAW_SYMBOLS
     confused_with: str = ""  # what else looks like it, and what tells them apart
     confirm: str = ""  # how to make sure on the machine
     cure: str = ""  # how to be rid of it

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 from elastic_tendon.compiled import DEFAULT_TOLERANCE
 from elastic_tendon.compiler import PLATFORMS
 from elastic_tendon.design import design
-from elastic_tendon.effects.base import Effect
+from elastic_tendon.effects.base import LAW_SYMBOLS, Effect
 from elastic_tendon.fmu.characteristic_plot import characteristic_plot
 from elastic_tendon.fmu.description import LOG_CATEGORIES, STEP_SIZE, TOLERANCE
 from elastic_tendon.fmu.icon import PAGES, icon
@@ -49,11 +49,6 @@ _JUMPS = {
     True: "Where the joint begins to stick, its velocity becomes exactly 0; nothing else jumps.",
 }
 _CURVE = "Torque on the joint over its deflection, at rest, as far as the springs bear it"
-_LAW_SYMBOLS = (
-    "In the laws q and v are position and velocity of the joint, θ is the angle of the motor, e "
-    "the elongation of one spring, a prime means a time derivative, and names are those of the "
-    "effect's parameters."
-)
 _BUILD_LINK = ' <a href="#build">Build from source</a>'
 _GREEK = {"theta": "θ", "tau": "τ"}
 
@@ -185,7 +180,7 @@ def _effect(effect: Effect, parameters: Iterable[FmuVariable]) -> Iterator[str]:
 def _effects(effects: Sequence[Effect], parameters: Sequence[FmuVariable]) -> str:
     if not effects:
         return "<p>None: this is the model of the paper.</p>\n"
-    pieces = [_html(_element("p", _LAW_SYMBOLS))]
+    pieces = [_html(_element("p", LAW_SYMBOLS))]
     for effect in effects:
         own = [one for one in parameters if one.name.startswith(f"effects.{effect.id}.")]
         pieces.extend(_effect(effect, own))

@@ -10,7 +10,14 @@ from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import Comparison, ErrorFigures, FileComparison
 from elastic_tendon.identify.locate import FileLocation
 from elastic_tendon.identify.places import by_concentration
-from elastic_tendon.report.units import Shown, noise_in_words, noise_ratio, number, shown
+from elastic_tendon.report.units import (
+    Shown,
+    noise_in_words,
+    noise_ratio,
+    number,
+    shown,
+    times_noise,
+)
 
 STATES = {"I": "I, lower slack", "II": "II, upper slack", "III": "III, both taut"}
 # more rows are a wall that nobody reads; the option --all-bins shows them
@@ -64,6 +71,26 @@ def sentences(file: FileComparison, location: FileLocation) -> list[str]:
         words = shown(name, static=file.measurement.static).words
         failing.append(f"{words[0].upper()}{words[1:]}: {sentence}.")
     return [noise_sentence(file), *failing, *location.missing_torque.notes]
+
+
+def summary_sentences(comparison: Comparison) -> list[str]:
+    """How large the error of each signal is over all recordings, beside the noise."""
+    static = all(file.measurement.static for file in comparison.files)
+    ratios = comparison.noise_ratio()
+    told = []
+    for name, rmse in comparison.rmse().items():
+        quantity = shown(name, static=static)
+        errors = [file.signals[name] for file in comparison.files if name in file.signals]
+        fits = [one.fit_percent for one in errors if one.fit_percent is not None]
+        text = (
+            f"The {quantity.words} error of {comparison.model.name} is {quantity.error(rmse)} RMS, "
+            f"{times_noise(ratios[name])}"
+        )
+        if fits:
+            ends = dict.fromkeys(f"{one:.1f}" for one in (min(fits), max(fits)))
+            text += f"; the fit is {' to '.join(ends)} %"
+        told.append(f"{text}.")
+    return told
 
 
 def bin_tables(

@@ -9,7 +9,7 @@ from elastic_tendon.identify.residuals import Array
 from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, plain
 from elastic_tendon.report.thinning import some
 
-DOTS = 4000  # of a cloud; more hide each other
+DOTS = 1000  # of a cloud; drawing takes long, and more hide each other
 
 
 def explained(found: Explained, title: str, *, theme: Theme = LIGHT) -> go.Figure:
@@ -34,7 +34,8 @@ def explained(found: Explained, title: str, *, theme: Theme = LIGHT) -> go.Figur
     left = found.remaining_variable, found.remaining.torque
     _cloud(figure, left, theme.quiet, None, 2)
     _mean(figure, left, theme.after, "what is left, mean", 2)
-    figure.update_yaxes(matches="y", zeroline=True, zerolinecolor=theme.muted)
+    figure.update_yaxes(zeroline=True, zerolinecolor=theme.muted)
+    figure.update_yaxes(matches="y", row=2, col=1)
     figure.update_yaxes(title="missing without it (N·m)", row=1, col=1)
     figure.update_yaxes(title="missing with it (N·m)", row=2, col=1)
     figure.update_xaxes(title=f"{found.by.replace('_', ' ')} ({found.unit})", row=2, col=1)
