@@ -1,36 +1,426 @@
-"""Compare."""
+"""The model beside the recordings: curves, errors, cursors, the loop of torque and deflection."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dash import Dash, Input, Output, html
+from dash import Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.readings import (
+    FORMULAS,
+    NO_CURSORS,
+    cursor_rows,
+    error_heads,
+    error_rows,
+    in_order,
+    with_cursor,
+    within,
+    zoomed,
+)
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
+from elastic_tendon.app.tables import table
+from elastic_tendon.app.view import (
+    before_of,
+    compared_now,
+    is_fitted,
+    located_heldout,
+    location_of,
+    recording_options,
+    recordings,
+    runs_of,
+    signal_options,
+    view_of,
+)
 from elastic_tendon.app.workspace import Result, Workspace
+from elastic_tendon.report.interactive.loop import torque_loop
+from elastic_tendon.report.interactive.overlay import overlay
+from elastic_tendon.report.interactive.theme import CONFIG, THEMES, blank
+from elastic_tendon.report.units import shown
+
+# a wheel that turns over the figure moves the page; a double click shows all, as does a button
+GESTURES: Any = CONFIG | {
+    "scrollZoom": False,
+    "doubleClick": "autosize",
+    "showTips": False,
+    "modeBarButtonsToRemove": [*CONFIG["modeBarButtonsToRemove"], "resetScale2d"],
+}
+HEIGHT = 430  # of the curves and of the loop, pixels
+HEAD = 56  # of the curves, whose recording is named above, pixels
+EMPTY = (None, "")  # fields of numbers
+SHOW = {"recording": "Recording", "signal": "Signal"}
+
+
+# ---- layout --------------------------------------------------------------------------------
 
 
 def _layout() -> Sequence[Component]:
-    return [html.Div(id="compare-body")]
+    return [
+        # what is looked at is shared with the step Where; a reload begins anew
+        dcc.Store(id="compare-view"),
+        dcc.Store(id="compare-window"),
+        dcc.Store(id="compare-cursors"),
+        html.P(id="compare-waiting", className="quiet"),
+        html.Div(
+            [
+                html.Div([*choosers("compare"), _before()], className="row"),
+                html.Div([_curves(), _loop()], className="compare-figures"),
+                html.Div([_errors(), _readings()], className="compare-tables"),
+            ],
+            id="compare-body",
+            hidden=True,
+        ),
+    ]
+
+
+def choosers(step: str) -> list[Component]:
+    """Choices of recording and signal; `step` begins their ids."""
+    return [
+        html.Label(
+            [
+                html.Span(words, id=f"{step}-{part}-label"),
+                dcc.Dropdown(
+                    id=f"{step}-{part}", clearable=False, searchable=False, className="chooser"
+                ),
+            ],
+            htmlFor=f"{step}-{part}",
+        )
+        for part, words in SHOW.items()
+    ]
+
+
+def _before() -> Component:
+    boxes = dcc.Checklist(
+        [{"label": "beside the model as given", "value": "before"}], ["before"], id="compare-before"
+    )
+    return html.Div(boxes, id="compare-before-row")
+
+
+def _curves() -> Component:
+    zoom = [
+        _number("compare-from", "Zoom from"),
+        _number("compare-to", "to"),
+        html.Button("Reset zoom", id="compare-reset", className="plain"),
+    ]
+    return html.Div(
+        [
+            dcc.Graph(id="compare-overlay", config=GESTURES, style={"height": HEIGHT}),
+            html.Div(zoom, className="row", id="compare-zoom"),
+        ]
+    )
+
+
+def _loop() -> Component:
+    return html.Div(
+        [
+            html.P(id="compare-loop-waiting", className="quiet"),
+            dcc.Graph(id="compare-loop", config=GESTURES, style={"height": HEIGHT}),
+        ]
+    )
+
+
+def _errors() -> Component:
+    return html.Div(
+        [
+            html.H3("Errors"),
+            html.Div(id="compare-errors"),
+            html.Details([html.Summary("What these figures mean"), html.P(FORMULAS)]),
+        ]
+    )
+
+
+def _readings() -> Component:
+    set_by_number = [
+        _number("compare-a", "A at"),
+        _number("compare-b", "B at"),
+        html.Button("Clear cursors", id="compare-clear", className="plain"),
+    ]
+    return html.Div(
+        [
+            html.H3("Cursors"),
+            html.Div(set_by_number, className="row"),
+            html.Div(id="compare-readings"),
+        ],
+        id="compare-cursors-part",
+    )
+
+
+def _number(component_id: str, words: str) -> Component:
+    return html.Label(
+        [words, dcc.Input(id=component_id, type="number", step="any", debounce=True), "s"],
+        htmlFor=component_id,
+        className="seconds",
+    )
+
+
+# ---- callbacks -----------------------------------------------------------------------------
 
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    return [results.compared(document, document.version, files)]
+    version, root = document.version, before_of(document)
+    before = [] if root is None else [results.compared(document, root, files)]
+    return [
+        results.compared(document, version, files),
+        *before,
+        results.located(document, version, files),
+        located_heldout(document, version, files),
+    ]
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
+    _register_view(app, workspace)
+    _register_window(app, workspace)
+    _register_cursors(app)
+    _register_curves(app, workspace)
+    _register_tables(app, workspace)
+    _register_loop(app, workspace)
+
+
+def _register_view(app: Dash, workspace: Workspace) -> None:
+    """Which recording and signal; one callback, for the choices of both steps follow each other."""
+
     @app.callback(
-        Output("compare-body", "children"), Input("session", "data"), Input("open", "data")
+        Output("compare-view", "data"),
+        Output("compare-recording", "options"),
+        Output("compare-recording", "value"),
+        Output("compare-signal", "options"),
+        Output("compare-signal", "value"),
+        Output("where-recording", "options"),
+        Output("where-recording", "value"),
+        Output("where-signal", "options"),
+        Output("where-signal", "value"),
+        Output("compare-before-row", "hidden"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("compare-recording", "value"),
+        Input("compare-signal", "value"),
+        Input("where-recording", "value"),
+        Input("where-signal", "value"),
+        Input("compare-before", "value"),
+        State("compare-view", "data"),
     )
-    def show(stored: Any, opened: str) -> Any:
+    def choose(stored: Any, opened: str, *chosen: Any) -> Any:
+        *values, before, view_stored = chosen
+        found = compared_now(workspace.open(stored)) if stored else None
+        if found is None or opened not in ("compare", "where"):
+            return (no_update,) * 10
+        changed = dict(view_stored or {}) | {"before": bool(before)}
+        names = [f"{step}-{part}" for step in ("compare", "where") for part in SHOW]
+        if ctx.triggered_id in names:
+            value = values[names.index(ctx.triggered_id)]
+            changed |= {str(ctx.triggered_id).split("-")[1]: value} if value else {}
+        view = view_of(changed, found)
+        fitted = view_of(changed if is_fitted(view.recording) else None, found)
+        files = recordings(found)
+        return (
+            view.stored(),
+            recording_options(found),
+            view.recording,
+            signal_options(files[view.recording]),
+            view.signal,
+            recording_options(found, fitted_only=True),
+            fitted.recording,
+            signal_options(files[fitted.recording]),
+            fitted.signal,
+            before_of(workspace.open(stored).document) is None,
+        )
+
+
+def _register_window(app: Dash, workspace: Workspace) -> None:
+    """Which stretch of time is seen, in the curves of both steps and in the loop."""
+
+    @app.callback(
+        Output("compare-window", "data"),
+        Output("compare-from", "value"),
+        Output("compare-to", "value"),
+        Input("compare-overlay", "relayoutData"),
+        Input("where-overlay", "relayoutData"),
+        Input("compare-from", "value"),
+        Input("compare-to", "value"),
+        Input("compare-reset", "n_clicks"),
+        Input("compare-view", "data"),
+        State("compare-window", "data"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def zoom(
+        here: Any, there: Any, low: Any, high: Any, _reset: Any, view: Any, seen: Any, stored: Any
+    ) -> Any:
+        found = compared_now(workspace.open(stored)) if stored else None
+        if found is None:
+            return no_update, no_update, no_update
+        look = view_of(view, found)
+        time = recordings(found)[look.recording].measurement.time
+        asked = seen or {}
+        was = asked.get("window") if asked.get("recording") == look.recording else None
+        window = tuple(was) if was else None
+        if ctx.triggered_id == "compare-overlay":
+            window = zoomed(here, window)
+        elif ctx.triggered_id == "where-overlay":
+            window = zoomed(there, window)
+        elif ctx.triggered_id in ("compare-from", "compare-to"):
+            first, last = float(time[0]), float(time[-1])
+            window = (first if low in EMPTY else low, last if high in EMPTY else high)
+        elif ctx.triggered_id == "compare-reset":
+            window = None
+        window = within(window, time)
+        now = {"recording": look.recording, "window": window and list(window)}
+        ends = [round(one, 6) for one in window] if window else ["", ""]
+        return (now if now != seen else no_update), *ends
+
+
+def _register_cursors(app: Dash) -> None:
+    @app.callback(
+        Output("compare-cursors", "data"),
+        Output("compare-a", "value"),
+        Output("compare-b", "value"),
+        Input("compare-overlay", "clickData"),
+        Input("compare-a", "value"),
+        Input("compare-b", "value"),
+        Input("compare-clear", "n_clicks"),
+        Input("compare-view", "data"),
+        State("compare-cursors", "data"),
+        prevent_initial_call=True,
+    )
+    def place(clicked: Any, a: Any, b: Any, _clear: Any, view: Any, held: Any) -> Any:
+        recording = (view or {}).get("recording")
+        asked = held or {}
+        cursors: Mapping[str, float | None] = NO_CURSORS
+        if asked.get("recording") == recording:
+            cursors = dict(asked["order"])
+        if ctx.triggered_id == "compare-overlay" and clicked:
+            cursors = with_cursor(cursors, round(float(clicked["points"][0]["x"]), 6))
+        elif ctx.triggered_id in ("compare-a", "compare-b"):
+            typed = {name: None if one in EMPTY else one for name, one in (("A", a), ("B", b))}
+            cursors = {name: typed[name] for name in cursors}
+        elif ctx.triggered_id == "compare-clear":
+            cursors = NO_CURSORS
+        # as pairs: their order, which tells the older one, must survive the browser
+        now = {"recording": recording, "order": [list(one) for one in cursors.items()]}
+        fields = ["" if one is None else one for one in in_order(cursors)]
+        return (now if now != held else no_update), *fields
+
+
+def _register_curves(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("compare-overlay", "figure"),
+        Output("compare-body", "hidden"),
+        Output("compare-waiting", "children"),
+        Output("compare-zoom", "hidden"),
+        Output("compare-cursors-part", "hidden"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("theme", "data"),
+        Input("compare-view", "data"),
+        Input("compare-window", "data"),
+        Input("compare-cursors", "data"),
+    )
+    def draw(stored: Any, opened: str, look: str, view: Any, seen: Any, held: Any) -> Any:
         if not stored or opened != "compare":
-            return ""
+            return (no_update,) * 5
         session = workspace.open(stored)
-        found = session.shelf.find(_needs(session.document, session.files)[0])
-        return str(found)[:200]
+        found = compared_now(session)
+        if found is None:
+            return no_update, True, "Comparing the model with the recordings…", True, True
+        chosen = view_of(view, found)
+        runs = runs_of(session, chosen)
+        static = runs[0].file.measurement.static
+        figure = overlay(
+            runs,
+            chosen.signal,
+            theme=THEMES[look],
+            window=window_of(seen, chosen.recording),
+            cursors=in_order(cursors_of(held, chosen.recording)),
+        )
+        return responsive(figure, HEIGHT, seen), False, "", static, static
+
+
+def window_of(seen: Mapping[str, Any] | None, recording: str) -> tuple[float, float] | None:
+    """The stretch of time that is seen of a recording, s, None for all."""
+    if not seen or seen["recording"] != recording or not seen["window"]:
+        return None
+    low, high = seen["window"]
+    return low, high
+
+
+def cursors_of(held: Mapping[str, Any] | None, recording: str) -> Mapping[str, float | None]:
+    """The cursors in a recording, s."""
+    if not held or held["recording"] != recording:
+        return NO_CURSORS
+    return dict(held["order"])
+
+
+def responsive(figure: Any, height: int, seen: Any) -> Any:
+    """The figure as the page shows it: time is zoomed by the page alone, values follow."""
+    figure.update_layout(height=height, title=None, margin={"t": HEAD})
+    figure.update_xaxes(uirevision=str(seen))  # else the browser keeps the zoom it had
+    figure.update_yaxes(fixedrange=True)
+    return figure
+
+
+def _register_tables(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("compare-errors", "children"),
+        Output("compare-readings", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("compare-view", "data"),
+        Input("compare-cursors", "data"),
+    )
+    def tell(stored: Any, opened: str, view: Any, held: Any) -> Any:
+        if not stored or opened != "compare":
+            return no_update, no_update
+        session = workspace.open(stored)
+        found = compared_now(session)
+        if found is None:
+            return no_update, no_update
+        chosen = view_of(view, found)
+        runs = runs_of(session, chosen)
+        quantity = shown(chosen.signal, static=runs[0].file.measurement.static)
+        errors = table(error_heads(quantity), error_rows(runs, chosen.signal))
+        cursors = cursor_rows(runs, chosen.signal, cursors_of(held, chosen.recording))
+        if not cursors:
+            words = "Click in the curves to set A, then B; or type their times."
+            return errors, html.P(words, className="quiet")
+        return errors, table(["", "A", "B", "B − A"], cursors)
+
+
+def _register_loop(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("compare-loop", "figure"),
+        Output("compare-loop", "style"),
+        Output("compare-loop-waiting", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("theme", "data"),
+        Input("compare-view", "data"),
+        Input("compare-window", "data"),
+    )
+    def draw(stored: Any, opened: str, look: str, view: Any, seen: Any) -> Any:
+        if not stored or opened != "compare":
+            return no_update, no_update, no_update
+        session = workspace.open(stored)
+        found = compared_now(session)
+        if found is None:
+            return no_update, no_update, ""
+        chosen = view_of(view, found)
+        located = location_of(session, chosen)
+        if located is None:
+            words = "The loop of torque and deflection comes once the missing torque is found."
+            return blank(THEMES[look]), {"height": HEIGHT, "display": "none"}, words
+        figure = torque_loop(
+            session.document.version.loaded(),
+            recordings(found)[chosen.recording],
+            located,
+            theme=THEMES[look],
+            window=window_of(seen, chosen.recording),
+        )
+        figure.update_layout(
+            height=HEIGHT, title=None, margin={"t": 2 * HEAD}, legend={"font": {"size": 11}}
+        )
+        return figure, {"height": HEIGHT}, ""
 
 
 STEP = Step(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)

@@ -1,34 +1,284 @@
-"""Where."""
+"""Where the error lies: in words, bars, maps; a click marks the samples in the curves."""
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
-from dash import Dash, Input, Output, html
+import plotly.graph_objects as go
+from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.readings import bin_row, chosen_samples, chosen_words, strongest_bins
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import Step
-from elastic_tendon.app.workspace import Result, Workspace
+from elastic_tendon.app.step import Step, aria
+from elastic_tendon.app.steps.compare import GESTURES, choosers, responsive, window_of
+from elastic_tendon.app.tables import table
+from elastic_tendon.app.view import (
+    View,
+    compared_now,
+    is_fitted,
+    location_of,
+    recordings,
+    runs_of,
+    view_of,
+)
+from elastic_tendon.app.workspace import Result, Session, Workspace
+from elastic_tendon.identify.locate import FileLocation
+from elastic_tendon.report.comparison_tables import sample_shares, sentences
+from elastic_tendon.report.interactive.overlay import overlay
+from elastic_tendon.report.interactive.places import Mark, error_maps, shares
+from elastic_tendon.report.interactive.theme import THEMES, blank
+from elastic_tendon.report.interactive.torque import missing_torque
+from elastic_tendon.report.units import shown
+
+HEIGHT = 320  # of the curves, which stay in sight, pixels
+HINT = "Choose a bin of the table, click a bar or a cell of a map: its samples are marked here."
+
+
+# ---- layout --------------------------------------------------------------------------------
 
 
 def _layout() -> Sequence[Component]:
-    return [html.Div(id="where-body")]
+    return [
+        dcc.Store(id="where-mark"),
+        html.P(id="where-waiting", className="quiet"),
+        html.Div(
+            [
+                html.Div(choosers("where"), className="row"),
+                html.Ul(id="where-sentences"),
+                _curves(),
+                html.H3("Where the error is densest"),
+                html.Div(id="where-bins", className="where-bins"),
+                html.H3("Share of the error in every bin"),
+                dcc.Graph(id="where-shares", config=GESTURES),
+                html.Div(
+                    [html.H3("Maps"), dcc.Graph(id="where-maps", config=GESTURES)],
+                    id="where-maps-part",
+                ),
+                html.H3("Missing torque"),
+                dcc.Graph(id="where-torque", config=GESTURES),
+            ],
+            id="where-body",
+            hidden=True,
+        ),
+    ]
+
+
+def _curves() -> Component:
+    return html.Div(
+        [
+            dcc.Graph(id="where-overlay", config=GESTURES, style={"height": HEIGHT}),
+            html.Div(
+                [
+                    html.P(HINT, id="where-chosen", role="status", **aria(live="polite")),
+                    html.Button("Clear", id="where-clear", className="plain", hidden=True),
+                ],
+                className="row",
+            ),
+        ],
+        className="where-curves",
+    )
+
+
+# ---- what is looked at ---------------------------------------------------------------------
 
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    return [results.compared(document, document.version, files)]
+    version = document.version
+    return [
+        results.compared(document, version, files),
+        results.located(document, version, files),
+    ]
+
+
+def _seen(session: Session, view: Any) -> tuple[View, FileLocation] | None:
+    """The recording that is looked at, the first where that is held out; None while computing."""
+    found = compared_now(session)
+    if found is None:
+        return None
+    chosen = view_of(view, found)
+    if not is_fitted(chosen.recording):
+        chosen = view_of(None, found)
+    location = location_of(session, chosen)
+    return None if location is None else (chosen, location)
+
+
+# ---- callbacks -----------------------------------------------------------------------------
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
-    @app.callback(Output("where-body", "children"), Input("session", "data"), Input("open", "data"))
-    def show(stored: Any, opened: str) -> Any:
+    _register_words(app, workspace)
+    _register_mark(app, workspace)
+    _register_curves(app, workspace)
+    _register_figures(app, workspace)
+
+
+def _register_words(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("where-body", "hidden"),
+        Output("where-waiting", "children"),
+        Output("where-sentences", "children"),
+        Output("where-bins", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("compare-view", "data"),
+    )
+    def tell(stored: Any, opened: str, view: Any) -> Any:
         if not stored or opened != "where":
-            return ""
+            return (no_update,) * 4
         session = workspace.open(stored)
-        found = session.shelf.find(_needs(session.document, session.files)[0])
-        return str(found)[:200]
+        seen = _seen(session, view)
+        found = compared_now(session)
+        if seen is None or found is None:
+            return True, "Finding where the model fails…", [], []
+        chosen, location = seen
+        file = recordings(found)[chosen.recording]
+        told = [html.Li(one) for one in sentences(file, location)]
+        static = file.measurement.static
+        return False, "", told, _bin_table(location, chosen.signal, static=static)
+
+
+def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Component:
+    bins = location.bins[signal]
+    quantity = shown(signal, static=static)
+    held = sample_shares(bins)
+    rows = []
+    for one in strongest_bins(bins):
+        by, where, *figures = bin_row(one, quantity, held[one])
+        button: Any = ""
+        if one.by != "frequency":
+            number = bins.index(one)
+            words = {"label": f"Show the samples of {by} {where}"}
+            button = html.Button(
+                "Show", id={"where-bin": number}, className="plain", **aria(**words)
+            )
+        rows.append([f"{by} {where}", *figures, button])
+    if not rows:
+        return html.P("No bin holds more error than the noise explains.", className="quiet")
+    unit = quantity.small_unit
+    heads = ["where", f"RMS ({unit})", f"bias ({unit})", "share of error (%)"]
+    return table([*heads, "share of samples (%)", ""], rows)
+
+
+def _register_mark(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("where-mark", "data"),
+        Input("where-shares", "clickData"),
+        Input("where-maps", "clickData"),
+        Input({"where-bin": ALL}, "n_clicks"),
+        Input("where-clear", "n_clicks"),
+        Input("compare-view", "data"),
+        State("session", "data"),
+        State("where-mark", "data"),
+        prevent_initial_call=True,
+    )
+    def mark(
+        bar: Any, cell: Any, rows: list[Any], _clear: Any, view: Any, stored: Any, held: Any
+    ) -> Any:
+        seen = _seen(workspace.open(stored), view) if stored else None
+        if seen is None:
+            return no_update
+        chosen, location = seen
+        found = None
+        if ctx.triggered_id == "where-shares":
+            found = _clicked(bar)
+        elif ctx.triggered_id == "where-maps":
+            found = json.loads(_clicked(cell) or "null")
+        elif ctx.triggered_id == "compare-view":
+            if held and held["recording"] == chosen.recording:
+                return no_update  # another signal of the same samples
+        elif isinstance(ctx.triggered_id, dict):
+            if not any(rows):
+                return no_update  # the table came, nobody clicked
+            one = location.bins[chosen.signal][ctx.triggered_id["where-bin"]]
+            found = [one.by, one.bin]
+        return {"recording": chosen.recording, "mark": found}
+
+
+def _clicked(happened: Any) -> Any:
+    """Custom data of what was clicked, None where it has none."""
+    return happened["points"][0].get("customdata") if happened else None
+
+
+def _register_curves(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("where-overlay", "figure"),
+        Output("where-chosen", "children"),
+        Output("where-clear", "hidden"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("theme", "data"),
+        Input("compare-view", "data"),
+        Input("compare-window", "data"),
+        Input("where-mark", "data"),
+    )
+    def draw(stored: Any, opened: str, look: str, view: Any, window: Any, held: Any) -> Any:
+        if not stored or opened != "where":
+            return no_update, no_update, no_update
+        session = workspace.open(stored)
+        seen = _seen(session, view)
+        if seen is None:
+            return no_update, no_update, no_update
+        chosen, location = seen
+        run = runs_of(session, chosen)[-1]
+        mark: Mark = held["mark"] if held and held["recording"] == chosen.recording else ()
+        samples = chosen_samples(location, mark)
+        figure = overlay(
+            [run],
+            chosen.signal,
+            theme=THEMES[look],
+            window=window_of(window, chosen.recording),
+            highlighted=samples,
+        )
+        figure.update_yaxes(title_font_size=11)
+        words = HINT
+        if samples is not None:
+            words = chosen_words(run, chosen.signal, location, mark, samples)
+        return responsive(figure, HEIGHT, window), words, samples is None
+
+
+def _register_figures(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("where-shares", "figure"),
+        Output("where-maps", "figure"),
+        Output("where-torque", "figure"),
+        Output("where-shares", "style"),
+        Output("where-maps", "style"),
+        Output("where-torque", "style"),
+        Output("where-maps-part", "hidden"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("theme", "data"),
+        Input("compare-view", "data"),
+    )
+    def draw(stored: Any, opened: str, look: str, view: Any) -> Any:
+        if not stored or opened != "where":
+            return (no_update,) * 7
+        session = workspace.open(stored)
+        seen, found = _seen(session, view), compared_now(session)
+        if seen is None or found is None:
+            return (no_update,) * 7
+        chosen, location = seen
+        file, theme = recordings(found)[chosen.recording], THEMES[look]
+        static = file.measurement.static
+        maps = blank(theme) if static else clickable(error_maps(file, location, theme=theme))
+        bars = shares(file, location, chosen.signal, theme=theme)
+        torque = missing_torque(file, location, theme=theme)
+        figures = [one.update_layout(title=None) for one in (bars, maps, torque)]
+        heights = [{"height": one.layout.height} for one in figures]
+        return *figures, *heights, static
+
+
+def clickable(maps: go.Figure) -> go.Figure:
+    """The figure with marks that a click brings back; Dash drops those of cells but for text."""
+    for trace in maps.data:
+        trace.customdata = [
+            [None if one is None else json.dumps(list(one)) for one in row]
+            for row in trace.customdata
+        ]
+    return maps
 
 
 STEP = Step(id="where", title="Where", layout=_layout, register=_register, needs=_needs)

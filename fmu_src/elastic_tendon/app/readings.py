@@ -1,0 +1,245 @@
+"""What Compare and Where say in numbers: errors, values at cursors, chosen samples."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastic_tendon.identify.bins import Bin
+from elastic_tendon.identify.compare import ErrorFigures, FileComparison
+from elastic_tendon.identify.locate import FileLocation
+from elastic_tendon.identify.partition import range_text
+from elastic_tendon.identify.residuals import rms
+from elastic_tendon.report.comparison_tables import STATES, sample_shares, strongest
+from elastic_tendon.report.interactive.overlay import Reading, Run, values_at
+from elastic_tendon.report.interactive.places import Mark, samples_of
+from elastic_tendon.report.units import Shown, noise_ratio, number, shown, with_unit
+
+Window = tuple[float, float]
+Cursors = Mapping[str, float | None]  # "A" and "B", s
+NO_CURSORS: Cursors = {"A": None, "B": None}
+FORMULAS = (
+    "Error: simulated less measured. RMS: root of the mean of the squared error. Bias: mean of the "
+    "error. Fit: 100 % less the RMS error in percent of the standard deviation of what was "
+    "measured; 100 % is perfect, and a model that stays at the mean has 0 %. Times the noise: RMS "
+    "error over the standard deviation of the noise of this signal; 1 is as good as can be seen."
+)
+
+
+# ---- errors --------------------------------------------------------------------------------
+
+
+def error_heads(quantity: Shown) -> list[str]:
+    """Heads of the table of `error_rows`."""
+    unit = quantity.small_unit
+    return [
+        "",
+        "samples",
+        f"RMS ({unit})",
+        f"largest ({unit})",
+        f"bias ({unit})",
+        "fit (%)",
+        "times the noise",
+    ]
+
+
+def error_rows(runs: Sequence[Run], signal: str) -> Iterator[list[str]]:
+    """Error of every run over all samples; of the last also by slack state.
+
+    Parameters
+    ----------
+    runs : models beside the same recording, at least one
+    signal : of the recording
+    """
+    quantity = _quantity(runs[-1].file, signal)
+    for run in runs:
+        yield [run.label, *_figures(run.file.signals[signal], quantity)]
+    for state, part in runs[-1].file.signals[signal].slack_states.items():
+        yield [STATES.get(state, state), *_figures(part, quantity)]
+
+
+def _figures(error: ErrorFigures, quantity: Shown) -> list[str]:
+    sizes = (quantity.small * one for one in (error.rmse, error.max_abs, error.bias))
+    fit = "–" if error.fit_percent is None else f"{error.fit_percent:.1f}"
+    return [str(error.count), *map(number, sizes), fit, noise_ratio(error.noise_ratio)]
+
+
+def _quantity(file: FileComparison, signal: str) -> Shown:
+    return shown(signal, static=file.measurement.static)
+
+
+# ---- cursors -------------------------------------------------------------------------------
+
+
+def cursor_rows(runs: Sequence[Run], signal: str, cursors: Cursors) -> list[list[str]]:
+    """Values at the cursors and what lies between them; columns A, B, B - A.
+
+    Parameters
+    ----------
+    runs : models beside the same recording, at least one
+    signal : of the recording
+    cursors : s, None where one is not set
+    """
+    quantity = _quantity(runs[0].file, signal)
+    read = [None if time is None else values_at(runs, signal, time) for time in in_order(cursors)]
+    if read == [None, None]:
+        return []
+    names = ["measured", *(run.label for run in runs)]
+
+    def row(name: str, take: Callable[[Reading], float], digits: str = "#.5g") -> list[str]:
+        first, second = (None if one is None else take(one) for one in read)
+        both = None if first is None or second is None else second - first
+        cells = ("–" if one is None else format(one, digits) for one in (first, second, both))
+        return [name, *cells]
+
+    rows = [row("time (s)", lambda one: one.time, ".4f")]
+    for index, name in enumerate(names):
+        rows.append(row(f"{name} ({quantity.unit})", partial(_value, index)))
+    for index, name in enumerate(names[1:], start=1):
+        rows.append(row(f"error, {name} ({quantity.small_unit})", partial(_error, index, quantity)))
+    return rows
+
+
+def _value(index: int, one: Reading) -> float:
+    return one.values[index][1]
+
+
+def _error(index: int, quantity: Shown, one: Reading) -> float:
+    return quantity.small * (_value(index, one) - _value(0, one))
+
+
+def in_order(cursors: Cursors) -> tuple[float | None, float | None]:
+    """Times of the cursors A and B, s, None where one is not set."""
+    return cursors.get("A"), cursors.get("B")
+
+
+def _row(name: str, values: Sequence[float | None], digits: str = "#.5g") -> list[str]:
+    first, second = values
+    both = None if first is None or second is None else second - first
+    return [name, *("–" if one is None else format(one, digits) for one in (first, second, both))]
+
+
+def with_cursor(cursors: Cursors, time: float) -> dict[str, float | None]:
+    """The cursors after a click: the free one goes there; where both are set, the older one.
+
+    They are kept in the order in which they were set.
+
+    Parameters
+    ----------
+    cursors : s
+    time : float, s, of the click
+    """
+    free = [name for name, value in cursors.items() if value is None]
+    moved = min(free) if free else next(iter(cursors))
+    return {name: value for name, value in cursors.items() if name != moved} | {moved: time}
+
+
+# ---- zoom ----------------------------------------------------------------------------------
+
+
+def zoomed(happened: Mapping[str, Any] | None, window: Window | None) -> Window | None:
+    """The stretch of time that is seen after a gesture in a figure, None for all of it.
+
+    Parameters
+    ----------
+    happened : what plotly tells of the gesture
+    window : s, that was seen before; stays, where the gesture was another one
+    """
+    told = happened or {}
+    if told.get("xaxis.autorange"):
+        return None
+    if "xaxis.range[0]" in told and "xaxis.range[1]" in told:
+        return float(told["xaxis.range[0]"]), float(told["xaxis.range[1]"])
+    return window
+
+
+def within(window: Window | None, time: NDArray[np.float64]) -> Window | None:
+    """A stretch as far as there was a recording; None where that is all of it, or nothing."""
+    if window is None:
+        return None
+    low, high = max(window[0], float(time[0])), min(window[1], float(time[-1]))
+    if low >= high or (low <= time[0] and high >= time[-1]):
+        return None
+    return low, high
+
+
+# ---- chosen samples ------------------------------------------------------------------------
+
+
+def chosen_samples(found: FileLocation, mark: Mark | None) -> NDArray[np.bool_] | None:
+    """Samples of a bin or cell; None where nothing is chosen, or what is no longer there."""
+    if not mark:
+        return None
+    try:
+        return samples_of(found, mark)
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def chosen_words(
+    run: Run, signal: str, found: FileLocation, mark: Mark, chosen: NDArray[np.bool_]
+) -> str:
+    """How many samples a bin or cell holds, and how large the error is there.
+
+    Parameters
+    ----------
+    run : the model beside the recording
+    signal : of the recording
+    found : FileLocation of it
+    mark : of `places`
+    chosen : (n,) samples of the mark
+    """
+    where = place_words(found, mark, chosen)
+    count = int(np.count_nonzero(chosen))
+    if count == 0:
+        return f"{where}: no samples of its own that could be shown."
+    quantity = _quantity(run.file, signal)
+    error = run.error(signal)
+    there, overall = rms(error[chosen]), rms(error)
+    share = count * there**2 / (len(error) * overall**2) if overall else 0.0
+    return (
+        f"{where}: {count} of {len(error)} samples ({number(100.0 * count / len(error))} %), "
+        f"RMS error of the {quantity.words} {quantity.error(there)} "
+        f"(over all samples {quantity.error(overall)}), "
+        f"{number(100.0 * share)} % of the squared error."
+    )
+
+
+def place_words(found: FileLocation, mark: Mark, chosen: NDArray[np.bool_]) -> str:
+    """Which bin or cell it is."""
+    if len(mark) == len(("variable", "bin")):
+        by, words = map(str, mark)
+        return _sentence_case(f"{by.replace('_', ' ')} {words}")
+    parts = []
+    for variable in map(str, mark[:2]):
+        values = found.variables[variable][chosen]
+        ends = f" {range_text(values.min(), values.max())}" if len(values) else ""
+        name, unit = with_unit(variable).rstrip(")").split(" (")
+        parts.append(f"{name}{ends} {unit}")
+    return _sentence_case(" and ".join(parts))
+
+
+def _sentence_case(words: str) -> str:
+    return words[0].upper() + words[1:]  # units and slack states keep their letters
+
+
+def strongest_bins(bins: Sequence[Bin]) -> list[Bin]:
+    """Bins that stand out and say most of where the error lies; the densest first."""
+    shares = sample_shares(bins)
+    found = strongest([one for one in bins if one.stands_out], shares)
+    return sorted(found, key=lambda one: shares[one] - one.share)
+
+
+def bin_row(one: Bin, quantity: Shown, sample_share: float) -> list[str]:
+    """A bin in words and numbers: what, where, RMS, bias, share of error, of samples."""
+    in_time = one.by != "frequency"  # a band has neither samples nor a bias
+    return [
+        one.by.replace("_", " "),
+        one.bin,
+        number(quantity.small * one.rmse),
+        number(quantity.small * one.bias) if in_time else "–",
+        f"{100.0 * one.share:.0f}",
+        f"{100.0 * sample_share:.0f}" if in_time else "–",
+    ]

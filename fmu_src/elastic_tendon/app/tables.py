@@ -1,0 +1,28 @@
+"""Tables of the page, as readers of the screen know them too."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from dash import html
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> html.Div:
+    """A table whose first column says what each row is; the others hold figures.
+
+    Parameters
+    ----------
+    heads : of the columns
+    rows : cells, text or components
+    caption : above the table; "" for none
+    """
+    first, *others = heads
+    head = [html.Th(first, scope="col")]
+    head += [html.Th(one, scope="col", className="figure") for one in others]
+    body = [
+        html.Tr([html.Th(name, scope="row"), *(html.Td(one, className="figure") for one in cells)])
+        for name, *cells in rows
+    ]
+    above = [html.Caption(caption)] if caption else []
+    return html.Div(
+        html.Table([*above, html.Thead(html.Tr(head)), html.Tbody(body)]), className="table"
+    )

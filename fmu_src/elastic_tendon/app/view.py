@@ -1,0 +1,147 @@
+"""What Compare and Where look at: one recording and one signal, alone or beside the start."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from elastic_tendon.app import results
+from elastic_tendon.app.document import Document, Version
+from elastic_tendon.app.results import Compared, Files
+from elastic_tendon.app.workspace import Report, Result, Session, Shelf
+from elastic_tendon.identify.compare import Comparison, FileComparison
+from elastic_tendon.identify.locate import FileLocation, Location, locate
+from elastic_tendon.report.interactive.overlay import Run
+from elastic_tendon.report.units import shown
+
+FITTED, HELDOUT = "fitted", "held out"
+SIGNAL = "joint_position"  # that is looked at first
+
+
+@dataclass(frozen=True)
+class View:
+    """A recording, by its key of `recordings`, and a signal; `before`: beside the model as given
+    too.
+    """
+
+    recording: str
+    signal: str
+    before: bool = True
+
+    def stored(self) -> dict[str, Any]:
+        """As the page keeps it."""
+        return asdict(self)
+
+
+def recordings(found: Compared) -> dict[str, FileComparison]:
+    """All recordings beside a model; keys say whether they are fitted, and number them."""
+    kinds = {FITTED: found.fitted, HELDOUT: found.heldout}
+    return {
+        f"{kind} {index}": file
+        for kind, comparison in kinds.items()
+        for index, file in enumerate(comparison.files if comparison else ())
+    }
+
+
+def is_fitted(recording: str) -> bool:
+    """Whether a key of `recordings` is of one that is fitted."""
+    return recording.startswith(FITTED)
+
+
+def view_of(stored: Mapping[str, Any] | None, found: Compared) -> View:
+    """What the page looks at; where it says nothing, or what is no longer there, the first.
+
+    Parameters
+    ----------
+    stored : as `View.stored`
+    found : Compared
+    """
+    chosen = stored or {}
+    files = recordings(found)
+    recording = _one_of(files, chosen.get("recording"))
+    signal = _one_of(files[recording].signals, chosen.get("signal"), SIGNAL)
+    return View(recording, signal, bool(chosen.get("before", True)))
+
+
+def _one_of(names: Iterable[str], *wanted: str | None) -> str:
+    """The first that is wanted and among the names, else the first of these."""
+    held = list(names)
+    return next((one for one in wanted if one is not None and one in held), held[0])
+
+
+def recording_options(found: Compared, *, fitted_only: bool = False) -> list[dict[str, str]]:
+    """Choices of recordings; where some are held out, each says what it is."""
+    tell = found.heldout is not None and not fitted_only
+    return [
+        {
+            "value": key,
+            "label": file.measurement.name + (f" ({key.rsplit(' ', 1)[0]})" if tell else ""),
+        }
+        for key, file in recordings(found).items()
+        if is_fitted(key) or not fitted_only
+    ]
+
+
+def signal_options(file: FileComparison) -> list[dict[str, str]]:
+    """Choices of signals, with units."""
+    found = {one: shown(one, static=file.measurement.static) for one in file.signals}
+    return [
+        {"value": one, "label": f"{quantity.words} ({quantity.unit})"}
+        for one, quantity in found.items()
+    ]
+
+
+# ---- what is on the shelf ------------------------------------------------------------------
+
+
+def before_of(document: Document) -> Version | None:
+    """The model as given from which the current version was made; None where it is that."""
+    root = document.path()[0]
+    return None if root.id == document.current else root
+
+
+def compared_now(session: Session) -> Compared | None:
+    """The current version beside the data, None where it was not compared yet."""
+    document = session.document
+    found = session.shelf.find(results.compared(document, document.version, session.files))
+    return found if isinstance(found, Compared) else None
+
+
+def runs_of(session: Session, view: View) -> tuple[Run, ...]:
+    """The models beside the recording that is looked at, the current version last.
+
+    Empty where this one was not compared yet; the model as given is left out until it was.
+    """
+    found = compared_now(session)
+    if found is None:
+        return ()
+    document = session.document
+    runs: tuple[Run, ...] = (Run(document.version.title, recordings(found)[view.recording]),)
+    root = before_of(document)
+    if view.before and root is not None:
+        start = session.shelf.find(results.compared(document, root, session.files))
+        if isinstance(start, Compared):
+            title = root.title if root.title != document.version.title else f"{root.title}, before"
+            runs = (Run(title, recordings(start)[view.recording]), *runs)
+    return runs
+
+
+def located_heldout(document: Document, version: Version, files: Files) -> Result[Location]:
+    """Where a version fails, in the recordings that are held out; none where there are none."""
+
+    def compute(shelf: Shelf, report: Report) -> Location:
+        found = shelf.obtain(results.compared(document, version, files), report)
+        return locate(found.heldout or Comparison(version.loaded(), ()), report)
+
+    of_fitted = results.located(document, version, files)
+    words = f"{of_fitted.words} in the recordings held out"
+    return Result(("located held out", *of_fitted.key[1:]), words, compute)
+
+
+def location_of(session: Session, view: View) -> FileLocation | None:
+    """Where the current version fails in the recording that is looked at, once that was found."""
+    document = session.document
+    make = results.located if is_fitted(view.recording) else located_heldout
+    found = session.shelf.find(make(document, document.version, session.files))
+    if not isinstance(found, Location):
+        return None
+    return found.files[int(view.recording.rsplit(" ", 1)[1])]
