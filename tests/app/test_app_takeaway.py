@@ -1,0 +1,191 @@
+"""What the step Take away builds: files that are what they say, under names that are safe."""
+
+import json
+import tomllib
+import zipfile
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import loadmat
+
+pytest.importorskip("dash")
+
+from elastic_tendon import demo
+from elastic_tendon.app import takeaway
+from elastic_tendon.app.document import Document, Source, Version, new_document
+from elastic_tendon.app.steps.take_away import OFFERS, offered, size_in_words
+from elastic_tendon.app.takeaway import Built, Depot, FmuChoice
+from elastic_tendon.app.workspace import Failure, Shelf, Workspace
+from elastic_tendon.errors import BuildError, ElasticTendonError
+from elastic_tendon.measurement.reader import read_measurements
+from elastic_tendon.parameters import load_model
+
+FILES = {"fit": demo.DATA / "demo_fit.csv", "validate": demo.DATA / "demo_validate.csv"}
+RUDE = "<b>\n\x07 ../x"
+MODEL = load_model(demo.DATA / "demo_model.toml")
+HEAVIER = MODEL.with_values({"link.inertia": 0.04})
+
+
+def quiet(_words: str, _share: float) -> None:
+    pass
+
+
+def document(name: str = "demo_fit.csv") -> Document:
+    sources = [
+        Source(key="fit", name=name),
+        Source(key="validate", name="demo_validate.csv", role="validate"),
+    ]
+    return new_document(MODEL, sources).adding(
+        Version(id="", parent="1", title="made heavier", model=HEAVIER.to_toml())
+    )
+
+
+@pytest.fixture
+def depot() -> Iterator[Depot]:
+    workspace = Workspace(document(), FILES)
+    yield Depot(workspace)
+    workspace.close()
+
+
+def members(built: Built) -> dict[str, bytes]:
+    with zipfile.ZipFile(built.path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_a_model_says_how_it_came_about(depot: Depot) -> None:
+    built = takeaway.model_file(document(RUDE), depot).compute(Shelf(), quiet)
+    text = built.path.read_text()
+    assert "# steps: as given → made heavier\n" in text
+    assert "# fitted: <b>\N{REPLACEMENT CHARACTER}\N{REPLACEMENT CHARACTER} ../x\n" in text
+    assert "# held out: demo_validate.csv\n" in text
+    assert tomllib.loads(text)["link"]["inertia"] == 0.04
+    assert load_model(built.path) == HEAVIER
+
+
+def test_linear_models_are_those_before_and_after(depot: Depot) -> None:
+    found = members(takeaway.linear(document(), depot).compute(Shelf(), quiet))
+    assert set(found) == {"before.json", "before.mat", "after.json", "after.mat"}
+    poles = [
+        [one["analysis"]["poles"] for one in json.loads(found[f"{label}.json"])["models"]]
+        for label in ("before", "after")
+    ]
+    assert len(poles[0]) == 3
+    assert poles[0] != poles[1]
+    assert set(loadmat(BytesIO(found["after.mat"]))) >= {"state_I", "state_II", "state_III"}
+
+
+def test_a_recording_is_handed_out_beside_its_simulations(depot: Depot, tmp_path: Path) -> None:
+    found = members(takeaway.data(document(), FILES, depot).compute(Shelf(), quiet))
+    (name,) = (one for one in found if one.startswith("recordings/") and "demo_fit" in one)
+    table = pd.read_csv(BytesIO(found[name]))
+    error = table["simulated_joint_position_rad"] - table["measured_joint_position_rad"]
+    np.testing.assert_allclose(table["error_joint_position_rad"], error, atol=1e-12)
+    given = table["as_given_error_joint_position_rad"]
+    assert np.std(given - error) > 1e-3
+    # what was measured can be read again, and is what it was
+    (tmp_path / "again.csv").write_bytes(found[name])
+    (again,) = read_measurements(str(tmp_path / "again.csv"))
+    (once,) = read_measurements(str(FILES["fit"]))
+    np.testing.assert_array_equal(again.signals["joint_position"], once.signals["joint_position"])
+    np.testing.assert_array_equal(again.load_torque, once.load_torque)
+
+
+def test_every_figure_comes_with_units(depot: Depot) -> None:
+    found = members(takeaway.data(document("../<b>.csv"), FILES, depot).compute(Shelf(), quiet))
+    figures = {
+        name: pd.read_csv(BytesIO(text)) for name, text in found.items() if "figures/" in name
+    }
+    words = ("joint_position", "torque_loop", "missing_torque", "error_maps", "shares", "ladder")
+    assert all(any(word in name for name in figures) for word in words)
+    assert all(".." not in name and "<" not in name for name in found)
+    assert all(any("(" in column for column in table.columns) for table in figures.values())
+
+
+def test_the_numbers_are_those_of_the_comparison(depot: Depot) -> None:
+    built = takeaway.numbers(document(), FILES, depot).compute(Shelf(), quiet)
+    content = json.loads(built.path.read_text())
+    assert content["schema"] == "elastic-tendon/comparison/1"
+    assert [one["name"] for one in content["files"]] == ["demo_fit.csv"]
+    assert str(depot.find(built.key).path.parent) not in built.path.read_text()
+
+
+def test_an_fmu_needs_a_platform(depot: Depot) -> None:
+    with pytest.raises(BuildError, match="choose at least one"):
+        takeaway.fmu(document(), FmuChoice(), depot).compute(Shelf(), quiet)
+
+
+def test_without_data_there_is_still_a_model(depot: Depot) -> None:
+    bare, shelf = new_document(MODEL), Shelf()
+    assert takeaway.model_file(bare, depot).compute(shelf, quiet).size > 100
+    for make in (takeaway.data, takeaway.numbers, takeaway.report_page):
+        result = make(bare, {}, depot)
+        with pytest.raises(ElasticTendonError, match="no recording is fitted"):
+            shelf.obtain(result, quiet)
+        assert isinstance(shelf.find(result), Failure)
+
+
+def test_other_choices_are_other_files(depot: Depot) -> None:
+    one = document()
+    keys = [
+        found.key
+        for each in (
+            one,
+            one.at("1"),
+            one.renamed("2", "otherwise"),
+            one.with_source("fit", role="off"),
+        )
+        for choice in (FmuChoice(), FmuChoice(3))
+        for found in offered(each, FILES, choice, depot).values()
+    ]
+    assert len(OFFERS) == len(offered(one, FILES, FmuChoice(), depot))
+    # all but the FMU are the same for both choices
+    assert len(set(keys)) == 4 * (len(OFFERS) + 1)
+
+
+def test_files_go_when_nobody_keeps_them(depot: Depot) -> None:
+    built = depot.build("x.toml", lambda path: path.write_text("kept"))
+    key, path = built.key, built.path
+    assert depot.find(key) is built
+    assert path.read_text() == "kept"
+    del built
+    assert depot.find(key) is None
+    assert not path.exists()
+
+
+def test_what_was_stopped_leaves_no_file(depot: Depot) -> None:
+    seen: list[Path] = []
+
+    def write(path: Path) -> None:
+        path.write_text("half")
+        seen.append(path)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        depot.build("x.csv", write)
+    assert not seen[0].exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "safe"),
+    [("run.csv[0:5]", "run_csv_0_5"), ("../../etc", "etc"), ("<b>", "b"), ("…", "unnamed")],
+)
+def test_names_in_archives_are_letters(text: str, safe: str) -> None:
+    assert takeaway.safe_name(text) == safe
+
+
+@pytest.mark.parametrize(
+    ("size", "words"),
+    [
+        (490, "490 bytes"),
+        (3396, "3.4 kB"),
+        (99_960, "100 kB"),
+        (999_900, "1.0 MB"),
+        (5e12, "5000 GB"),
+    ],
+)
+def test_sizes_are_told_for_people(size: int, words: str) -> None:
+    assert size_in_words(size) == words

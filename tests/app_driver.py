@@ -1,0 +1,137 @@
+"""Drives the real app in a real browser, by what a user sees: roles, names and words."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from playwright.sync_api import Browser, Locator, Page, sync_playwright
+
+CHROMIUM = shutil.which("chromium")
+PATIENCE = 180_000  # ms that a condition is waited for; machines of CI are slow and busy
+SIZE = {"width": 1280, "height": 800}
+
+
+@contextmanager
+def served(*words: str | Path, folder: Path | None = None) -> Iterator[str]:
+    """The app as a process of its own; its URL.
+
+    Parameters
+    ----------
+    words : after ``elastic-tendon app --no-browser``
+    folder : in which it is started
+    """
+    command = [sys.executable, "-m", "elastic_tendon.cli", "app", "--no-browser", *map(str, words)]
+    # nobody reads what it says later, so it must not be a pipe that fills
+    process = subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, text=True, env=os.environ | {"COLUMNS": "200"}
+    )
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        found = re.search(r"http\S+", line)
+        assert found is not None, f"the app did not start: {line}{process.stdout.read()}"
+        yield found.group()
+    finally:
+        process.terminate()
+        process.communicate()
+
+
+@contextmanager
+def browser() -> Iterator[Browser]:
+    """A headless Chromium."""
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+class Walk:
+    """One tab of the browser that looks at the app.
+
+    `faults` : what went wrong beneath what the user sees: errors in the browser's console, requests
+    to other hosts, answers that say something failed.
+    """
+
+    def __init__(self, browser: Browser, url: str, theme: str = "light") -> None:
+        context = browser.new_context(
+            viewport=SIZE, accept_downloads=True, color_scheme=theme, reduced_motion="reduce"
+        )
+        context.set_default_timeout(PATIENCE)
+        self.url = url
+        self.page: Page = context.new_page()
+        self.faults: list[str] = []
+        host = urlsplit(url).netloc
+        self.page.on("console", lambda said: said.type == "error" and self._note(said.text))
+        self.page.on("pageerror", lambda error: self._note(str(error)))
+        self.page.on(
+            "request",
+            lambda one: (
+                one.url.startswith("http")
+                and urlsplit(one.url).netloc != host
+                and self._note(f"asked for {one.url}")
+            ),
+        )
+        self.page.on(
+            "response",
+            lambda one: one.status >= 400 and self._note(f"{one.status} of {one.url}"),
+        )
+        self.page.goto(url)
+        self.page.locator("section.step:visible h2").wait_for()
+
+    def close(self) -> None:
+        """Close the tab."""
+        self.page.context.close()
+
+    def _note(self, fault: str) -> None:
+        self.faults.append(fault)
+
+    def step(self, title: str) -> Locator:
+        """Open a step, and wait until it is shown."""
+        links = self.page.get_by_role("navigation", name="Steps")
+        links.get_by_role("button", name=title).click()
+        self.heading(title).wait_for()
+        return self.page.locator("section.step:visible")
+
+    def heading(self, title: str) -> Locator:
+        """Heading of a step, visible while it is open."""
+        return self.page.get_by_role("heading", level=2, name=title, exact=True)
+
+    def settle(self) -> None:
+        """Wait until no work is under way and no answer of the server is waited for."""
+        self.page.locator("#work").wait_for(state="hidden")
+        self.page.wait_for_load_state("networkidle")
+
+    def build(self, button: str) -> Locator:
+        """Build a file in the step Take away; the link to it."""
+        card = self.card(button)
+        self.button(button).click()
+        link = card.get_by_role("link", name="Download")
+        link.wait_for()
+        return link
+
+    def card(self, button: str) -> Locator:
+        """The card of a file in the step Take away, by what its button says."""
+        return self.page.locator(".card").filter(has=self.page.get_by_text(button, exact=True))
+
+    def button(self, name: str) -> Locator:
+        """A button of the open step."""
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def save(self, link: Locator, folder: Path) -> Path:
+        """Follow a link to a file, and keep it under the name that it is given."""
+        with self.page.expect_download() as coming:
+            link.click()
+        path = folder / coming.value.suggested_filename
+        coming.value.save_as(path)
+        return path
+
+    def kept(self) -> str:
+        """The document as the browser keeps it."""
+        script = "Object.values(sessionStorage).find(one => one.includes('document'))"
+        return str(self.page.evaluate(script))
