@@ -306,14 +306,13 @@ def candidates_table(one: Round, *, every: bool = False) -> Table | None:
     table.add_column("numbers, and why", overflow="fold", ratio=4)
     chosen = one.candidates if every else one.candidates[:CANDIDATES]
     for candidate in chosen:
-        heldout = candidate.heldout_gain
         table.add_row(
             escape(called(candidate.id)),
             percent(candidate.probability),
             number(candidate.score),
-            "-" if candidate.gain is None else percent(candidate.gain),
-            "-" if heldout is None else percent(heldout),
-            escape("\n".join([*_numbers(candidate), candidate.verdict])),
+            gain(candidate.gain),
+            gain(candidate.heldout_gain),
+            escape("\n".join([*candidate_numbers(candidate), candidate.verdict])),
         )
     table.add_row(NONE, percent(none_of_them(one)), "-", "-", "-", "")
     captions = [
@@ -331,7 +330,12 @@ def none_of_them(one: Round) -> float:
     return max(0.0, 1.0 - sum(candidate.probability for candidate in one.candidates))
 
 
-def _numbers(candidate: Candidate) -> Iterator[str]:
+def gain(share: float | None) -> str:
+    """By how much an error falls, "-" where that was not judged."""
+    return "-" if share is None else percent(share)
+
+
+def candidate_numbers(candidate: Candidate) -> Iterator[str]:
     """Fitted numbers with interval; those that the score alone expects, where none was fitted."""
     fitted = {estimate.path: estimate for estimate in candidate.fitted}
     units = _units([*fitted, *candidate.expected])

@@ -45,6 +45,21 @@ def effects_table(effects: Iterable[Effect], elsewhere: Mapping[str, str]) -> Ta
 
 def effect_page(effect: Effect, example: Model) -> Group:
     """One effect in full; typical values are those on the model `example`."""
+    parts: list[Text | Padding] = [Text(f"{effect.title} ({effect.id})", style="bold underline")]
+    for heading, paragraphs in effect_sections(effect, example):
+        parts.append(Text(f"\n{heading}", style="bold"))
+        parts += [Padding(Text(text), (0, 0, 0, 2), expand=False) for text in paragraphs]
+    return Group(*parts)
+
+
+def effect_sections(effect: Effect, example: Model) -> list[tuple[str, list[str]]]:
+    """Headings of an effect's page, each with its paragraphs; what says nothing is left out.
+
+    Parameters
+    ----------
+    effect : Effect
+    example : Model, on which typical values are told
+    """
     sections = (
         ("What it is", [effect.physics]),
         ("Acts on", [ACTS_ON[effect.slot]]),
@@ -62,14 +77,8 @@ def effect_page(effect: Effect, example: Model) -> Group:
         ("Not together with", _rivals(effect)),
         ("Reference", [effect.reference]),
     )
-    parts: list[Text | Padding] = [Text(f"{effect.title} ({effect.id})", style="bold underline")]
-    for heading, paragraphs in sections:
-        if any(paragraphs):
-            parts.append(Text(f"\n{heading}", style="bold"))
-            parts += [
-                Padding(Text(text), (0, 0, 0, 2), expand=False) for text in paragraphs if text
-            ]
-    return Group(*parts)
+    filled = ((heading, [text for text in texts if text]) for heading, texts in sections)
+    return [(heading, texts) for heading, texts in filled if texts]
 
 
 def _parameter(effect: Effect, parameter: Parameter, example: Model) -> str:

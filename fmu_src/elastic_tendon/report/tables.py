@@ -10,7 +10,7 @@ from elastic_tendon import effects
 from elastic_tendon.design import DesignTable
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.identify.add import Addition
-from elastic_tendon.identify.determinability import Findings
+from elastic_tendon.identify.determinability import Estimate, Findings
 from elastic_tendon.identify.ladder import Rung
 from elastic_tendon.report.units import noise_ratio, number, shown, times_noise
 
@@ -71,18 +71,27 @@ def estimates_table(findings: Findings) -> Table:
     table.add_column("fitted", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for one in findings.estimates:
-        fitted = with_interval(one.fitted, one.interval)
-        if not one.determined:
-            fitted = f"{one.fitted:.4g} (open)"
-        table.add_row(
-            one.path.removeprefix("transmission.").removeprefix("effects."),
-            f"{one.given:.4g}",
-            fitted,
-            one.unit.replace(".", "·"),
-        )
-    if not all(one.determined for one in findings.estimates):
-        table.caption = "open: not determined by these data; any value near what was given would do"
+        table.add_row(*estimate_cells(one))
+    table.caption = open_note(findings) or None
     return table
+
+
+def estimate_cells(one: Estimate) -> tuple[str, str, str, str]:
+    """A fitted number: what it is called, as given, as fitted with its interval, and its unit."""
+    fitted = with_interval(one.fitted, one.interval)
+    return (
+        one.path.removeprefix("transmission.").removeprefix("effects."),
+        f"{one.given:.4g}",
+        fitted if one.determined else f"{one.fitted:.4g} (open)",
+        one.unit.replace(".", "·"),
+    )
+
+
+def open_note(findings: Findings) -> str:
+    """What "open" means in a table of fitted numbers, "" where none is."""
+    if all(one.determined for one in findings.estimates):
+        return ""
+    return "open: not determined by these data; any value near what was given would do"
 
 
 def ratios_table(findings: Findings) -> Table:
@@ -113,13 +122,24 @@ def with_interval(value: float, interval: tuple[float, float]) -> str:
 
 def addition_sentences(addition: Addition) -> list[str]:
     """What adding the effect did, in words."""
-    sentences = []
     first, last = addition.ladder[0], addition.ladder[-1]
+    sentences = fall_sentences(first, last)
+    if last.added is not None:
+        sentences += distrust_sentences(addition.ladder[-2], last)
+        sentences += alias_sentences(effects.BY_ID[last.added])
+    else:
+        sentences.append(f"Stopped before {addition.effect_id} was fitted: it is not in the model.")
+    return sentences
+
+
+def fall_sentences(first: Rung, last: Rung) -> list[str]:
+    """How the error of each signal changed between two steps."""
+    sentences = []
     for name, rmse in last.rmse.items():
         quantity = shown(name)
         text = (
-            f"The {quantity.words} error fell from {number(first.rmse[name] * quantity.small)} to "
-            f"{quantity.error(rmse)}"
+            f"The {quantity.words} error {_went(first.rmse[name], rmse)} "
+            f"{number(first.rmse[name] * quantity.small)} to {quantity.error(rmse)}"
         )
         if name in last.heldout_rmse:
             text += (
@@ -127,12 +147,11 @@ def addition_sentences(addition: Addition) -> list[str]:
                 f"{quantity.error(last.heldout_rmse[name])} on data that no fit has seen"
             )
         sentences.append(text + f"; {times_noise(last.noise_ratio[name])} is left.")
-    if last.added is not None:
-        sentences += _verdict(addition.ladder[-2], last)
-        sentences += alias_sentences(effects.BY_ID[last.added])
-    else:
-        sentences.append(f"Stopped before {addition.effect_id} was fitted: it is not in the model.")
     return sentences
+
+
+def _went(before: float, after: float) -> str:
+    return "fell from" if after < before else "went from"
 
 
 def alias_sentences(effect: Effect) -> list[str]:
@@ -143,21 +162,29 @@ def alias_sentences(effect: Effect) -> list[str]:
     ]
 
 
-def _verdict(before: Rung, after: Rung) -> list[str]:
+def distrust_sentences(before: Rung, after: Rung) -> list[str]:
+    """Why a step that added an effect is not to be trusted; none where nothing speaks against it.
+
+    Parameters
+    ----------
+    before : the step before
+    after : with the effect
+    """
     sentences = []
+    title = effects.BY_ID[after.added].title if after.added else after.title
     if after.bic >= before.bic:
         sentences.append(
-            f"These data do not ask for {after.added}: its gain over refitted parameters is no "
-            "more than its additional freedom explains."
+            f"These data do not ask for {title}: its gain over the step before is no more than "
+            "its additional freedom explains."
         )
     worse = [
-        name
+        shown(name).words
         for name, value in after.heldout_rmse.items()
         if value > (1.0 + NOTICEABLE) * before.heldout_rmse[name]
     ]
     if worse:
         sentences.append(
-            f"On held-out data {after.added} makes {', '.join(worse)} worse than refitted "
-            "parameters alone; do not trust it."
+            f"On held-out data {title} makes {', '.join(worse)} worse than the step before; do "
+            "not trust it."
         )
     return sentences
