@@ -14,6 +14,8 @@ from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.parameters import Model, model_from_toml
 from elastic_tendon.quantity import STRICT
 
+GIVEN, EDITED = "as given", "edited by hand"  # titles of models that were made from no other
+
 Role = Literal["fit", "validate", "split", "off"]
 
 
@@ -58,7 +60,10 @@ class Version(BaseModel):
     change : id of the effect that came in with this step, None where none did
     added : ids of all effects that came in since the root, in this order
     model : text of its model.toml
+    given : the same as it was loaded, where numbers were edited by hand since; else ""
     effective : numbers that the data determine, see `identify.ladder.Step`
+    fitted_to : `Document.data_key` of the data that it was fitted to, "" where it was not
+    searched : `Document.data_key` of the data in which more was searched from here, else ""
     """
 
     model_config = STRICT
@@ -69,11 +74,18 @@ class Version(BaseModel):
     change: str | None = None
     added: tuple[str, ...] = ()
     model: str
+    given: str = ""
     effective: float = 0.0
+    fitted_to: str = ""
+    searched: str = ""
 
     def loaded(self) -> Model:
         """The model itself."""
         return model_from_toml(self.model, self.title)
+
+    def as_loaded(self) -> Model:
+        """The model before its numbers were edited by hand."""
+        return model_from_toml(self.given or self.model, self.title)
 
 
 class Document(BaseModel):
@@ -135,19 +147,35 @@ class Document(BaseModel):
             ]
         )
 
-    def with_model(self, model: Model, title: str = "as given") -> "Document":
-        """Look at another model as given: in place of one on which nothing was built, else beside.
+    def with_model(self, model: Model, title: str = GIVEN) -> "Document":
+        """Look at another model as given: in place of one that was left as it was, else beside.
 
         Parameters
         ----------
         model : Model
         title : of the version
         """
+        version = Version(id=self.current, parent=None, title=title, model=model.to_toml())
+        return self._replacing(version) if self._bare(self.version) else self.adding(version)
+
+    def edited(self, model: Model) -> "Document":
+        """The current version's model with numbers changed by hand, as a model given.
+
+        In place of a root on which nothing was built, else beside; what it was loaded as is kept.
+
+        Parameters
+        ----------
+        model : Model
+        """
         current = self.version
+        loaded, text = current.given or current.model, model.to_toml()
+        given = "" if text == loaded else loaded
         if current.parent is None and not self.children(current.id):
-            version = current.model_copy(update={"model": model.to_toml(), "title": title})
-            return self._replacing(version)
-        return self.adding(Version(id="", parent=None, title=title, model=model.to_toml()))
+            usual = current.title in (GIVEN, EDITED)  # else the user's own
+            title = (EDITED if given else GIVEN) if usual else current.title
+            update = {"model": text, "given": given, "title": title}
+            return self._replacing(current.model_copy(update=update))
+        return self.adding(Version(id="", parent=None, title=EDITED, model=text, given=given))
 
     def adding(self, version: Version) -> "Document":
         """The same with one more version, which gets an id and becomes the current one."""
@@ -168,6 +196,11 @@ class Document(BaseModel):
         """The same with another title of a version."""
         return self._replacing(self.find(version_id).model_copy(update={"title": title}))
 
+    def with_search(self, version_id: str, data_key: str) -> "Document":
+        """The same with a note that more was searched from a version, in data of this key."""
+        update = {"searched": data_key}
+        return self._replacing(self.find(version_id).model_copy(update=update))
+
     def without(self, version_id: str) -> "Document":
         """The same less a version and all that was made from it; one root always stays."""
         gone = {version_id, *(one.id for one in self._below(version_id))}
@@ -185,6 +218,10 @@ class Document(BaseModel):
             yield child
             yield from self._below(child.id)
 
+    def _bare(self, version: Version) -> bool:
+        """Whether nothing of the user's is lost with a version."""
+        return version.parent is None and not version.given and not self.children(version.id)
+
     def _replacing(self, version: Version) -> "Document":
         versions = tuple(version if one.id == version.id else one for one in self.versions)
         return self.model_copy(update={"versions": versions})
@@ -192,7 +229,7 @@ class Document(BaseModel):
 
 def new_document(model: Model, sources: Sequence[Source] = ()) -> Document:
     """A document that looks at a model as given."""
-    root = Version(id="1", parent=None, title="as given", model=model.to_toml())
+    root = Version(id="1", parent=None, title=GIVEN, model=model.to_toml())
     return Document(sources=tuple(sources), versions=(root,), current="1")
 
 

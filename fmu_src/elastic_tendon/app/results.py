@@ -4,13 +4,15 @@ Steps of the page say which they need (`Step.needs`); the server computes the fi
 there yet, one after the other, and the page shows what there is.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
 from elastic_tendon import compiled, effects
 from elastic_tendon.app.document import Document, Source, Version
+from elastic_tendon.app.uploads import check_harmless
 from elastic_tendon.app.workspace import Report, Result, Shelf
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.identify.belief import believed
@@ -18,6 +20,8 @@ from elastic_tendon.identify.compare import Comparison, compare
 from elastic_tendon.identify.ladder import Rung, Step, climb
 from elastic_tendon.identify.locate import Location, locate
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.formats import open_source
+from elastic_tendon.measurement.formats.base import label
 from elastic_tendon.measurement.reader import read_prepared
 from elastic_tendon.measurement.recording import window_text
 
@@ -40,14 +44,25 @@ class Compared:
     heldout: Comparison | None
 
 
+def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
+    """Names of the columns of a file, by which a mapping finds them."""
+
+    def compute(_shelf: Shelf, report: Report) -> tuple[str, ...]:
+        with _calling_it(source, files) as path:
+            report(f"opening {source.name}", 0.0)
+            check_harmless(path, source.name)
+            groups = open_source(path).groups
+        return tuple(label(group.name, column) for group in groups for column in group.columns)
+
+    return Result(("contents", source.key, source.name), f"opening {source.name}", compute)
+
+
 def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
     """The recordings of one file, as it says it is read; whether they are right is not judged."""
 
-    def compute(_shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
-        path = files.get(source.key)
-        if path is None:
-            raise MeasurementError(f"{source.name}: the app holds it no longer; add it again")
-        try:
+    def compute(shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
+        shelf.obtain(contents(source, files), report)
+        with _calling_it(source, files) as path:
             found = read_prepared(
                 str(path) + (window_text(*source.window) if any_end(source) else ""),
                 source.mapping,
@@ -57,14 +72,27 @@ def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
                 interpolation=source.interpolation,
                 report=report,
             )
-        except MeasurementError as error:
-            # the file lies under a name of the server's own
-            sentence = str(error).replace(str(path), source.name).replace(path.name, source.name)
-            raise MeasurementError(sentence) from None
         return tuple(replace(one, name=one.name.replace(path.name, source.name)) for one in found)
 
-    how = source.model_dump_json(exclude={"role", "split", "as_declared"})
-    return Result(("reading", how), f"reading {source.name}", compute)
+    return Result(("reading", _how(source)), f"reading {source.name}", compute)
+
+
+def _how(source: Source) -> str:
+    """Changes whenever a file is read otherwise."""
+    return source.model_dump_json(exclude={"role", "split", "as_declared"})
+
+
+@contextmanager
+def _calling_it(source: Source, files: Files) -> Iterator[Path]:
+    """Path of a file; errors call it as the user does, for it may lie under a name of our own."""
+    path = files.get(source.key)
+    if path is None:
+        raise MeasurementError(f"{source.name}: the app holds it no longer; add it again")
+    try:
+        yield path
+    except MeasurementError as error:
+        sentence = str(error).replace(str(path), source.name).replace(path.name, source.name)
+        raise MeasurementError(sentence) from None
 
 
 def any_end(source: Source) -> bool:
@@ -72,30 +100,50 @@ def any_end(source: Source) -> bool:
     return any(end is not None for end in source.window)
 
 
-def data(document: Document, files: Files) -> Result[Data]:
-    """All recordings that are used, believed as far as the model as given tells, and split."""
+def looked_at(document: Document, source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
+    """The recordings of one file, believed as far as the model as given tells; noise is known."""
     root = document.path()[0]
 
+    def compute(shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
+        read = shelf.obtain(reading(source, files), report)
+        found = believed(root.loaded(), read, report, as_declared=source.as_declared)
+        for index, one in enumerate(found):
+            report(f"finding the noise of {one.name}", index / len(found))
+            _ = one.noise  # kept by the measurement
+        return tuple(found)
+
+    key = ("looked at", _how(source), str(source.as_declared), _hash(root.model))
+    return Result(key, f"looking at {source.name}", compute)
+
+
+def data(document: Document, files: Files) -> Result[Data]:
+    """All recordings that are used, believed as far as the model as given tells, and split."""
+
     def compute(shelf: Shelf, report: Report) -> Data:
-        model = root.loaded()
         fitted: list[Measurement] = []
         heldout: list[Measurement] = []
         for source in document.sources:
             if source.role == "off":
                 continue
-            found = shelf.obtain(reading(source, files), report)
-            for one in believed(model, found, report, as_declared=source.as_declared):
-                first, second = _split(source, one)
+            for one in shelf.obtain(looked_at(document, source, files), report):
+                first, second = split_up(source, one)
                 fitted += first
                 heldout += second
         if not fitted:
             raise MeasurementError("no recording is fitted; add one and let it be fitted")
         return Data(tuple(fitted), tuple(heldout))
 
-    return Result(("data", document.data_key(), _hash(root.model)), "reading the data", compute)
+    root = _hash(document.path()[0].model)
+    return Result(("data", document.data_key(), root), "reading the data", compute)
 
 
-def _split(source: Source, one: Measurement) -> tuple[list[Measurement], list[Measurement]]:
+def split_up(source: Source, one: Measurement) -> tuple[list[Measurement], list[Measurement]]:
+    """The part of a recording that is fitted, and the part that only judges.
+
+    Raises
+    ------
+    MeasurementError : one of the parts is too short
+    """
     if source.role == "validate":
         return [], [one]
     if source.role == "split" and source.split is not None:

@@ -7,7 +7,7 @@ from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, 
 from dash.development.base_component import Component
 
 from elastic_tendon.app.step import Step, aria, section
-from elastic_tendon.app.workspace import Failure, Session, Workspace
+from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
 
 TICK = 300  # ms between looks at the work under way
 
@@ -163,7 +163,8 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> No
         news = session.revision != stored["revision"]
         sentences = {opened: sentence}
         if job is not None and job.state == "failed":
-            sentences[job.step] = job.sentence
+            told = by_id[job.step].tells_failures and job.result is not None
+            sentences[job.step] = "" if told else job.sentence
         return (
             not busy and not news,
             session.stored() if news else no_update,
@@ -185,12 +186,15 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> No
 
 
 def _begin_next(session: Session, step: Step) -> str:
-    """Begin to compute what the step still needs; why it cannot be computed, "" where it can."""
+    """Begin to compute what the step still needs; why the first of it has failed, "" if none."""
+    sentence = ""
     for result in step.needs(session.document, session.files):
         found = session.shelf.find(result)
-        if isinstance(found, Failure):
-            return found.sentence
         if found is None:
             session.compute(step.id, result)
-            return ""
-    return ""
+            break
+        if isinstance(found, Failure):
+            sentence = sentence or found.sentence
+            if found.sentence == CANCELLED:
+                break
+    return "" if step.tells_failures else sentence

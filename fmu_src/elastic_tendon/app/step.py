@@ -19,7 +19,8 @@ class Step:
     `id` : begins the ids of all its components. `title` : in the list of steps. `layout` : what it
     shows before its callbacks have run. `register` : connects its callbacks; they find a session's
     results on its shelf and never wait for one. `needs` : results that it shows, in the order in
-    which they are computed while the step is open.
+    which they are computed while the step is open; one that fails does not keep the others back.
+    `tells_failures` : it says itself why they failed, where it shows them.
     """
 
     id: str
@@ -27,6 +28,7 @@ class Step:
     layout: Callable[[], Sequence[Component]]
     register: Callable[[Dash, Workspace], None]
     needs: Callable[[Document, Files], Sequence[Result[Any]]]
+    tells_failures: bool = False
 
 
 def aria(**attributes: str) -> dict[str, Any]:

@@ -1,34 +1,330 @@
-"""Data."""
+"""Data: which files, how they are read, what is fitted, and what is odd about them."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from hashlib import sha256
+from time import time_ns
 from typing import Any
 
-from dash import Dash, Input, Output, html
+from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
+from plotly.utils import PlotlyJSONEncoder
+from pydantic import ValidationError
 
-from elastic_tendon.app import results
-from elastic_tendon.app.document import Document
+from elastic_tendon.app import mapping, results, safety
+from elastic_tendon.app.document import Document, Source
+from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.results import Files
+from elastic_tendon.app.source_card import Form, Seen, card, dom_id, facts, found
 from elastic_tendon.app.step import Step
-from elastic_tendon.app.workspace import Result, Workspace
+from elastic_tendon.app.upload_field import upload
+from elastic_tendon.app.uploads import content_of, size_in_words
+from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
+from elastic_tendon.errors import ElasticTendonError, MeasurementError
+from elastic_tendon.report.interactive.theme import THEMES, Theme
+
+LONGEST_NAME = 120  # letters of an upload's name
+FITTED_SHARE = 0.7  # of a recording that is newly split
 
 
 def _layout() -> Sequence[Component]:
-    return [html.Div(id="data-body")]
+    return [
+        upload(
+            "data-upload",
+            "Add files of measurements: choose them, or drop them here "
+            f"({size_in_words(safety.UPLOAD)} at a time; larger ones on the command line)",
+            safety.UPLOAD,
+            tell="data-refusal",
+        ),
+        html.P(id="data-refusal", className="sentence", role="alert"),
+        html.P(id="data-sum", role="status"),
+        dcc.Store(id="data-shown"),  # what the fields showed when they were made, and their mark
+        dcc.Store(id="data-told"),  # key -> mark of what is told of a file
+        html.Div(id="data-cards"),
+    ]
 
 
-def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    return [results.compared(document, document.version, files)]
+# ---- what it shows -------------------------------------------------------------------------
+
+
+def seen(session: Session, source: Source) -> Seen:
+    """What the shelf holds of a source."""
+    document, files, shelf = session.document, session.files, session.shelf
+    used = source.role != "off"
+    return Seen(
+        source,
+        labels=shelf.find(results.contents(source, files)),
+        read=shelf.find(results.reading(source, files)),
+        looked=shelf.find(results.looked_at(document, source, files)) if used else None,
+    )
+
+
+def cards(session: Session) -> tuple[list[Component], Form]:
+    """A card for each source, and the fields in them."""
+    form = Form()
+    return [card(seen(session, source), form) for source in session.document.sources], form
+
+
+def summary(session: Session) -> str:
+    """What is fitted and what judges, or why nothing can be."""
+    document = session.document
+    if not document.sources:
+        return (
+            "There are no data yet. A file needs the time, the motor's and the joint's position; "
+            "a static curve needs deflection and joint torque."
+        )
+    found = session.shelf.find(results.data(document, session.files))
+    if found is None:
+        return "Reading…"
+    if isinstance(found, Failure):
+        if any(seen(session, source).sentence() for source in document.sources):
+            return (
+                "Not every file can be used as it is: correct it, leave it out or remove it; until "
+                "then nothing is compared."
+            )
+        return f"{found.sentence[:1].upper()}{found.sentence[1:]}."
+    fitted, heldout = len(found.fitted), len(found.heldout)
+    return (
+        f"{_count(fitted)} {'is' if fitted == 1 else 'are'} fitted; "
+        f"{_count(heldout) if heldout else 'none'} only "
+        f"{'judge' if heldout > 1 else 'judges'}."
+    )
+
+
+def _count(recordings: int) -> str:
+    return "1 recording" if recordings == 1 else f"{recordings} recordings"
+
+
+def mark(tree: object) -> str:
+    """Changes with what the page shows."""
+    return sha256(json.dumps(tree, cls=PlotlyJSONEncoder).encode()).hexdigest()
+
+
+# ---- what is changed -----------------------------------------------------------------------
+
+
+def changes(known: Seen, field: str, signal: str, value: Any) -> Mapping[str, object]:
+    """What becomes of a source when one of its fields is changed.
+
+    Parameters
+    ----------
+    known : Seen
+    field, signal : which; `signal` "" for what belongs to no signal
+    value : as the field gives it
+
+    Raises
+    ------
+    MeasurementError : it cannot be; one sentence
+    """
+    source = known.source
+    if field in ("column", "unit", "times", "plus"):
+        (row,) = (one for one in known.rows() if one.signal == signal)
+        return {"mapping": mapping.remapped(source, known.columns, row, field, value)}
+    if field == "shift":
+        return {"time_shift": mapping.shifts_of(source, signal, value)}
+    simple: dict[str, Callable[[], Mapping[str, object]]] = {
+        "role": lambda: {"role": value, "split": _split(known, value)},
+        "split": lambda: {"split": mapping.number_of(value, "the time of the split")},
+        "start": lambda: {"window": mapping.window_of(source, field, value)},
+        "end": lambda: {"window": mapping.window_of(source, field, value)},
+        "resample": lambda: {"resample": _step(value)},
+        "interpolation": lambda: {"interpolation": value},
+        "remove_offset": lambda: {"remove_offset": tuple(value)},
+        "as_declared": lambda: {"as_declared": bool(value)},
+    }
+    return simple[field]()
+
+
+def _split(known: Seen, role: str) -> float | None:
+    """Time at which a recording is split; at first where most of it is fitted."""
+    if role != "split" or known.source.split is not None or known.first is None:
+        return known.source.split
+    start, end = known.first.time[[0, -1]]
+    return float(f"{start + FITTED_SHARE * (end - start):.4g}")
+
+
+def _step(text: str | None) -> float | None:
+    step = mapping.number_of(text, "the step of resampling")
+    if step is not None and step <= 0.0:
+        raise MeasurementError("the step of resampling must be above 0 s")
+    return step
+
+
+# ---- callbacks -----------------------------------------------------------------------------
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
-    @app.callback(Output("data-body", "children"), Input("session", "data"), Input("open", "data"))
-    def show(stored: Any, opened: str) -> Any:
+    _register_cards(app, workspace)
+    _register_edits(app, workspace)
+    _register_files(app, workspace)
+
+
+def _register_cards(app: Dash, workspace: Workspace) -> None:
+    fields = {"data-field": ALL, "key": ALL, "signal": ALL}
+
+    @app.callback(
+        Output("data-cards", "children"),
+        Output("data-shown", "data"),
+        Output("data-sum", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        State(fields, "value"),
+        State(fields, "id"),
+        State("data-shown", "data"),
+    )
+    def show(
+        stored: Any, opened: str, values: list[Any], ids: list[dict[str, str]], before: Any
+    ) -> tuple[Any, Any, Any]:
         if not stored or opened != "data":
-            return ""
+            return no_update, no_update, no_update
         session = workspace.open(stored)
-        found = session.shelf.find(_needs(session.document, session.files)[0])
-        return str(found)[:200]
+        made, form = cards(session)
+        here = dict(zip(map(dom_id, ids), values, strict=True))
+        now = mark(form.structure)
+        if before and before["mark"] == now and here == form.shown:
+            # the fields stay, for someone may be typing in one; what is told is told anew
+            return no_update, before | {"fields": form.shown}, summary(session)
+        return made, {"mark": now, "fields": form.shown, "made": time_ns()}, summary(session)
+
+    @app.callback(
+        Output({"data-facts": ALL}, "children"),
+        Output({"data-wrong": ALL}, "children"),
+        Output({"data-found": ALL}, "children"),
+        Output("data-told", "data"),
+        Input("data-shown", "data"),
+        Input("theme", "data"),
+        State("data-told", "data"),
+        State("session", "data"),
+    )
+    def tell(shown: Any, theme: str, before: Any, stored: Any) -> tuple[Any, ...]:
+        keys = [one["id"]["data-facts"] for one in ctx.outputs_list[0]]
+        if not stored or not shown:
+            return *([no_update] * len(keys) for _ in range(3)), no_update
+        session = workspace.open(stored)
+        sources = {one.key: one for one in session.document.sources}
+        told, parts = {}, []
+        for key in keys:
+            known = seen(session, sources[key]) if key in sources else None
+            part = _told(known, THEMES[theme]) if known else (no_update,) * 3
+            told[key] = mark([part, shown["made"]]) if known else ""
+            parts.append(part if told[key] != (before or {}).get(key) else (no_update,) * 3)
+        columns = zip(*parts, strict=True) if parts else [(), (), ()]
+        return *map(list, columns), told
 
 
-STEP = Step(id="data", title="Data", layout=_layout, register=_register, needs=_needs)
+def _told(known: Seen, theme: Theme) -> tuple[Any, Any, Any]:
+    return facts(known), in_app_words(known.sentence()), found(known, theme)
+
+
+def _register_edits(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Output({"data-refused": ALL}, "children"),
+        Input({"data-field": ALL, "key": ALL, "signal": ALL}, "value"),
+        State("data-shown", "data"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def edit(_values: list[Any], shown: Any, stored: Any) -> tuple[Any, list[Any]]:
+        refused: dict[str, Any] = {
+            one["id"]["data-refused"]: no_update for one in ctx.outputs_list[1]
+        }
+        if not stored or not shown:
+            return no_update, list(refused.values())
+        session = workspace.open(stored)
+        changed = False
+        for one in ctx.triggered:
+            place = ctx.triggered_prop_ids[one["prop_id"]]
+            key = place["key"]
+            if key not in refused:
+                continue
+            refused[key] = ""
+            # fields that were just made tell what they show, too
+            if shown["fields"].get(dom_id(place)) != one["value"]:
+                sentence = _edit(session, place, one["value"])
+                refused[key] = sentence
+                changed = changed or not sentence
+        return session.stored() if changed else no_update, list(refused.values())
+
+    def _edit(session: Session, place: Mapping[str, str], value: Any) -> str:
+        """Change a source; why it cannot be, "" where it can."""
+        (source,) = (one for one in session.document.sources if one.key == place["key"])
+        try:
+            new = changes(seen(session, source), place["data-field"], place["signal"], value)
+            session.change(lambda document: document.with_source(source.key, **new))
+        except MeasurementError as error:
+            return f"{error}."
+        except ValidationError as error:
+            return f"{value} is not allowed here: {error.errors()[0]['msg']}."
+        return ""
+
+
+def _register_files(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Output("data-refusal", "children"),
+        Output("data-upload", "contents"),
+        Input("data-upload", "contents"),
+        State("data-upload", "filename"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def add(sent: list[str] | None, names: list[str] | None, stored: Any) -> tuple[Any, Any, Any]:
+        if not sent or not names or not stored:
+            return no_update, no_update, no_update
+        session = workspace.open(stored)
+        refused = []
+        for one, name in zip(sent, names, strict=True):
+            called = name[-LONGEST_NAME:]
+            try:
+                content = content_of(one, called, safety.UPLOAD)
+            except ElasticTendonError as error:
+                refused.append(str(error))
+                continue
+            source = Source(key=workspace.add_file(content), name=called)
+            session.change(partial(_with, source))
+        # emptied, so that the same file can be chosen again
+        return session.stored(), "; ".join(refused), None
+
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Input({"data-remove": ALL}, "n_clicks"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def remove(clicks: list[int | None], stored: Any) -> Any:
+        if not stored or not any(clicks) or not ctx.triggered[0]["value"]:
+            return no_update
+        session = workspace.open(stored)
+        key = ctx.triggered_id["data-remove"]
+        session.change(
+            lambda document: document.with_sources(
+                [one for one in document.sources if one.key != key]
+            )
+        )
+        return session.stored()
+
+
+def _with(source: Source, document: Document) -> Document:
+    return document.with_sources([*document.sources, source])
+
+
+def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
+    used = [one for one in document.sources if one.role != "off"]
+    return [
+        *(results.contents(one, files) for one in document.sources),
+        *(results.reading(one, files) for one in document.sources),
+        *(results.looked_at(document, one, files) for one in used),
+        *([results.data(document, files)] if used else []),
+    ]
+
+
+STEP = Step(
+    id="data",
+    title="Data",
+    layout=_layout,
+    register=_register,
+    needs=_needs,
+    tells_failures=True,
+)

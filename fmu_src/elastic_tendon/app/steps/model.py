@@ -1,34 +1,371 @@
-"""Model."""
+"""Model: choose one, edit its numbers, see what they make of its characteristic."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from typing import Any
 
-from dash import Dash, Input, Output, html
+from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
-from elastic_tendon.app import results
-from elastic_tendon.app.document import Document
+from elastic_tendon.app.document import Document, Version
+from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
+from elastic_tendon.app.tables import table
+from elastic_tendon.app.upload_field import upload
+from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
+from elastic_tendon.design import design
+from elastic_tendon.errors import ElasticTendonError, ModelError
+from elastic_tendon.parameters import Model, bundled_models, load_model, model_from_toml
+from elastic_tendon.report.interactive.characteristic import characteristic
+from elastic_tendon.report.interactive.theme import CONFIG, THEMES
+
+LARGEST = 256 * 1024  # bytes of a model.toml
+GESTURES: Any = CONFIG | {"scrollZoom": False}  # the wheel scrolls the page
+HEIGHT = 360  # of the figure, pixels
+# of the design's table, what changes the machine's feel
+SHOWN = (
+    "stiffness_state_3",
+    "stiffness_state_1",
+    "stiffness_state_2",
+    "negative_slack_boundary",
+    "positive_slack_boundary",
+    "negative_max_deflection",
+    "positive_max_deflection",
+    "negative_max_torque",
+    "positive_max_torque",
+    "recommended_pretension",
+    "frequency_state_3",
+)
 
 
 def _layout() -> Sequence[Component]:
-    return [html.Div(id="model-body")]
+    return [
+        html.Div(
+            [
+                html.Label(
+                    ["Bundled model", dcc.Dropdown([], id="model-bundled", placeholder="choose")],
+                    className="wide",
+                ),
+                html.Button("Take this one", id="model-take", className="plain"),
+                upload(
+                    "model-upload",
+                    f"or your model.toml: choose it, or drop it here ({size_in_words(LARGEST)})",
+                    LARGEST,
+                    tell="model-refusal",
+                ),
+            ],
+            className="row",
+        ),
+        html.Div(id="model-refusal", className="sentence", role="alert"),
+        # what the fields showed when they were last filled in
+        dcc.Store(id="model-shown"),
+        html.Div(
+            [
+                html.Div(
+                    [
+                        html.Div(
+                            [
+                                html.Span(id="model-head"),
+                                html.Button("Take edits back", id="model-back", className="plain"),
+                            ],
+                            className="row",
+                        ),
+                        html.Div(id="model-numbers"),
+                    ]
+                ),
+                html.Div(
+                    [
+                        dcc.Graph(id="model-figure", config=GESTURES, style={"height": HEIGHT}),
+                        html.Div(id="model-design"),
+                    ],
+                    className="beside",
+                ),
+            ],
+            id="model-columns",
+        ),
+    ]
 
 
-def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    return [results.compared(document, document.version, files)]
+# ---- what it shows -------------------------------------------------------------------------
+
+
+def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
+    """The table of numbers, section by section."""
+    columns = ("number", "value", "allowed, in the same unit")
+    head = html.Thead(html.Tr([html.Th(one, scope="col") for one in columns]))
+    bodies = [
+        html.Tbody(
+            [
+                html.Tr(html.Th(html.H3(section.title), colSpan=3, scope="rowgroup")),
+                *(_row(one, refused.get(one.path, "")) for one in section.numbers),
+            ]
+        )
+        for section in sections(version.loaded(), version.as_loaded())
+    ]
+    return [html.Div(html.Table([head, *bodies]), className="table")]
+
+
+def _row(one: Number, refused: str) -> html.Tr:
+    field = {"model-value": one.path}
+    return html.Tr(
+        [
+            html.Th(
+                [
+                    html.Label(one.words, htmlFor=_dom_id(field)),
+                    html.Div(one.meaning, className="quiet small"),
+                ],
+                scope="row",
+            ),
+            html.Td(
+                [
+                    html.Div([_field(field, one.text), one.unit], className="measure"),
+                    html.Div(note(one, refused), id={"model-note": one.path}, role="status"),
+                ]
+            ),
+            html.Td(one.bounds, className="quiet bounds"),
+        ]
+    )
+
+
+def _field(field: Mapping[str, str], text: str) -> dcc.Input:
+    # of text: a browser would drop what is no number, where it ought to be told
+    return dcc.Input(
+        id=dict(field),
+        value=text,
+        type="text",
+        autoComplete="off",
+        debounce=True,
+    )
+
+
+def _dom_id(component_id: Mapping[str, str]) -> str:
+    """How the browser calls a component whose id is a table."""
+    return json.dumps(component_id, sort_keys=True, separators=(",", ":"))
+
+
+def note(one: Number, refused: str) -> Any:
+    """What stands below a field: why it is refused, or what it was before."""
+    if refused:
+        return html.Span(refused, className="sentence")
+    return html.Span(f"was {one.was} {one.unit}", className="changed") if one.changed else ""
+
+
+def notes(version: Version, refused: Mapping[str, str]) -> dict[str, Any]:
+    """`note` of each number, by its path."""
+    return {
+        one.path: note(one, refused.get(one.path, ""))
+        for section in sections(version.loaded(), version.as_loaded())
+        for one in section.numbers
+    }
+
+
+def head(version: Version) -> list[Component | str]:
+    """Which model and version this is, and how many numbers were edited."""
+    changed = sum(
+        one.changed
+        for section in sections(version.loaded(), version.as_loaded())
+        for one in section.numbers
+    )
+    found: list[Component | str] = [html.Strong(f"{version.loaded().name}: {version.title}")]
+    if changed:
+        numbers = "1 number" if changed == 1 else f"{changed} numbers"
+        found.append(f", {numbers} changed")
+    return found
+
+
+def design_numbers(model: Model) -> list[Component]:
+    """Warnings of a model, and what its springs come to."""
+    found = design(model)
+    rows = dict(zip(vars(found), found.rows(), strict=True))
+    effects = (
+        [html.P("The curve and these numbers are of the springs alone.", className="quiet")]
+        if model.effect_ids
+        else []
+    )
+    return [
+        *(html.P(one, className="sentence") for one in model.warnings()),
+        *effects,
+        table(
+            ("what the springs come to", "value", "paper"),
+            [
+                (
+                    row.name,
+                    f"{row.value:.4g} {unit_in_words(row.unit)}",
+                    row.equation.removesuffix(" corrected"),
+                )
+                for row in (rows[name] for name in SHOWN)
+            ],
+        ),
+    ]
+
+
+def mark(version: Version) -> str:
+    """Changes with the numbers that a table shows, and with what they were loaded as."""
+    return sha256(f"{version.model}\0{version.given}".encode()).hexdigest()
+
+
+def machine(version: Version) -> str:
+    """Stays the same while numbers of one model are edited."""
+    return sha256((version.given or version.model).encode()).hexdigest()
+
+
+# ---- callbacks -----------------------------------------------------------------------------
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
-    @app.callback(Output("model-body", "children"), Input("session", "data"), Input("open", "data"))
-    def show(stored: Any, opened: str) -> Any:
+    _register_numbers(app, workspace)
+    _register_figure(app, workspace)
+    _register_choice(app, workspace)
+
+
+def _register_numbers(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("model-numbers", "children"),
+        Output("model-shown", "data"),
+        Input("session", "data"),
+        Input("open", "data"),
+        State("model-shown", "data"),
+    )
+    def fill(stored: Any, opened: str, shown: Any) -> tuple[Any, Any]:
         if not stored or opened != "model":
-            return ""
+            return no_update, no_update
+        version = workspace.open(stored).document.version
+        now = {"mark": mark(version), "machine": machine(version)}
+        # fields that show this already are left alone: someone may be typing in one
+        return (no_update, no_update) if shown == now else (fields(version, {}), now)
+
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Output("model-shown", "data", allow_duplicate=True),
+        Output({"model-note": ALL}, "children"),
+        Input({"model-value": ALL}, "value"),
+        State({"model-value": ALL}, "id"),
+        State("model-shown", "data"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def edit(
+        texts: list[str | None], ids: list[dict[str, str]], shown: Any, stored: Any
+    ) -> tuple[Any, Any, list[Any]]:
+        nothing = no_update, no_update, [no_update] * len(ctx.outputs_list[2])
+        if not stored or not shown:
+            return nothing
         session = workspace.open(stored)
-        found = session.shelf.find(_needs(session.document, session.files)[0])
-        return str(found)[:200]
+        version = session.document.version
+        if machine(version) != shown["machine"]:
+            return nothing  # the fields are of another model, and are about to be replaced
+        asked = {one["model-value"]: (text or "") for one, text in zip(ids, texts, strict=True)}
+        model, refused = edited(version.loaded(), asked)
+        if model.to_toml() != version.model:
+            session.change(lambda document: document.edited(model))
+        version = session.document.version
+        below = notes(version, refused)
+        return (
+            session.stored(),
+            {"mark": mark(version), "machine": machine(version)},
+            [below.get(one["id"]["model-note"], "") for one in ctx.outputs_list[2]],
+        )
+
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Input("model-back", "n_clicks"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def take_back(clicks: int | None, stored: Any) -> Any:
+        if not clicks or not stored:
+            return no_update
+        session = workspace.open(stored)
+        session.change(lambda document: document.edited(document.version.as_loaded()))
+        return session.stored()
+
+
+def _register_figure(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("model-head", "children"),
+        Output("model-back", "hidden"),
+        Output("model-figure", "figure"),
+        Output("model-design", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("theme", "data"),
+    )
+    def draw(stored: Any, opened: str, theme: str) -> tuple[Any, Any, Any, Any]:
+        if not stored or opened != "model":
+            return no_update, no_update, no_update, no_update
+        version = workspace.open(stored).document.version
+        model = version.loaded()
+        figure = characteristic(
+            model,
+            given=version.as_loaded() if version.given else None,
+            theme=THEMES[theme],
+            height=HEIGHT,
+        )
+        return head(version), not version.given, figure, design_numbers(model)
+
+
+def _register_choice(app: Dash, workspace: Workspace) -> None:
+    @app.callback(Output("model-bundled", "options"), Input("open", "data"))
+    def offer(_opened: str) -> list[str]:
+        return list(bundled_models())
+
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Output("model-refusal", "children"),
+        Output("model-upload", "contents"),
+        Input("model-take", "n_clicks"),
+        Input("model-upload", "contents"),
+        State("model-upload", "filename"),
+        State("model-bundled", "value"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def choose(
+        _clicks: int | None,
+        sent: list[str] | None,
+        names: list[str] | None,
+        bundled: str | None,
+        stored: Any,
+    ) -> tuple[Any, Any, Any]:
+        try:
+            model = _chosen(sent if ctx.triggered_id == "model-upload" else None, names, bundled)
+        except ModelError as error:
+            return no_update, refusal(error.problems, error.source), None
+        except ElasticTendonError as error:
+            return no_update, refusal([str(error)]), None
+        if not stored or (ctx.triggered_id == "model-upload" and sent is None):
+            return no_update, no_update, no_update
+        if model is None:
+            return no_update, refusal(["choose one of the bundled models first"]), no_update
+        session = workspace.open(stored)
+        session.change(lambda document: document.with_model(model))
+        return session.stored(), "", None  # so that the same file can be chosen again
+
+
+def _chosen(sent: list[str] | None, names: list[str] | None, bundled: str | None) -> Model | None:
+    """The model of an upload, else the bundled one that was chosen; None where there is none."""
+    if sent and names:
+        if len(sent) > 1:
+            raise ElasticTendonError(f"{len(sent)} files are one too many; choose one model.toml")
+        return model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
+    return load_model(bundled) if bundled in bundled_models() else None
+
+
+def refusal(problems: Sequence[str], source: str = "") -> Any:
+    """Why a model is refused, all at once."""
+    if len(problems) == 1:
+        return ": ".join(filter(None, [source, problems[0]]))
+    return [
+        f"{source}: {len(problems)} things keep it from being used:",
+        html.Ul([html.Li(one) for one in problems]),
+    ]
+
+
+def _needs(_document: Document, _files: Files) -> Sequence[Result[Any]]:
+    return []
 
 
 STEP = Step(id="model", title="Model", layout=_layout, register=_register, needs=_needs)

@@ -1,0 +1,233 @@
+"""How a file is read, as the page shows it and as users correct it; nothing of the page is here."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from typing import Any
+
+from elastic_tendon.app.document import Source
+from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.columns import STATIC
+from elastic_tendon.measurement.preparation import (
+    DIMENSIONS,
+    SHIFTED,
+    SignalColumn,
+    parse_map,
+)
+from elastic_tendon.measurement.units import USUAL
+
+READ = tuple(name for name in DIMENSIONS if name != "motor_velocity")  # that one nobody reads
+_WRITTEN = {
+    "us": "µs",
+    "Nm": "N·m",
+    "mNm": "mN·m",
+    "uNm": "µN·m",
+    "kNm": "kN·m",
+    "Ncm": "N·cm",
+    "Nmm": "N·mm",
+    "deg": "°",
+}
+BY_NAME = ""  # chosen in place of a column: found by its name, if it is there
+_SI = {"time": "s", "angle": "rad", "torque": "N·m"}
+
+
+@dataclass(frozen=True)
+class Row:
+    """Where a signal stands in a file: ``signal = column * unit * times + plus``.
+
+    `column` None: the file has none.
+    """
+
+    signal: str
+    column: str | None = None
+    unit: str | None = None
+    times: float = 1.0
+    plus: float = 0.0
+
+    @property
+    def si(self) -> str:
+        """Unit of `plus`."""
+        return _SI[DIMENSIONS[self.signal]]
+
+    def units(self) -> list[dict[str, str]]:
+        """Units to choose from, the present one among them."""
+        usual = list(USUAL[DIMENSIONS[self.signal]])
+        own = [self.unit] if self.unit and self.unit not in usual else []
+        return [{"value": one, "label": _WRITTEN.get(one, one)} for one in (*usual, *own)]
+
+
+def rows_of(source: Source, labels: Sequence[str], found: Measurement | None) -> tuple[Row, ...]:
+    """A row for each signal that the file has or could have.
+
+    Parameters
+    ----------
+    source : Source
+    labels : columns of the file
+    found : the recording as it was read, None where it could not be
+    """
+    corrected = dict(parse_map(item, labels) for item in _items(source))
+    read = {} if found is None else found.preparation.columns
+    return tuple(
+        _row(signal, corrected.get(signal), read.get(signal)) for signal in _possible(found)
+    )
+
+
+def _possible(found: Measurement | None) -> tuple[str, ...]:
+    if found is None:
+        return READ
+    return STATIC if found.static else tuple(one for one in READ if one != "joint_deflection")
+
+
+def _items(source: Source) -> list[str]:
+    """Corrections of single signals; what else a mapping holds is the name of a preparation."""
+    return [item for item in source.mapping if "=" in item]
+
+
+def _row(signal: str, corrected: SignalColumn | None, read: SignalColumn | None) -> Row:
+    said = read or corrected  # what was read has all gaps of a correction filled in
+    if said is None:
+        return Row(signal)
+    times = said.sign * said.scale
+    return Row(signal, said.column, said.unit, times, said.offset)
+
+
+def remapped(
+    source: Source, labels: Sequence[str], row: Row, field: str, value: str | None
+) -> tuple[str, ...]:
+    """The mapping of a source with one row corrected.
+
+    Parameters
+    ----------
+    source : Source
+    labels : columns of the file
+    row : as it is
+    field : of the row: "column", "unit", "times" or "plus"
+    value : what it becomes; `BY_NAME` for a column
+
+    Raises
+    ------
+    MeasurementError : there is no such column, or this is no number
+    """
+    if field == "column":
+        new = Row(row.signal, column=value or None)  # its unit is as its own name says
+    elif row.column is None:
+        raise MeasurementError(f"{words(row.signal)}: choose its column first")
+    elif field == "unit":
+        new = replace(row, unit=value)
+    else:
+        number = number_of(value, f"{words(row.signal)}, {field}") or 0.0
+        new = replace(row, times=number) if field == "times" else replace(row, plus=number)
+    others = [item for item in source.mapping if item.partition("=")[0].strip() != row.signal]
+    return (*others, _item(new, labels)) if new.column is not None else tuple(others)
+
+
+def _item(row: Row, labels: Sequence[str]) -> str:
+    """``signal=column[:unit][*scale][+offset]``.
+
+    Raises
+    ------
+    MeasurementError : the column's name would be misread, or a number is not allowed
+    """
+    if row.times == 0.0:
+        raise MeasurementError(f"{words(row.signal)}: times 0 would leave nothing of it")
+    text = f"{row.signal}={row.column}"
+    if row.unit is not None:
+        text += f":{row.unit}"
+    if row.times != 1.0:
+        text += f"*{row.times!r}"
+    if row.plus != 0.0:
+        text += f"{'-' if row.plus < 0 else '+'}{abs(row.plus)!r}"
+    _, read = parse_map(text, labels)
+    if (read.column, read.unit, read.scale, read.offset) != (
+        row.column,
+        row.unit,
+        row.times,
+        row.plus,
+    ):
+        raise MeasurementError(
+            f"{row.column}: the name of this column has signs in it that a mapping needs; rename "
+            "it in the file"
+        )
+    return text
+
+
+def words(signal: str) -> str:
+    """Name of a signal in words."""
+    return signal.replace("_", " ")
+
+
+def number_of(text: str | None, what: str) -> float | None:
+    """The number in a field, None where it is empty; `what` names the field in the sentence.
+
+    Raises
+    ------
+    MeasurementError : it is no number
+    """
+    if text is None or not text.strip():
+        return None
+    try:
+        value = float(text.replace("−", "-"))
+    except ValueError:
+        value = float("nan")
+    if not isfinite(value):
+        raise MeasurementError(f"{what}: “{text}” is not a number; the last one is kept")
+    return value
+
+
+def window_of(source: Source, field: str, text: str | None) -> tuple[float | None, float | None]:
+    """The window of a source with another "start" or "end".
+
+    Raises
+    ------
+    MeasurementError : it is no number, or the window ends before it starts
+    """
+    start, end = source.window
+    value = number_of(text, f"{field} of what is read")
+    start, end = (value, end) if field == "start" else (start, value)
+    if start is not None and end is not None and not start < end:
+        raise MeasurementError(f"from {start:g} s to {end:g} s is nothing; end after the start")
+    return start, end
+
+
+def shifts_of(source: Source, signal: str, text: str | None) -> dict[str, Any]:
+    """The time shifts of a source with another one; "auto" has it estimated.
+
+    Raises
+    ------
+    MeasurementError : it is neither a number nor "auto"
+    """
+    others: Mapping[str, Any] = {
+        name: one for name, one in source.time_shift.items() if name != signal
+    }
+    if text is not None and text.strip() == "auto":
+        return {**others, signal: "auto"}
+    value = number_of(text, f"{words(signal)}, late by")
+    return dict(others) if not value else {**others, signal: value}
+
+
+def shifted(found: Measurement | None) -> tuple[str, ...]:
+    """Signals of a recording that may be late."""
+    if found is None or found.static:
+        return ()
+    held = found.inputs.keys() | found.signals.keys()
+    return tuple(one for one in SHIFTED if one in held)
+
+
+DECLARE = "; if the file is right, add --as-declared"  # what `refuse_suspicious` ends with
+_CHOOSE = re.compile(r"(name the right one|name it|choose) with --map \w+=COLUMN")
+_OPTIONS = {
+    "--map ": "the mapping ",
+    "--as-declared": "taken as declared",
+    "--resample": "resampling under Advanced,",
+    "--shift ": "",
+}
+
+
+def in_app_words(sentence: str) -> str:
+    """A sentence with advice for the command line as the page says it."""
+    plain = _CHOOSE.sub("choose its column below", sentence.removesuffix(DECLARE))
+    for option, said in _OPTIONS.items():
+        plain = plain.replace(option, said)
+    return plain

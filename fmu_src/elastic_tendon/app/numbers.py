@@ -1,0 +1,128 @@
+"""The numbers of a model as a table in which they are edited; nothing of the page is here."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import groupby
+
+from elastic_tendon import effects
+from elastic_tendon.errors import ModelError
+from elastic_tendon.parameters import Model, quantities
+from elastic_tendon.quantity import Quantity
+
+DIGITS = 6  # of a number in its field; one that is not touched keeps all of them
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number: `text` is what its field shows, `was` the same of the model as it was loaded."""
+
+    path: str
+    words: str
+    text: str
+    was: str
+    unit: str
+    bounds: str
+    meaning: str
+
+    @property
+    def changed(self) -> bool:
+        """Whether it was edited since the model was loaded."""
+        return self.text != self.was
+
+
+@dataclass(frozen=True)
+class Section:
+    """Numbers of one part of the machine, or of one effect."""
+
+    title: str
+    numbers: tuple[Number, ...]
+
+
+def sections(model: Model, loaded: Model) -> tuple[Section, ...]:
+    """All run-time numbers of a model, part by part.
+
+    Parameters
+    ----------
+    model : Model
+    loaded : the same model before numbers were edited
+    """
+    values, before = model.values(), loaded.values()
+    return tuple(
+        Section(
+            _title(table),
+            tuple(
+                Number(
+                    path=one.path,
+                    words=one.path.rpartition(".")[2].replace("_", " "),
+                    text=shown(values[one.path]),
+                    was=shown(before[one.path]),
+                    unit=unit_in_words(one.unit),
+                    bounds=f"{_bound(one.lower)} to {_bound(one.upper)}",
+                    meaning=one.meaning,
+                )
+                for one in group
+            ),
+        )
+        for table, group in _by_table(model)
+    )
+
+
+def _by_table(model: Model) -> list[tuple[str, list[Quantity]]]:
+    def table(one: Quantity) -> str:
+        return one.path.rpartition(".")[0]
+
+    # the pretension stands behind the springs, and belongs to the transmission
+    order = list(dict.fromkeys(map(table, quantities(model.effect_ids))))
+    ordered = sorted(quantities(model.effect_ids), key=lambda one: order.index(table(one)))
+    return [(name, list(group)) for name, group in groupby(ordered, key=table)]
+
+
+def _title(table: str) -> str:
+    first, _, last = table.partition(".")
+    if first == "effects":
+        return effects.BY_ID[last].title
+    return (last or first).replace("_", " ").capitalize()
+
+
+def _bound(value: float) -> str:
+    return f"{value:g}".replace("e+0", "e").replace("e-0", "e-")
+
+
+def unit_in_words(unit: str) -> str:
+    """A unit as people write it; "" of what has none."""
+    return "" if unit == "1" else unit.replace(".", "·").replace("m2", "m²")
+
+
+def shown(value: float) -> str:
+    """A number as its field shows it."""
+    return f"{value:.{DIGITS}g}"
+
+
+def edited(model: Model, texts: Mapping[str, str]) -> tuple[Model, dict[str, str]]:
+    """Take over what the fields hold, as far as it is allowed.
+
+    Parameters
+    ----------
+    model : Model; a number whose field shows it as it is keeps all its digits
+    texts : dotted path -> what its field holds; paths that the model does not have are passed over
+
+    Returns
+    -------
+    the model with all that is allowed, and for each path that is not a sentence why
+    """
+    refused: dict[str, str] = {}
+    values = model.values()
+    for path, text in texts.items():
+        if path not in values or text == shown(values[path]):
+            continue
+        try:
+            number = float(text.replace("−", "-"))
+        except ValueError:
+            refused[path] = f"“{text}” is not a number; the last one is kept."
+            continue
+        try:
+            model = model.with_values({path: number})
+        except ModelError as error:
+            problems = "; ".join(one.removeprefix(f"{path}: ") for one in error.problems)
+            refused[path] = f"{problems}; {shown(values[path])} is kept."
+    return model, refused

@@ -1,0 +1,315 @@
+"""One file of measurements on the page: how it is read, what it holds, what is odd about it."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from dash import dcc, html
+from dash.development.base_component import Component
+
+from elastic_tendon.app.document import Source
+from elastic_tendon.app.mapping import BY_NAME, DECLARE, Row, in_app_words, rows_of, shifted, words
+from elastic_tendon.app.results import split_up
+from elastic_tendon.app.workspace import Failure
+from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.report.interactive.preview import preview
+from elastic_tendon.report.interactive.theme import CONFIG, Theme
+from elastic_tendon.report.units import noise_in_words, number, shown
+
+ROLES = {
+    "fit": "fit",
+    "validate": "only judges",
+    "split": "split at a time",
+    "off": "left out",
+}
+INTERPOLATIONS = {"linear": "straight lines", "cubic": "smooth curves", "hold": "steps"}
+GESTURES: Any = CONFIG | {"scrollZoom": False, "displayModeBar": False}
+HEIGHT = 260  # of the preview, pixels
+MOST_NOTES = 12
+
+Found = tuple[Measurement, ...] | Failure | None
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is known of a source: its columns, its recordings as read, and as looked at."""
+
+    source: Source
+    labels: tuple[str, ...] | Failure | None
+    read: Found
+    looked: Found
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of the file, as far as they are known."""
+        return self.labels if isinstance(self.labels, tuple) else ()
+
+    @property
+    def recordings(self) -> tuple[Measurement, ...]:
+        """The recordings, looked at where they were."""
+        for found in (self.looked, self.read):
+            if isinstance(found, tuple):
+                return found
+        return ()
+
+    @property
+    def first(self) -> Measurement | None:
+        """The first recording, None where the file could not be read."""
+        return next(iter(self.recordings), None)
+
+    def rows(self) -> tuple[Row, ...]:
+        """Which column is which signal."""
+        return rows_of(self.source, self.columns, self.first)
+
+    def sentence(self) -> str:
+        """Why the file cannot be used as it is read, "" where it can."""
+        for found in (self.labels, self.read, self.looked):
+            if isinstance(found, Failure):
+                return found.sentence
+        try:
+            for one in self.recordings:
+                split_up(self.source, one)
+        except MeasurementError as error:
+            return str(error)
+        return ""
+
+
+@dataclass
+class Form:
+    """Fields of the page: what each shows, by its name in the browser, and what else they are.
+
+    Where both are as on the page already, the fields there can stay: someone may be typing in one.
+    """
+
+    shown: dict[str, Any] = field(default_factory=dict)
+    structure: list[Any] = field(default_factory=list)
+
+    def place(self, key: str, name: str, value: Any, signal: str = "") -> dict[str, str]:
+        """Id of a field of a source; what it shows is noted."""
+        place = {"data-field": name, "key": key, "signal": signal}
+        self.shown[dom_id(place)] = value
+        self.structure.append(dom_id(place))
+        return place
+
+    def text(self, key: str, name: str, value: str, signal: str = "", **looks: Any) -> dcc.Input:
+        """A field for a number."""
+        place = self.place(key, name, value, signal)
+        return dcc.Input(
+            id=place,
+            value=value,
+            type="text",
+            autoComplete="off",
+            debounce=True,
+            **looks,
+        )
+
+    def choice(
+        self, key: str, name: str, value: str | None, options: Any, signal: str = "", **looks: Any
+    ) -> dcc.Dropdown:
+        """A list to choose from."""
+        place = self.place(key, name, value, signal)
+        self.structure.append(options)
+        return dcc.Dropdown(options, value, id=place, clearable=False, **looks)
+
+
+def dom_id(place: Mapping[str, str]) -> str:
+    """How the browser calls a component whose id is a table."""
+    return json.dumps(place, sort_keys=True, separators=(",", ":"))
+
+
+def card(seen: Seen, form: Form) -> html.Article:
+    """The fields of one file, and places for what is told of it."""
+    source = seen.source
+    key = source.key
+    form.structure.append((key, source.name))
+    can_be_read = not isinstance(seen.labels, Failure)
+    fields = html.Div([_mapping(seen, form), _advanced(seen, form)]) if can_be_read else html.Div()
+    return html.Article(
+        [
+            html.Div(
+                [
+                    html.H3(source.name),
+                    html.Span(id={"data-facts": key}, className="quiet"),
+                    html.Button(
+                        "Remove", id={"data-remove": key}, className="plain", title=source.name
+                    ),
+                ],
+                className="row name",
+            ),
+            html.P(id={"data-wrong": key}, className="sentence", role="alert"),
+            *_declared(seen, form),
+            *([_use(seen, form)] if can_be_read else []),
+            html.P(id={"data-refused": key}, className="sentence", role="alert"),
+            html.Div([fields, html.Div(id={"data-found": key})], className="sides"),
+        ],
+        className="card source",
+    )
+
+
+def found(seen: Seen, theme: Theme) -> list[Component]:
+    """A look at what was read, and what is worth knowing of it."""
+    return [*_figure(seen, theme), *_quality(seen)]
+
+
+def facts(seen: Seen) -> str:
+    """How much was read."""
+    read = seen.recordings
+    if not read:
+        return "" if seen.sentence() else "is being read…"
+    samples = sum(len(one.time) for one in read)
+    pieces = "" if len(read) == 1 else f" in {len(read)} recordings"
+    if read[0].static:
+        return f"a static curve of {samples} samples"
+    seconds = sum(float(one.time[-1] - one.time[0]) for one in read)
+    rate = 1.0 / float(np.median(np.diff(read[0].time)))
+    return f"{samples} samples{pieces}, {number(seconds)} s at {number(rate)} Hz"
+
+
+def _declared(seen: Seen, form: Form) -> list[Component]:
+    """A way to insist, where the data look read wrongly."""
+    source = seen.source
+    if not (source.as_declared or seen.sentence().endswith(DECLARE)):
+        return []
+    value = ["yes"] if source.as_declared else []
+    place = form.place(source.key, "as_declared", value)
+    label = "The file is right: take it as declared"
+    return [dcc.Checklist([{"value": "yes", "label": label}], value, id=place)]
+
+
+def _use(seen: Seen, form: Form) -> html.Div:
+    """Whether the data are fitted or only judge, and which part of them is read."""
+    source = seen.source
+    role = form.place(source.key, "role", source.role)
+    start, end = (("" if one is None else f"{one:.9g}") for one in source.window)
+    parts: list[Component] = [
+        dcc.RadioItems(
+            [{"value": name, "label": label} for name, label in ROLES.items()],
+            source.role,
+            id=role,
+            inline=True,
+        )
+    ]
+    if source.role == "split":
+        at = "" if source.split is None else f"{source.split:.9g}"
+        parts.append(_labelled("fitted before", form.text(source.key, "split", at), "s"))
+    if not (seen.first is not None and seen.first.static):
+        parts += [
+            _labelled("read from", form.text(source.key, "start", start), "s"),
+            _labelled("to", form.text(source.key, "end", end), "s"),
+        ]
+    return html.Div(parts, className="row use")
+
+
+def _labelled(before: str, control: Component, unit: str = "") -> html.Label:
+    return html.Label([before, control, unit])
+
+
+# ---- how it is read ------------------------------------------------------------------------
+
+
+def _mapping(seen: Seen, form: Form) -> html.Div:
+    heads = ("signal", "column of the file", "unit", "times", "plus")
+    head = html.Thead(html.Tr([html.Th(one, scope="col") for one in heads]))
+    rows = [_mapping_row(seen, row, form) for row in seen.rows()]
+    return html.Div(html.Table([head, html.Tbody(rows)]), className="mapping")
+
+
+def _mapping_row(seen: Seen, row: Row, form: Form) -> html.Tr:
+    key, signal = seen.source.key, row.signal
+    columns = list(seen.columns)
+    if row.column is not None and row.column not in columns:
+        columns.append(row.column)
+    options = [{"value": one, "label": one} for one in columns]
+    options.insert(0, {"value": BY_NAME, "label": "found by its name"})
+    empty = "by its name" if seen.first is None else "not there"
+    column = form.choice(key, "column", row.column, options, signal, placeholder=empty)
+    cells: list[Any] = [column, "", "", ""]
+    if row.column is not None:
+        plus = form.text(key, "plus", f"{row.plus:.6g}", signal)
+        cells[1:] = [
+            form.choice(key, "unit", row.unit, row.units(), signal, searchable=False),
+            form.text(key, "times", f"{row.times:.9g}", signal),
+            html.Span([plus, row.si], className="measure"),
+        ]
+    return html.Tr([html.Th(words(signal), scope="row"), *(html.Td(one) for one in cells)])
+
+
+def _advanced(seen: Seen, form: Form) -> html.Details:
+    source = seen.source
+    resample = "" if source.resample is None else f"{source.resample:.9g}"
+    late = shifted(seen.first)
+    zeroed = [one for one in late if one != "load_torque"]
+    parts: list[Component] = [
+        _labelled(
+            "inputs between the samples:",
+            form.choice(
+                source.key,
+                "interpolation",
+                source.interpolation,
+                [{"value": name, "label": label} for name, label in INTERPOLATIONS.items()],
+                searchable=False,
+            ),
+        ),
+        _labelled("resample, one every", form.text(source.key, "resample", resample), "s"),
+    ]
+    if zeroed:
+        value = [one for one in zeroed if one in source.remove_offset]
+        place = form.place(source.key, "remove_offset", value)
+        options = [{"value": one, "label": words(one)} for one in zeroed]
+        boxes = dcc.Checklist(options, value, id=place, inline=True)
+        parts.append(html.Div(["begins at 0 by definition:", boxes], className="row"))
+    for signal in late:
+        shift = source.time_shift.get(signal, "")
+        text = shift if isinstance(shift, str) else f"{shift:.9g}"
+        control = form.text(source.key, "shift", text, signal, placeholder="0, or auto")
+        parts.append(_labelled(f"{words(signal)} is late by", control, "s"))
+    return html.Details([html.Summary("Advanced"), *parts])
+
+
+# ---- what was found ------------------------------------------------------------------------
+
+
+def _figure(seen: Seen, theme: Theme) -> list[Component]:
+    first = seen.first
+    if first is None:
+        return []
+    split = seen.source.split if seen.source.role == "split" else None
+    margin = {"l": 56, "r": 8, "t": 46, "b": 40}
+    figure = preview(first, split=split, theme=theme, height=HEIGHT, margin=margin)
+    several = [html.P(f"Shown: {first.name}", className="quiet")] if seen.recordings[1:] else []
+    return [dcc.Graph(figure=figure, config=GESTURES, style={"height": HEIGHT}), *several]
+
+
+def _quality(seen: Seen) -> list[Component]:
+    told = findings(seen)
+    return [html.Ul([html.Li(one) for one in told], className="findings")] if told else []
+
+
+def findings(seen: Seen) -> list[str]:
+    """What is worth knowing of the data, a sentence each."""
+    first = seen.first
+    if first is None:
+        return []
+    told = [
+        f"Noise of the {shown(name, static=first.static).words}: "
+        f"{noise_in_words(noise, shown(name, static=first.static))}"
+        for name, noise in (first.noise.items() if isinstance(seen.looked, tuple) else ())
+    ]
+    if first.load_torque is None and not first.static:
+        told.append("There is no load torque: none is taken to act.")
+    if "joint_torque" not in first.signals and not first.static:
+        told.append("There is no measured joint torque: the joint position alone judges.")
+    told += noted(seen.recordings)
+    if seen.looked is None and seen.source.role != "off" and not seen.sentence():
+        told.append("Whether it looks read rightly is being checked…")
+    return told
+
+
+def noted(recordings: Sequence[Measurement]) -> list[str]:
+    """Notes of all recordings, each once."""
+    every = list(dict.fromkeys(in_app_words(note) for one in recordings for note in one.notes))
+    more = len(every) - MOST_NOTES
+    return every[:MOST_NOTES] + ([f"and {more} more notes"] if more > 0 else [])
