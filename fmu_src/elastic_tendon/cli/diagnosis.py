@@ -1,6 +1,5 @@
 """The command that finds out what is missing: diagnose; and the demo of it."""
 
-import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -28,8 +27,11 @@ from elastic_tendon.cli.shared import (
     ForceOption,
     JsonOption,
     ModelArgument,
+    ReportOption,
     app,
     check_outputs,
+    check_page,
+    command_line,
     load,
     notice,
     output,
@@ -37,11 +39,13 @@ from elastic_tendon.cli.shared import (
     reporting,
     save_figures,
     save_json,
+    sources,
 )
 from elastic_tendon.output import check_folder, check_writable, write_file, write_text
 
 if TYPE_CHECKING:
     from elastic_tendon.diagnosis.result import Diagnosis, Round
+    from elastic_tendon.identify.add import Report
 
 
 @app.command()
@@ -110,6 +114,7 @@ def diagnose(
     ] = None,
     json_file: JsonOption = None,
     figures: FiguresOption = None,
+    page: ReportOption = None,
     force: ForceOption = False,
 ) -> None:
     """Find out whether the model is adequate, its numbers are wrong, or which effect is missing.
@@ -117,7 +122,7 @@ def diagnose(
     All effects are tried, those that explain the error are fitted and confirmed, and what is
     found is added, one after the other, until nothing is missing. Ctrl-C keeps what was found.
     """
-    files = Outputs(save_model, experiment, json_file, figures, force)
+    files = Outputs(save_model, experiment, json_file, figures, page, force)
     files.check([*data, *(validate or [])])
     if step and not _is_terminal():
         fault = "it asks on the terminal, and there is none; leave it out"
@@ -143,15 +148,20 @@ def diagnose(
             from elastic_tendon.report.diagnosis_figures import all_figures
 
             save_figures(all_figures(found), figures, force, stage.report)
-    call = Call(
-        model=model,
-        data=tuple(data),
-        effects=tuple(word for one in own_effects or () for word in ("--effect", str(one))),
-        reading=reading.options(),
-        saved=_text(save_model),
-        learned=_text(files.learned if found.learned else None),
-        experiment=_text(experiment if found.next_experiment else None),
-    )
+        call = Call(
+            model=model,
+            data=tuple(data),
+            effects=tuple(word for one in own_effects or () for word in ("--effect", str(one))),
+            reading=reading.options(),
+            saved=_text(save_model),
+            learned=_text(files.learned if found.learned else None),
+            experiment=_text(experiment if found.next_experiment else None),
+        )
+        if page is not None:
+            read = {"fitted": measurements, "held-out": heldout}
+            came = sources(model, read, reading.mapping, own_effects)
+            text = _report(found, came, next_lines(found, call), stage.report)
+            write_text(page, text, force=force)
     _show_answer(found)
     _say(next_lines(found, call))
     _show_evidence(found, every)
@@ -159,6 +169,8 @@ def diagnose(
         notice.print(f"note: no experiment is proposed, so {experiment} was not written")
     if figures is not None:
         output.print(f"The figures are in {figures}.", highlight=False)
+    if page is not None:
+        output.print(f"The report is {page}.", highlight=False)
     _stop_if(found)
 
 
@@ -170,6 +182,7 @@ class Outputs:
     experiment: Path | None
     json: Path | None
     figures: Path | None
+    page: Path | None
     force: bool
 
     @property
@@ -179,7 +192,7 @@ class Outputs:
 
     def check(self, recordings: Sequence[str]) -> None:
         """Refuse what could not be written, before the long work; recordings are never replaced."""
-        paths = (self.model, self.learned, self.experiment, self.json)
+        paths = (self.model, self.learned, self.experiment, self.json, self.page)
         given = [path.resolve() for path in paths if path is not None]
         if len(set(given)) < len(given):
             raise typer.BadParameter("two outputs have the same name; give each its own")
@@ -189,6 +202,7 @@ class Outputs:
                 raise typer.BadParameter(
                     f"{recording} is a recording; give the output another name"
                 )
+        check_page(self.page)
         check_outputs(*paths, picture=None, force=self.force)
         if self.figures is not None:
             check_folder(self.figures, force=self.force)
@@ -259,8 +273,7 @@ def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str
     from elastic_tendon.report.diagnosis_tables import verdict_sentences
 
     lines = [
-        f"made by elastic-tendon {version('elastic-tendon')}: "
-        + shlex.join(["elastic-tendon", *sys.argv[1:]]),
+        f"made by elastic-tendon {version('elastic-tendon')}: {command_line()}",
         f"fitted: {', '.join(fitted)}",
         *([f"held out: {', '.join(heldout)}"] if heldout else []),
         f"verdict: {found.verdict}",
@@ -273,6 +286,21 @@ def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str
 def _printable(line: str) -> str:
     """A line for a comment: names of files may hold what TOML and UTF-8 do not allow there."""
     return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in line)
+
+
+def _report(
+    found: "Diagnosis",
+    read: Sequence[tuple[str, Path]],
+    advice: Sequence[str],
+    report: "Report",
+) -> str:
+    """The report of a diagnosis; what was read by purpose, and what to do next."""
+    from elastic_tendon.identify.locate import locate
+    from elastic_tendon.report.html.document import diagnosis_document
+    from elastic_tendon.report.html.origin import origin_of
+
+    where = locate(found.steps[0].comparison, report)
+    return diagnosis_document(found, where, origin_of(command_line(), read, advice), report)
 
 
 def _show_answer(found: "Diagnosis") -> None:

@@ -25,8 +25,11 @@ from elastic_tendon.cli.shared import (
     JsonOption,
     ModelArgument,
     PlotOption,
+    ReportOption,
     app,
     check_outputs,
+    check_page,
+    command_line,
     load,
     notice,
     output,
@@ -35,6 +38,7 @@ from elastic_tendon.cli.shared import (
     save_figures,
     save_json,
     save_picture,
+    sources,
 )
 from elastic_tendon.output import check_folder, check_writable, write_text
 
@@ -106,6 +110,7 @@ def compare(
     json_file: JsonOption = None,
     plot: PlotOption = None,
     figures: FiguresOption = None,
+    page: ReportOption = None,
     force: ForceOption = False,
 ) -> None:
     """Compare a model with measurements: how large the error is, and where it lies.
@@ -115,7 +120,8 @@ def compare(
     from elastic_tendon.identify.comparison_json import comparison_json
     from elastic_tendon.identify.locate import locate
 
-    check_outputs(json_file, picture=plot, force=force)
+    check_page(page)
+    check_outputs(json_file, page, picture=plot, force=force)
     if figures is not None:
         check_folder(figures, force=force)
     reading = Reading.from_options(
@@ -131,6 +137,15 @@ def compare(
             from elastic_tendon.report.location_figures import all_figures
 
             save_figures(all_figures(comparison, location), figures, force, report)
+        if page is not None:
+            from elastic_tendon.report.html.document import comparison_document
+            from elastic_tendon.report.html.origin import origin_of
+
+            read = sources(model, {"compared": measurements}, reading.mapping, own_effects)
+            text = comparison_document(
+                comparison, location, origin_of(command_line(), read), report
+            )
+            write_text(page, text, force=force)
     save_json(comparison_json(comparison, location), json_file, force)
     if plot is not None:
         from elastic_tendon.report.comparison_figures import overlay
@@ -139,6 +154,8 @@ def compare(
     _show_comparison(comparison, location, all_bins)
     if figures is not None:
         output.print(f"The figures are in {figures}.", highlight=False)
+    if page is not None:
+        output.print(f"The report is {page}.", highlight=False)
 
 
 @app.command()

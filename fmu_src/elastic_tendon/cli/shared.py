@@ -2,7 +2,9 @@
 
 import functools
 import json
-from collections.abc import Callable, Iterable, Iterator
+import shlex
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
@@ -11,12 +13,20 @@ import typer
 from rich.console import Console
 
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.output import check_writable, write_file, write_folder, write_text, written
+from elastic_tendon.output import (
+    OutputError,
+    check_writable,
+    write_file,
+    write_folder,
+    write_text,
+    written,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from elastic_tendon.identify.add import Report
+    from elastic_tendon.measurement import Measurement
     from elastic_tendon.parameters import Model
 
 INTERRUPTED = 130
@@ -54,6 +64,15 @@ PlotOption = Annotated[
 FiguresOption = Annotated[
     Path | None,
     typer.Option("--figures", metavar="FOLDER", help="Draw all figures into a new folder."),
+]
+
+ReportOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--report",
+        metavar="F.html",
+        help="Write all of it as one page that needs no network and can be printed.",
+    ),
 ]
 
 
@@ -119,6 +138,41 @@ def check_outputs(*paths: Path | None, picture: Path | None, force: bool) -> Non
     for path in (*paths, picture):
         if path is not None:
             check_writable(path, force=force)
+
+
+def check_page(path: Path | None) -> None:
+    """Refuse, before any work is done, a report that no browser would open."""
+    if path is not None and path.suffix.lower() != ".html":
+        raise OutputError(f"{path}: a report is a page for a browser; let its name end in .html")
+
+
+def command_line() -> str:
+    """The command that runs, to type it again."""
+    return shlex.join(["elastic-tendon", *sys.argv[1:]])
+
+
+def sources(
+    model: str,
+    read: "Mapping[str, Sequence[Measurement]]",
+    mapping: Sequence[str],
+    own_effects: Sequence[Path] | None,
+) -> list[tuple[str, Path]]:
+    """What a command read, as purpose and path, for the origin of a report.
+
+    Parameters
+    ----------
+    model : as given; the name of a bundled one is the path of no file
+    read : what measurements were used for, and the measurements
+    mapping : values of --map
+    own_effects : files of --effect
+    """
+    paths = [("model", Path(model))]
+    for used, measurements in read.items():
+        for one in measurements:
+            # beside a recording may lie how to read it
+            paths += [(used, Path(one.source)), ("how to read it", Path(f"{one.source}.toml"))]
+    paths += [("how to read it", Path(one)) for one in mapping]
+    return paths + [("effect", one) for one in own_effects or ()]
 
 
 def save_picture(figure: "Figure", path: Path, force: bool) -> None:

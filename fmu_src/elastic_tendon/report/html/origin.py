@@ -48,12 +48,15 @@ def origin_of(command: str, read: Iterable[tuple[str, Path]], advice: Iterable[s
         (a bundled model's name) not at all, and of a folder each file
     advice : what to do next
     """
-    unique = {path: purpose for purpose, path in read}
+    purposes: dict[Path, dict[str, None]] = {}
+    for purpose, path in read:
+        purposes.setdefault(path, {})[purpose] = None
+    every = ((", ".join(used), path) for path, used in purposes.items())
     return Origin(
         command=command,
         made=datetime.now().astimezone().isoformat(timespec="seconds"),
         software={"Python": platform.python_version()} | {one: version(one) for one in SOFTWARE},
-        files=tuple(one for path, purpose in unique.items() for one in _files(purpose, path)),
+        files=tuple(file for one in every for file in _files(*one)),
         advice=tuple(advice),
     )
 

@@ -29,6 +29,7 @@ from elastic_tendon.report.html.blocks import (
 from elastic_tendon.report.interactive.loop import torque_loop
 from elastic_tendon.report.interactive.overlay import Run, overlay
 from elastic_tendon.report.interactive.places import error_maps
+from elastic_tendon.report.interactive.residual import residual
 from elastic_tendon.report.interactive.torque import missing_torque
 from elastic_tendon.report.units import number, shown, times_noise
 
@@ -62,6 +63,8 @@ def overlays(recordings: Sequence[Recording]) -> Iterator[Block]:
         yield Heading(one.title)
         for signal in one.file.signals:
             yield _overlay(one, signal)
+            if len(one.runs) > 1:  # the error as given is so much larger that it hides the other
+                yield _residual(one, signal)
     yield from _left_out(len(recordings) - MOST)
 
 
@@ -74,6 +77,17 @@ def _overlay(recording: Recording, signal: str) -> Plot:
         lambda theme: overlay(runs, signal, theme=theme),
         f"{recording.title}: measured and simulated {quantity.words}, and the error below; "
         f"RMS error {', '.join(sizes)}, {ratio}.",
+    )
+
+
+def _residual(recording: Recording, signal: str) -> Plot:
+    last = recording.runs[-1]
+    error = recording.file.signals[signal]
+    quantity = shown(signal, static=recording.file.measurement.static)
+    return plot(
+        lambda theme: residual(last, signal, theme=theme),
+        f"{recording.title}: the {quantity.words} error {last.label} alone, with the noise behind "
+        f"it; at most {quantity.error(error.max_abs)}.",
     )
 
 

@@ -6,7 +6,7 @@ from math import log10
 import plotly.graph_objects as go
 
 from elastic_tendon.identify.ladder import Rung
-from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, broken
+from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, broken, plain
 from elastic_tendon.report.units import number, shown
 
 # of the two labels at a step, that of the larger error stands above its line
@@ -72,7 +72,7 @@ def ladder(rungs: Sequence[Rung], signal: str, *, theme: Theme = LIGHT) -> go.Fi
     )
     figure.update_xaxes(
         tickvals=list(range(len(rungs))),
-        ticktext=[broken(one.title) for one in rungs],
+        ticktext=[broken(plain(one.title)) for one in rungs],
         range=[-_ROOM, len(rungs) - 1 + _ROOM],
         showgrid=False,
     )
