@@ -1,34 +1,343 @@
-"""Add."""
+"""Add an effect and refit: the tree of versions, the ladder of errors, and the fitted numbers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
-from dash import Dash, Input, Output, html
+from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
-from elastic_tendon.app import results
+from elastic_tendon import effects
+from elastic_tendon.app import ranking, results, versions, walk
 from elastic_tendon.app.document import Document
-from elastic_tendon.app.results import Files
+from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.step import Step
-from elastic_tendon.app.workspace import Result, Workspace
+from elastic_tendon.app.tables import table
+from elastic_tendon.app.view import SIGNAL, compared_now
+from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.identify.determinability import Findings
+from elastic_tendon.identify.ladder import Rung
+from elastic_tendon.report.interactive.ladder import ladder
+from elastic_tendon.report.interactive.theme import CONFIG, THEMES, Theme
+from elastic_tendon.report.tables import estimate_cells, open_note, with_interval
+from elastic_tendon.report.units import shown
+
+FIGURES: Any = CONFIG | {"scrollZoom": False}  # a wheel that turns over a figure moves the page
+LONGEST = 80  # letters of a title
+INDENT = 1.4  # rem
+HEAD = 40  # above figures, which have headings of the page, pixels
+
+
+# ---- layout --------------------------------------------------------------------------------
 
 
 def _layout() -> Sequence[Component]:
-    return [html.Div(id="add-body")]
+    return [
+        dcc.Store(id="add-deleting"),  # the version whose deletion was asked for once
+        _controls(),
+        html.P(id="add-sentence", className="sentence", role="alert"),
+        html.Div(id="add-done", role="status"),
+        html.H3("Versions"),
+        html.Div(id="add-versions"),
+        html.Div([html.Div(id="add-ladder"), html.Div(id="add-numbers")], id="add-columns"),
+    ]
+
+
+def _controls() -> Component:
+    return html.Div(
+        [
+            html.Label(
+                [
+                    html.Span("Effect", id="add-choice-label"),
+                    dcc.Dropdown(
+                        id="add-choice",
+                        clearable=False,
+                        placeholder="choose one",
+                        className="chooser",
+                    ),
+                ],
+                htmlFor="add-choice",
+            ),
+            html.Button("Add", id="add-add"),
+            html.Button(id="add-refit", className="plain"),
+            html.Button("Undo", id="add-undo", className="plain"),
+        ],
+        className="row",
+    )
+
+
+def _tree(rows: Sequence[versions.Row], signal: str, deleting: str | None) -> Component:
+    words = shown(signal).words
+    heads = ["Version", f"{words}: RMS error", "held out", "times noise", ""]
+    head = [
+        html.Th(text, scope="col", className="figure" if 0 < index < 4 else "")
+        for index, text in enumerate(heads)
+    ]
+    body = [_row(row, deleting) for row in rows]
+    return html.Div(html.Table([html.Thead(html.Tr(head)), html.Tbody(body)]), className="table")
+
+
+def _row(row: versions.Row, deleting: str | None) -> Component:
+    name = row.version.id
+    title = html.Label(
+        [
+            html.Span("Title", className="unseen"),
+            dcc.Input(
+                value=row.version.title,
+                id={"add-title": name},
+                debounce=True,
+                maxLength=LONGEST,
+            ),
+        ],
+        style={"marginLeft": f"{INDENT * row.depth}rem"},
+    )
+    figures = (row.fitted, row.heldout, row.ratio)
+    return html.Tr(
+        [
+            html.Th(title, scope="row"),
+            *(html.Td(text, className="figure") for text in figures),
+            html.Td(_buttons(row, sure=deleting == name), className="buttons"),
+        ],
+        className="chosen" if row.current else "",
+    )
+
+
+def _buttons(row: versions.Row, *, sure: bool) -> list[Component]:
+    below = f" and {row.below} below" if row.below else ""
+    return [
+        html.Button(
+            "Looked at" if row.current else "Look at it",
+            id={"add-look": row.version.id},
+            className="plain",
+            disabled=row.current,
+        ),
+        html.Button(
+            f"Really delete it{below}" if sure else "Delete",
+            id={"add-delete": row.version.id},
+            className="plain sure" if sure else "plain",
+            disabled=not row.deletable,
+        ),
+    ]
+
+
+def _ladders(rungs: Sequence[Rung], theme: Theme) -> list[Component]:
+    heading = html.H3("Error after each step")
+    figures = [
+        ladder(rungs, signal, theme=theme).update_layout(title=None, margin={"t": HEAD})
+        for signal in rungs[0].rmse
+    ]
+    return [heading, *(dcc.Graph(figure=figure, config=FIGURES) for figure in figures)]
+
+
+def _numbers(found: Findings) -> list[Component]:
+    heads = ("Number", "given", "fitted, 95 % interval", "unit")
+    parts: list[Component] = [
+        html.H3("Fitted numbers"),
+        table(heads, [estimate_cells(one) for one in found.estimates]),
+    ]
+    if note := open_note(found):
+        parts.append(html.P(note, className="quiet"))
+    if found.ratios:
+        rows = [
+            (
+                one.name.removeprefix("transmission."),
+                with_interval(one.value, one.interval),
+                one.unit.replace(".", "·"),
+            )
+            for one in found.ratios
+        ]
+        words = "Determined as ratios only; J is the link's inertia"
+        parts.append(table(("Ratio", "fitted, 95 % interval", "unit"), rows, words))
+    return [*parts, *(html.P(sentence) for sentence in found.sentences)]
+
+
+# ---- what is on the shelf ------------------------------------------------------------------
 
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    return [results.compared(document, document.version, files)]
+    version = document.version
+    needed: list[Result[Any]] = [
+        results.compared(document, version, files),
+        results.climbed(document, files),
+    ]
+    if walk.is_fitted(document, version):
+        needed.append(walk.answer(document, version, files))
+    return needed
+
+
+def _rows(session: Session, signal: str) -> list[versions.Row]:
+    document = session.document
+    rows = []
+    for row in versions.tree(document):
+        # another model as given may believe the data less, but they are the same
+        result = results.compared(document.at(row.version.id), row.version, session.files)
+        found = session.shelf.find(result)
+        if isinstance(found, Compared):
+            fitted, heldout, ratio = versions.errors_of(found, signal)
+            row = replace(row, fitted=fitted, heldout=heldout, ratio=ratio)
+        rows.append(row)
+    return rows
+
+
+def _rungs(session: Session) -> tuple[Rung, ...]:
+    found = session.shelf.find(results.climbed(session.document, session.files))
+    return () if found is None or isinstance(found, Failure) else found
+
+
+# ---- callbacks -----------------------------------------------------------------------------
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
-    @app.callback(Output("add-body", "children"), Input("session", "data"), Input("open", "data"))
-    def show(stored: Any, opened: str) -> Any:
+    _register_controls(app, workspace)
+    _register_versions(app, workspace)
+    _register_results(app, workspace)
+    _register_work(app, workspace)
+    _register_changes(app, workspace)
+
+
+def _register_controls(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("add-choice", "options"),
+        Output("add-choice", "value"),
+        Output("add-refit", "children"),
+        Output("add-refit", "hidden"),
+        Output("add-undo", "disabled"),
+        Input("session", "data"),
+        Input("open", "data"),
+        State("add-choice", "value"),
+    )
+    def show(stored: Any, opened: str, chosen: str | None) -> tuple[Any, ...]:
         if not stored or opened != "add":
-            return ""
+            return (no_update,) * 5
         session = workspace.open(stored)
-        found = session.shelf.find(_needs(session.document, session.files)[0])
-        return str(found)[:200]
+        document = session.document
+        options = ranking.choices(document.version.loaded())
+        values = [one["value"] for one in options]
+        found = walk.round_of(session)
+        words = versions.refit_words(document)
+        return (
+            options,
+            chosen if chosen in values else (found.chosen if found else None),
+            words,
+            not words,
+            document.version.parent is None,
+        )
+
+
+def _register_versions(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("add-versions", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("add-deleting", "data"),
+    )
+    def show(stored: Any, opened: str, deleting: str | None) -> Any:
+        if not stored or opened != "add":
+            return no_update
+        session = workspace.open(stored)
+        now = compared_now(session)
+        signal = SIGNAL if now is None else versions.told_signal(now)
+        return _tree(_rows(session, signal), signal, deleting)
+
+
+def _register_results(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("add-done", "children"),
+        Output("add-ladder", "children"),
+        Output("add-numbers", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("theme", "data"),
+    )
+    def show(stored: Any, opened: str, theme: str) -> tuple[Any, ...]:
+        if not stored or opened != "add":
+            return (no_update,) * 3
+        session = workspace.open(stored)
+        document = session.document
+        rungs = _rungs(session)
+        found = None
+        if walk.is_fitted(document, document.version):
+            found = session.shelf.find(walk.answer(document, document.version, session.files))
+        figures = _ladders(rungs, THEMES[theme]) if len(rungs) > 1 else []
+        numbers = _numbers(found.result.findings) if isinstance(found, Answer) else []
+        return [html.P(text) for text in versions.step_sentences(rungs)], figures, numbers
+
+
+def _register_work(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("pulse", "data", allow_duplicate=True),
+        Output("add-sentence", "children", allow_duplicate=True),
+        Input("add-add", "n_clicks"),
+        Input("add-refit", "n_clicks"),
+        State("add-choice", "value"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def begin(adds: int | None, refits: int | None, chosen: str | None, stored: Any) -> Any:
+        if not stored or not ctx.triggered[0]["value"]:
+            return no_update, ""
+        session = workspace.open(stored)
+        if ctx.triggered_id == "add-refit":
+            started = session.start("add", "refitting the parameters", walk.refitting(session))
+        elif chosen is not None and chosen in effects.BY_ID:
+            words = f"adding {effects.BY_ID[chosen].title}"
+            started = session.start("add", words, walk.adding(session, chosen))
+        else:
+            return no_update, "Choose an effect to add."
+        return ["add", adds, refits], "" if started else ranking.BUSY
+
+
+def _register_changes(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Output("add-deleting", "data"),
+        Output("add-sentence", "children", allow_duplicate=True),
+        Input("add-undo", "n_clicks"),
+        Input({"add-look": ALL}, "n_clicks"),
+        Input({"add-delete": ALL}, "n_clicks"),
+        Input({"add-title": ALL}, "value"),
+        State("add-deleting", "data"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def change(*given: Any) -> tuple[Any, Any, str]:
+        deleting, stored = given[-2:]
+        value = ctx.triggered[0]["value"]
+        if not stored or not value:
+            return no_update, no_update, ""
+        session = workspace.open(stored)
+        before = session.document
+        what, name = _asked(ctx.triggered_id)
+        if what == "add-delete" and deleting != name:
+            return no_update, name, ""
+        after = _changed(before, what, name, str(value))
+        if after == before:  # a new row says its title, too
+            return no_update, no_update, ""
+        session.change(lambda latest: _changed(latest, what, name, str(value)))
+        return session.stored(), None, ""
+
+
+def _asked(triggered: Any) -> tuple[str, str]:
+    """What was done on the page, and to which version; "" where it is the current one."""
+    if isinstance(triggered, str):
+        return triggered, ""
+    ((what, name),) = triggered.items()
+    return str(what), str(name)
+
+
+def _changed(document: Document, what: str, name: str, value: str) -> Document:
+    """The document after what was done to a version; unchanged where that is gone."""
+    if what == "add-undo":
+        return document.at(document.version.parent or document.current)
+    if all(one.id != name for one in document.versions):
+        return document
+    if what == "add-look":
+        return document.at(name)
+    if what == "add-delete":
+        return document.without(name)
+    title = " ".join(value.split())[:LONGEST]
+    return document.renamed(name, title) if title else document
 
 
 STEP = Step(id="add", title="Add", layout=_layout, register=_register, needs=_needs)

@@ -1,36 +1,332 @@
-"""Which effect."""
+"""Which effect is missing: the ranked list, the page of each, and a try before it is added."""
 
 from collections.abc import Sequence
 from typing import Any
 
-from dash import Dash, Input, Output, html
+from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
-from elastic_tendon.app import results
+from elastic_tendon import effects
+from elastic_tendon.app import ranking, results, walk
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
-from elastic_tendon.app.workspace import Result, Workspace
+from elastic_tendon.app.view import compared_now, recordings, view_of
+from elastic_tendon.app.workspace import Result, Session, Work, Workspace
+from elastic_tendon.diagnosis.by_hand import decided
+from elastic_tendon.diagnosis.result import Candidate, Round
+from elastic_tendon.report.diagnosis_tables import (
+    NONE,
+    called,
+    candidate_numbers,
+    gain,
+    none_of_them,
+    percent,
+)
+from elastic_tendon.report.effects import effect_sections
+from elastic_tendon.report.interactive.candidates import candidates
+from elastic_tendon.report.interactive.overlay import Run, overlay
+from elastic_tendon.report.interactive.theme import CONFIG, THEMES
+
+FIGURES: Any = CONFIG | {"scrollZoom": False}  # a wheel that turns over a figure moves the page
+HEAD = 48  # above figures, which have headings of the page, pixels
+GAINS = (
+    "Gain: share by which the squared error falls; held out: on samples that no fit has seen, "
+    "other recordings or one stretch after the other."
+)
+HEADS = (
+    "Effect",
+    "Probability",
+    "Error explained, fitted data",
+    "held-out data",
+    "Numbers, and why",
+)
+
+
+# ---- layout --------------------------------------------------------------------------------
 
 
 def _layout() -> Sequence[Component]:
-    return [html.Div(id="effect-body")]
+    return [
+        dcc.Store(id="effect-seen"),  # the round whose suggestion was put forward
+        html.Div(
+            [
+                html.Button(ranking.SEARCH, id="effect-search"),
+                html.P(id="effect-search-words", className="quiet"),
+            ],
+            className="row",
+            id="effect-search-row",
+        ),
+        html.P(id="effect-sentence", className="sentence", role="alert"),
+        html.Div([html.Div(id="effect-list"), _page()], id="effect-columns"),
+        html.Div(id="effect-tried"),
+        html.Div(id="effect-evidence"),
+    ]
+
+
+def _page() -> Component:
+    return html.Div(
+        [
+            html.Label(
+                [
+                    html.Span("Effect", id="effect-choice-label"),
+                    dcc.Dropdown(ranking.choices(), id="effect-choice", clearable=False),
+                ],
+                htmlFor="effect-choice",
+            ),
+            html.Div(
+                [
+                    html.Button("Try", id="effect-try", className="plain"),
+                    html.Button("Add", id="effect-add"),
+                ],
+                className="row",
+            ),
+            html.P(id="effect-refusal", className="quiet"),
+            html.Div(id="effect-tried-words", role="status"),
+            html.Div(id="effect-page", tabIndex="0"),
+        ],
+        className="card",
+        id="effect-card",
+    )
+
+
+def _list(one: Round) -> list[Component]:
+    """The ranked list of a round; `decided`, so that nothing is called taken."""
+    shown = decided(one, None)
+    groups = [_group(group) for group in ranking.refitted(shown)]
+    last = html.Tr(
+        [
+            html.Th(NONE, scope="row"),
+            html.Td(percent(none_of_them(one)), className="figure"),
+            *(html.Td("-", className="figure") for _ in range(2)),
+        ]
+    )
+    parts: list[Component] = [
+        html.P(ranking.suggestion(one)),
+        _table([*groups, html.Tbody(last)]),
+        html.P(GAINS, className="quiet"),
+    ]
+    if rest := ranking.unlikely(shown):
+        words = f"{len(rest)} more, of which the score test expects too little for a refit"
+        body = html.Tbody([row for candidate in rest for row in _rows(candidate)])
+        parts.append(html.Details([html.Summary(words), _table([body])]))
+    return parts
+
+
+def _table(bodies: Sequence[Component]) -> Component:
+    heads = [
+        html.Th(head, scope="col", className="figure" if index else "")
+        for index, head in enumerate(HEADS)
+    ]
+    return html.Div(html.Table([html.Thead(html.Tr(heads)), *bodies]), className="table")
+
+
+def _group(group: Sequence[Candidate]) -> Component:
+    rows = [row for candidate in group for row in _rows(candidate)]
+    if len(group) > 1:
+        words = "These data cannot tell apart:"
+        rows.insert(0, html.Tr(html.Th(words, colSpan=len(HEADS), scope="rowgroup")))
+    return html.Tbody(rows, className="alike" if len(group) > 1 else "")
+
+
+def _rows(one: Candidate) -> list[Component]:
+    """The figures of a candidate; below them its numbers, and why it would be taken or not."""
+    title = html.Button(called(one.id), id={"effect-pick": one.id}, className="link")
+    figures = (percent(one.probability), gain(one.gain), gain(one.heldout_gain))
+    cells = [html.Td(figure, className="figure") for figure in figures]
+    why = [html.Div("; ".join(candidate_numbers(one))), html.Div(one.verdict, className="quiet")]
+    return [
+        html.Tr([html.Th(title, scope="row"), *cells], className="figures"),
+        html.Tr(html.Td(why, colSpan=len(HEADS))),
+    ]
+
+
+# ---- what is on the shelf ------------------------------------------------------------------
 
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    return [results.compared(document, document.version, files)]
+    version = document.version
+    needed: list[Result[Any]] = [results.compared(document, version, files)]
+    if walk.was_searched(document, version):
+        needed.append(walk.outcome(document, version, files))
+    return needed
+
+
+def _tried(session: Session, effect_id: str) -> walk.Tried | None:
+    document = session.document
+    found = session.shelf.find(walk.tried(document, document.version, effect_id, session.files))
+    return found if isinstance(found, walk.Tried) else None
+
+
+# ---- callbacks -----------------------------------------------------------------------------
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
+    _register_list(app, workspace)
+    _register_choice(app, workspace)
+    _register_page(app, workspace)
+    _register_figures(app, workspace)
+    _register_work(app, workspace)
+
+
+def _register_list(app: Dash, workspace: Workspace) -> None:
     @app.callback(
-        Output("effect-body", "children"), Input("session", "data"), Input("open", "data")
+        Output("effect-search", "children"),
+        Output("effect-search-row", "hidden"),
+        Output("effect-search-words", "children"),
+        Output("effect-list", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
     )
-    def show(stored: Any, opened: str) -> Any:
+    def show(stored: Any, opened: str) -> tuple[Any, ...]:
         if not stored or opened != "effect":
-            return ""
+            return (no_update,) * 4
         session = workspace.open(stored)
-        found = session.shelf.find(_needs(session.document, session.files)[0])
-        return str(found)[:200]
+        name, words = ranking.search_words(session.document)
+        found = walk.round_of(session)
+        return name, not words, words, _list(found) if found else []
+
+
+def _register_choice(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("effect-choice", "value"),
+        Output("effect-seen", "data"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input({"effect-pick": ALL}, "n_clicks"),
+        State("effect-seen", "data"),
+    )
+    def choose(stored: Any, opened: str, _picks: Any, seen: Any) -> tuple[Any, Any]:
+        if not stored or opened != "effect":
+            return no_update, no_update
+        if isinstance(ctx.triggered_id, dict):
+            pressed = bool(ctx.triggered[0]["value"])  # else the list is new
+            return ctx.triggered_id["effect-pick"] if pressed else no_update, no_update
+        session = workspace.open(stored)
+        found = walk.round_of(session)
+        now = [session.document.current, found is not None]
+        if now == seen:
+            return no_update, no_update
+        return ranking.first_choice(session.document, found), now
+
+
+def _register_page(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("effect-page", "children"),
+        Output("effect-try", "children"),
+        Output("effect-try", "disabled"),
+        Output("effect-add", "children"),
+        Output("effect-add", "disabled"),
+        Output("effect-refusal", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("effect-choice", "value"),
+    )
+    def show(stored: Any, opened: str, chosen: str | None) -> tuple[Any, ...]:
+        effect = effects.BY_ID.get(chosen or "")
+        if not stored or opened != "effect" or effect is None:
+            return (no_update,) * 6
+        session = workspace.open(stored)
+        model = session.document.version.loaded()
+        found = walk.round_of(session)
+        known = found is not None and effect.id in {one.id for one in found.candidates}
+        refused = ranking.refusal(model, effect)
+        words = refused or ("" if known else ranking.why_not_tried(found))
+        sections = [
+            part
+            for heading, texts in effect_sections(effect, model)
+            for part in (html.H3(heading), *map(html.P, texts))
+        ]
+        return (
+            sections,
+            f"Try {effect.title}",
+            not known or bool(refused),
+            f"Add {effect.title}",
+            bool(refused),
+            words,
+        )
+
+
+def _register_figures(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("effect-tried", "children"),
+        Output("effect-tried-words", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("effect-choice", "value"),
+        Input("theme", "data"),
+        State("compare-view", "data"),
+    )
+    def show_tried(stored: Any, opened: str, chosen: str, theme: str, view: Any) -> Any:
+        if not stored or opened != "effect":
+            return no_update, no_update
+        session = workspace.open(stored)
+        tried = _tried(session, chosen) if chosen in effects.BY_ID else None
+        now = compared_now(session)
+        if tried is None or now is None:
+            return [], []
+        looked_at = view_of(view, now)
+        runs = [
+            Run(title, recordings(found)[looked_at.recording])
+            for title, found in ((tried.before.title, now), (tried.after.title, tried.compared))
+        ]
+        figure = overlay(runs, looked_at.signal, theme=THEMES[theme])
+        figure.update_layout(margin={"t": HEAD})
+        title = html.H3(f"With {effects.BY_ID[chosen].title}, tried and not added")
+        words = [*ranking.tried_sentences(tried), "The curves are below; nothing was added."]
+        return [title, dcc.Graph(figure=figure, config=FIGURES)], [*map(html.P, words)]
+
+    @app.callback(
+        Output("effect-evidence", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("theme", "data"),
+    )
+    def show_evidence(stored: Any, opened: str, theme: str) -> Any:
+        if not stored or opened != "effect":
+            return no_update
+        found = walk.round_of(workspace.open(stored))
+        if found is None or not found.candidates:
+            return []
+        figure = candidates(found, theme=THEMES[theme]).update_layout(margin={"t": HEAD})
+        return [
+            html.H3("The likeliest beside each other"),
+            dcc.Graph(figure=figure, config=FIGURES),
+        ]
+
+
+def _register_work(app: Dash, workspace: Workspace) -> None:
+    pressed = [Input(f"effect-{name}", "n_clicks") for name in ("search", "try", "add")]
+
+    @app.callback(
+        Output("pulse", "data", allow_duplicate=True),
+        Output("open", "data", allow_duplicate=True),
+        Output("effect-sentence", "children"),
+        *pressed,
+        State("effect-choice", "value"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def begin(*given: Any) -> tuple[Any, Any, str]:
+        *_, chosen, stored = given
+        if not stored or not ctx.triggered[0]["value"]:
+            return no_update, no_update, ""
+        session = workspace.open(stored)
+        asked = str(ctx.triggered_id)
+        step, words, work = _asked(session, asked, chosen)
+        if not session.start(step, words, work):
+            return no_update, no_update, ranking.BUSY
+        return [asked, ctx.triggered[0]["value"]], step if step != "effect" else no_update, ""
+
+
+def _asked(session: Session, button: str, chosen: str) -> tuple[str, str, Work]:
+    """Step that shows it, words and work of a button."""
+    if button == "effect-search":
+        return "effect", "finding which effect is missing", walk.searching(session)
+    title = effects.BY_ID[chosen].title
+    if button == "effect-add":
+        return "add", f"adding {title}", walk.adding(session, chosen)
+    return "effect", f"trying {title}", walk.trying(session, chosen)
 
 
 STEP = Step(id="effect", title="Which effect", layout=_layout, register=_register, needs=_needs)

@@ -1,0 +1,108 @@
+"""What the step Which effect says: the ranked list, its groups, and words for what can be done."""
+
+from collections.abc import Sequence
+
+from elastic_tendon import effects
+from elastic_tendon.app import walk
+from elastic_tendon.app.document import Document
+from elastic_tendon.diagnosis.result import Candidate, Round
+from elastic_tendon.effects.base import Effect
+from elastic_tendon.errors import ModelError
+from elastic_tendon.identify.add import check_welcome
+from elastic_tendon.parameters import Model
+from elastic_tendon.report.tables import fall_sentences
+
+SEARCH = "Find which effect is missing"
+SEARCH_AGAIN = "Find what else is missing"
+BUSY = "Something is being computed already; wait for it, or cancel it below."
+
+
+def refitted(one: Round) -> list[tuple[Candidate, ...]]:
+    """Candidates that were refitted, in groups that these data cannot tell apart, likeliest first.
+
+    Parameters
+    ----------
+    one : Round
+
+    Returns
+    -------
+    list of tuple of Candidate; a tuple of one where nothing else explains as much
+    """
+    left = [candidate for candidate in one.candidates if candidate.fitted]
+    groups = []
+    while left:
+        alike = {left[0].id, *left[0].equivalence_class}
+        groups.append(tuple(candidate for candidate in left if candidate.id in alike))
+        left = [candidate for candidate in left if candidate.id not in alike]
+    return groups
+
+
+def unlikely(one: Round) -> list[Candidate]:
+    """Candidates of which the score test expects too little for a refit."""
+    return [candidate for candidate in one.candidates if not candidate.fitted]
+
+
+def suggestion(one: Round) -> str:
+    """What the search would do next, and why."""
+    if one.chosen is None:
+        return f"Nothing is surely missing: {one.reason}."
+    return f"{one.reason}, and is surely there. The choice is yours."
+
+
+def search_words(document: Document) -> tuple[str, str]:
+    """What the button for the search is called, and what it would do; "" where it is done."""
+    version = document.version
+    if walk.was_searched(document, version):
+        return SEARCH, ""
+    if walk.is_fitted(document, version):
+        words = "Every effect of the catalogue is held against what is left of the error"
+        words += ", and the likely ones are refitted. Nothing is added by that."
+        return SEARCH_AGAIN if version.added else SEARCH, words
+    refit = "The parameters are refitted first, as a version of its own; then every effect of the "
+    refit += (
+        "catalogue is held against what is left of the error, and the likely ones are refitted."
+    )
+    return SEARCH, refit
+
+
+def refusal(model: Model, effect: Effect) -> str:
+    """Why a model cannot take an effect, "" where it can."""
+    if effect.id in model.effect_ids:
+        return "This model has it already."
+    try:
+        check_welcome(model, effect.id)
+    except ModelError as error:
+        return f"{error}"
+    return ""
+
+
+def why_not_tried(one: Round | None) -> str:
+    """Why an effect that is no candidate of the round cannot be tried."""
+    if one is None:
+        return "It can be tried once it was searched which effect is missing."
+    return "The search knows no numbers for it on this model; adding it has it fitted."
+
+
+def choices(model: Model | None = None) -> list[dict[str, str]]:
+    """Effects as options to choose from; only those that a model can take, where one is given."""
+    return [
+        {"value": one.id, "label": one.title}
+        for one in effects.BY_ID.values()
+        if model is None or not refusal(model, one)
+    ]
+
+
+def first_choice(document: Document, one: Round | None) -> str:
+    """The effect that is looked at first: what is suggested, else the likeliest, else any."""
+    if one is not None:
+        if one.chosen is not None:
+            return one.chosen
+        if one.candidates:
+            return one.candidates[0].id
+    present = document.version.loaded().effect_ids
+    return next((name for name in effects.BY_ID if name not in present), "")
+
+
+def tried_sentences(found: walk.Tried) -> Sequence[str]:
+    """How the error would change, before anything is added."""
+    return fall_sentences(found.before, found.after)

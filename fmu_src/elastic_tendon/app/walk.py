@@ -1,0 +1,263 @@
+"""The loop walked by hand: what the search says of a version, and the work that makes new ones."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from elastic_tendon import compiled, effects
+from elastic_tendon.app import results
+from elastic_tendon.app.document import Document, Version
+from elastic_tendon.app.results import Compared, Files
+from elastic_tendon.app.workspace import Change, Report, Result, Session, Shelf, Work
+from elastic_tendon.diagnosis import by_hand
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.result import Diagnosis, Round
+from elastic_tendon.diagnosis.rounds import Data, Outcome, look
+from elastic_tendon.identify.compare import compare
+from elastic_tendon.identify.ladder import REFIT, Rung, Step, climb
+
+REFITTED_AGAIN = "refitted to other data"
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate beside the data, and the errors of the version without and with it."""
+
+    compared: Compared
+    before: Rung
+    after: Rung
+
+
+def is_fitted(document: Document, version: Version) -> bool:
+    """Whether a version was fitted to the data that are chosen now."""
+    return version.fitted_to == document.data_key()
+
+
+def was_searched(document: Document, version: Version) -> bool:
+    """Whether the search looked on from a version, in the data that are chosen now."""
+    return is_fitted(document, version) and version.searched == document.data_key()
+
+
+# ---- results -------------------------------------------------------------------------------
+
+
+def given_data(document: Document, version: Version, files: Files) -> Result[Data]:
+    """The model as given from which a version was made, with the data as the search uses them."""
+
+    def compute(shelf: Shelf, report: Report) -> Data:
+        found = shelf.obtain(results.data(document.at(version.id), files), report)
+        return by_hand.data_of(_root(document, version).loaded(), found.fitted, found.heldout)
+
+    return Result(_key("given data", document, version), "preparing the data", compute)
+
+
+def answer(document: Document, version: Version, files: Files) -> Result[Answer]:
+    """A version's numbers refitted; where they are fitted to these data already, they stay."""
+
+    def compute(shelf: Shelf, report: Report) -> Answer:
+        data = shelf.obtain(given_data(document, version, files), report)
+        if version.parent is None:
+            return by_hand.base(data, report)
+        return by_hand.again(data, version.added, version.loaded(), report)
+
+    key = _key("answer", document, version, version.model, *version.added)
+    return Result(key, f"refitting {version.title}", compute)
+
+
+def outcome(document: Document, version: Version, files: Files) -> Result[Outcome]:
+    """What the search finds when it looks on from a version that is fitted to these data."""
+
+    def compute(shelf: Shelf, report: Report) -> Outcome:
+        data = shelf.obtain(given_data(document, version, files), report)
+        return look(data, shelf.obtain(answer(document, version, files), report), report)
+
+    key = _key("outcome", document, version, version.model, *version.added)
+    return Result(key, "finding which effect is missing", compute)
+
+
+def tried(document: Document, version: Version, effect_id: str, files: Files) -> Result[Tried]:
+    """A version with a candidate of its round, beside the data; nothing is added."""
+    title = effects.BY_ID[effect_id].title
+
+    def compute(shelf: Shelf, report: Report) -> Tried:
+        looked_at = document.at(version.id)
+        before = shelf.obtain(results.compared(looked_at, version, files), report)
+        found = shelf.obtain(outcome(document, version, files), report)
+        model = by_hand.preview(version.loaded(), found, effect_id)
+        compiled.library_path(model.effect_ids, report)
+        report(f"trying {title}", 0.5)
+        data = shelf.obtain(results.data(looked_at, files), report)
+        heldout = compare(model, data.heldout) if data.heldout else None
+        after = Compared(compare(model, data.fitted), heldout)
+        names = (version.title, f"+ {title}")
+        rungs = climb([_step(*pair) for pair in zip(names, (before, after), strict=True)])
+        return Tried(after, rungs[0], rungs[1])
+
+    key = _key("tried", document, version, version.model, effect_id)
+    return Result(key, f"trying {title}", compute)
+
+
+def _step(title: str, found: Compared) -> Step:
+    return Step(title, None, 0, 0.0, found.fitted, found.heldout)
+
+
+def concluded(document: Document, files: Files) -> Result[Diagnosis]:
+    """The diagnosis that the way to the current version amounts to."""
+    path = document.path()
+
+    def compute(shelf: Shelf, report: Report) -> Diagnosis:
+        data = shelf.obtain(given_data(document, path[0], files), report)
+        walk = [
+            by_hand.Walked(
+                title=one.title,
+                added=one.change,
+                answer=shelf.obtain(answer(document, one, files), report),
+                outcome=shelf.obtain(outcome(document, one, files), report)
+                if was_searched(document, one)
+                else None,
+            )
+            for one in path[1:]
+        ]
+        if not walk:
+            first = shelf.obtain(answer(document, path[0], files), report)
+            walk.append(by_hand.Walked(REFIT, None, first, None))
+        return by_hand.concluded(data, walk, report)
+
+    texts = [f"{one.title}\n{was_searched(document, one)}\n{one.model}" for one in path]
+    return Result(_key("concluded", document, path[-1], *texts), "concluding", compute)
+
+
+def _key(kind: str, document: Document, version: Version, *others: str) -> tuple[str, ...]:
+    """Names what follows from data, the model as given, and more."""
+    return (kind, document.data_key(), _root(document, version).model, *others)
+
+
+def _root(document: Document, version: Version) -> Version:
+    """The model as given from which a version was made."""
+    return document.at(version.id).path()[0]
+
+
+def round_of(session: Session) -> Round | None:
+    """The round of the current version, None where it was not searched from, or not yet again."""
+    document = session.document
+    if not was_searched(document, document.version):
+        return None
+    found = session.shelf.find(outcome(document, document.version, session.files))
+    return found.round if isinstance(found, Outcome) else None
+
+
+# ---- work that the user asks for -----------------------------------------------------------
+
+
+def refitting(session: Session) -> Work:
+    """Refit the current version to the data; a version below it comes of that."""
+    document = session.document
+
+    def work(report: Report) -> Change:
+        return _growth(document.current, [_refitted(document, session, report)])
+
+    return work
+
+
+def searching(session: Session) -> Work:
+    """Find which effect the current version misses; refit it first where it is not."""
+    document, data_key = session.document, session.document.data_key()
+
+    def work(report: Report) -> Change:
+        made = _fitted(document, session, report)
+        grow = _growth(document.current, made)
+        grown = grow(document)
+        session.shelf.obtain(outcome(grown, grown.version, session.files), report)
+        if made:
+            searched = made[-1].model_copy(update={"searched": data_key})
+            return _growth(document.current, [searched])
+        return lambda latest: (
+            latest.with_search(document.current, data_key)
+            if _has(latest, document.current)
+            else latest
+        )
+
+    return work
+
+
+def trying(session: Session, effect_id: str) -> Work:
+    """Find how a candidate of its round changes the current version; nothing is added."""
+    document = session.document
+
+    def work(report: Report) -> None:
+        session.shelf.obtain(tried(document, document.version, effect_id, session.files), report)
+
+    return work
+
+
+def adding(session: Session, effect_id: str) -> Work:
+    """Add an effect to the current version and refit both; refit it first where it is not."""
+    document, files, shelf = session.document, session.files, session.shelf
+
+    def work(report: Report) -> Change:
+        made = _fitted(document, session, report)
+        grown = _growth(document.current, made)(document)
+        data = shelf.obtain(given_data(grown, grown.version, files), report)
+        current = shelf.obtain(answer(grown, grown.version, files), report)
+        found = by_hand.with_effect(data, current, effect_id, report)
+        title = f"+ {effects.BY_ID[effect_id].title}"
+        report(title, 1.0)  # a fit that was stopped comes back with its best so far
+        version = _version(grown, title, found).model_copy(update={"change": effect_id})
+        _keep(grown, version, found, session)
+        return _growth(document.current, [*made, version])
+
+    return work
+
+
+def _fitted(document: Document, session: Session, report: Report) -> list[Version]:
+    """What has to come below the current version for it to be fitted to the data."""
+    if is_fitted(document, document.version):
+        return []
+    return [_refitted(document, session, report)]
+
+
+def _refitted(document: Document, session: Session, report: Report) -> Version:
+    before = document.version
+    found = session.shelf.obtain(answer(document, before, session.files), report)
+    version = _version(document, REFIT if before.parent is None else REFITTED_AGAIN, found)
+    _keep(document, version, found, session)
+    return version
+
+
+def _version(document: Document, title: str, found: Answer) -> Version:
+    """An answer as a version below the current one, its id yet to come.
+
+    Its uncertainties are those of the model as given, or further fits to the same data would
+    count them twice.
+    """
+    return Version(
+        id="",
+        parent=document.current,
+        title=title,
+        added=found.added,
+        model=found.result.model.to_toml(),
+        effective=found.result.findings.effective,
+        fitted_to=document.data_key(),
+    )
+
+
+def _keep(document: Document, version: Version, found: Answer, session: Session) -> None:
+    grown = document.adding(version)
+    session.shelf.put(answer(grown, grown.version, session.files), found)
+
+
+def _growth(base: str, made: Sequence[Version]) -> Change:
+    """Add versions one below the other, unless what they come from was deleted meanwhile."""
+
+    def change(latest: Document) -> Document:
+        if not _has(latest, base):
+            return latest
+        latest = latest.at(base)
+        for version in made:
+            latest = latest.adding(version.model_copy(update={"parent": latest.current}))
+        return latest
+
+    return change
+
+
+def _has(document: Document, version_id: str) -> bool:
+    return any(one.id == version_id for one in document.versions)
