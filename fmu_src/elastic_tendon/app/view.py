@@ -1,7 +1,8 @@
 """What Compare and Where look at: one recording and one signal, alone or beside the start."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from hashlib import sha256
 from typing import Any
 
 from elastic_tendon.app import results
@@ -123,6 +124,19 @@ def runs_of(session: Session, view: View) -> tuple[Run, ...]:
             title = root.title if root.title != document.version.title else f"{root.title}, before"
             runs = (Run(title, recordings(start)[view.recording]), *runs)
     return runs
+
+
+def fingerprint(session: Session, rests_on: Sequence[Result[Any]], *looks: object) -> str:
+    """Equal for figures that would be drawn equal, so that those need not be drawn again.
+
+    Parameters
+    ----------
+    rests_on : results that the figure shows, as far as they are there
+    looks : all else that it depends on
+    """
+    there = [one.key for one in rests_on if session.shelf.find(one) is not None]
+    titles = [one.title for one in session.document.path()]
+    return sha256(repr((there, titles, looks)).encode()).hexdigest()
 
 
 def located_heldout(document: Document, version: Version, files: Files) -> Result[Location]:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dash import Dash, Input, Output, State, ctx, dcc, html, no_update
+from dash import Dash, Input, Output, Patch, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
 from elastic_tendon.app import results
@@ -25,6 +25,7 @@ from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
     before_of,
     compared_now,
+    fingerprint,
     is_fitted,
     located_heldout,
     location_of,
@@ -49,6 +50,7 @@ GESTURES: Any = CONFIG | {
 }
 HEIGHT = 430  # of the curves and of the loop, pixels
 HEAD = 56  # of the curves, whose recording is named above, pixels
+BUCKETS, DOTS = 800, 1500  # of curves and loop; more than these panels can tell apart
 EMPTY = (None, "")  # fields of numbers
 SHOW = {"recording": "Recording", "signal": "Signal"}
 
@@ -62,6 +64,9 @@ def _layout() -> Sequence[Component]:
         dcc.Store(id="compare-view"),
         dcc.Store(id="compare-window"),
         dcc.Store(id="compare-cursors"),
+        # what the figures show now
+        dcc.Store(id="compare-drawn"),
+        dcc.Store(id="compare-loop-drawn"),
         html.P(id="compare-waiting", className="quiet"),
         html.Div(
             [
@@ -215,7 +220,8 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         fitted = view_of(changed if is_fitted(view.recording) else None, found)
         files = recordings(found)
         return (
-            view.stored(),
+            # what did not change must not draw all figures again
+            view.stored() if view.stored() != view_stored else no_update,
             recording_options(found),
             view.recording,
             signal_options(files[view.recording]),
@@ -310,21 +316,29 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         Output("compare-waiting", "children"),
         Output("compare-zoom", "hidden"),
         Output("compare-cursors-part", "hidden"),
+        Output("compare-drawn", "data"),
         Input("session", "data"),
         Input("open", "data"),
         Input("theme", "data"),
         Input("compare-view", "data"),
         Input("compare-window", "data"),
         Input("compare-cursors", "data"),
+        State("compare-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, look: str, view: Any, seen: Any, held: Any) -> Any:
+    def draw(
+        stored: Any, opened: str, look: str, view: Any, seen: Any, held: Any, drawn: Any
+    ) -> Any:
         if not stored or opened != "compare":
-            return (no_update,) * 5
+            return (no_update,) * 6
         session = workspace.open(stored)
         found = compared_now(session)
         if found is None:
-            return no_update, True, "Comparing the model with the recordings…", True, True
+            return no_update, True, "Comparing the model with the recordings…", True, True, None
         chosen = view_of(view, found)
+        rests_on = _needs(session.document, session.files)[:-2]
+        now = fingerprint(session, rests_on, look, chosen, seen, held)
+        if now == drawn:
+            return (no_update,) * 6
         runs = runs_of(session, chosen)
         static = runs[0].file.measurement.static
         figure = overlay(
@@ -333,8 +347,20 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             theme=THEMES[look],
             window=window_of(seen, chosen.recording),
             cursors=in_order(cursors_of(held, chosen.recording)),
+            buckets=BUCKETS,
         )
-        return responsive(figure, HEIGHT, seen), False, "", static, static
+        changed: Any = responsive(figure, HEIGHT, seen)
+        if drawn and list(ctx.triggered_prop_ids) == ["compare-cursors.data"]:
+            changed = marks_only(changed)
+        return changed, False, "", static, static, now
+
+
+def marks_only(figure: Any) -> Patch:
+    """What lies upon and under the curves; these stay, which the browser draws much faster."""
+    changed = Patch()
+    changed["layout"]["shapes"] = figure.layout.shapes
+    changed["layout"]["annotations"] = figure.layout.annotations
+    return changed
 
 
 def window_of(seen: Mapping[str, Any] | None, recording: str) -> tuple[float, float] | None:
@@ -392,35 +418,42 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         Output("compare-loop", "figure"),
         Output("compare-loop", "style"),
         Output("compare-loop-waiting", "children"),
+        Output("compare-loop-drawn", "data"),
         Input("session", "data"),
         Input("open", "data"),
         Input("theme", "data"),
         Input("compare-view", "data"),
         Input("compare-window", "data"),
+        State("compare-loop-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, look: str, view: Any, seen: Any) -> Any:
+    def draw(stored: Any, opened: str, look: str, view: Any, seen: Any, drawn: Any) -> Any:
         if not stored or opened != "compare":
-            return no_update, no_update, no_update
+            return (no_update,) * 4
         session = workspace.open(stored)
         found = compared_now(session)
         if found is None:
-            return no_update, no_update, ""
+            return no_update, no_update, "", None
         chosen = view_of(view, found)
+        rests_on = _needs(session.document, session.files)
+        now = fingerprint(session, rests_on, look, chosen.recording, seen)
+        if now == drawn:
+            return (no_update,) * 4
         located = location_of(session, chosen)
         if located is None:
             words = "The loop of torque and deflection comes once the missing torque is found."
-            return blank(THEMES[look]), {"height": HEIGHT, "display": "none"}, words
+            return blank(THEMES[look]), {"height": HEIGHT, "display": "none"}, words, now
         figure = torque_loop(
             session.document.version.loaded(),
             recordings(found)[chosen.recording],
             located,
             theme=THEMES[look],
             window=window_of(seen, chosen.recording),
+            dots=DOTS,
         )
         figure.update_layout(
             height=HEIGHT, title=None, margin={"t": 2 * HEAD}, legend={"font": {"size": 11}}
         )
-        return figure, {"height": HEIGHT}, ""
+        return figure, {"height": HEIGHT}, "", now
 
 
 STEP = Step(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)

@@ -13,11 +13,19 @@ from elastic_tendon.app.document import Document
 from elastic_tendon.app.readings import bin_row, chosen_samples, chosen_words, strongest_bins
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step, aria
-from elastic_tendon.app.steps.compare import GESTURES, choosers, responsive, window_of
+from elastic_tendon.app.steps.compare import (
+    BUCKETS,
+    GESTURES,
+    choosers,
+    marks_only,
+    responsive,
+    window_of,
+)
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
     View,
     compared_now,
+    fingerprint,
     is_fitted,
     location_of,
     recordings,
@@ -43,6 +51,9 @@ HINT = "Choose a bin of the table, click a bar or a cell of a map: its samples a
 def _layout() -> Sequence[Component]:
     return [
         dcc.Store(id="where-mark"),
+        # what the figures show now
+        dcc.Store(id="where-curves-drawn"),
+        dcc.Store(id="where-drawn"),
         html.P(id="where-waiting", className="quiet"),
         html.Div(
             [
@@ -207,21 +218,29 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         Output("where-overlay", "figure"),
         Output("where-chosen", "children"),
         Output("where-clear", "hidden"),
+        Output("where-curves-drawn", "data"),
         Input("session", "data"),
         Input("open", "data"),
         Input("theme", "data"),
         Input("compare-view", "data"),
         Input("compare-window", "data"),
         Input("where-mark", "data"),
+        State("where-curves-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, look: str, view: Any, window: Any, held: Any) -> Any:
+    def draw(
+        stored: Any, opened: str, look: str, view: Any, window: Any, held: Any, drawn: Any
+    ) -> Any:
         if not stored or opened != "where":
-            return no_update, no_update, no_update
+            return (no_update,) * 4
         session = workspace.open(stored)
         seen = _seen(session, view)
         if seen is None:
-            return no_update, no_update, no_update
+            return no_update, no_update, no_update, None
         chosen, location = seen
+        rests_on = _needs(session.document, session.files)
+        now = fingerprint(session, rests_on, look, chosen, window, held)
+        if now == drawn:
+            return (no_update,) * 4
         run = runs_of(session, chosen)[-1]
         mark: Mark = held["mark"] if held and held["recording"] == chosen.recording else ()
         samples = chosen_samples(location, mark)
@@ -231,12 +250,16 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             theme=THEMES[look],
             window=window_of(window, chosen.recording),
             highlighted=samples,
+            buckets=BUCKETS,
         )
         figure.update_yaxes(title_font_size=11)
         words = HINT
         if samples is not None:
             words = chosen_words(run, chosen.signal, location, mark, samples)
-        return responsive(figure, HEIGHT, window), words, samples is None
+        changed: Any = responsive(figure, HEIGHT, window)
+        if drawn and list(ctx.triggered_prop_ids) == ["where-mark.data"]:
+            changed = marks_only(changed)
+        return changed, words, samples is None, now
 
 
 def _register_figures(app: Dash, workspace: Workspace) -> None:
@@ -248,19 +271,25 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         Output("where-maps", "style"),
         Output("where-torque", "style"),
         Output("where-maps-part", "hidden"),
+        Output("where-drawn", "data"),
         Input("session", "data"),
         Input("open", "data"),
         Input("theme", "data"),
         Input("compare-view", "data"),
+        State("where-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, look: str, view: Any) -> Any:
+    def draw(stored: Any, opened: str, look: str, view: Any, drawn: Any) -> Any:
         if not stored or opened != "where":
-            return (no_update,) * 7
+            return (no_update,) * 8
         session = workspace.open(stored)
         seen, found = _seen(session, view), compared_now(session)
         if seen is None or found is None:
-            return (no_update,) * 7
+            return (*(no_update,) * 7, None)
         chosen, location = seen
+        rests_on = _needs(session.document, session.files)
+        now = fingerprint(session, rests_on, look, chosen)
+        if now == drawn:
+            return (no_update,) * 8
         file, theme = recordings(found)[chosen.recording], THEMES[look]
         static = file.measurement.static
         maps = blank(theme) if static else clickable(error_maps(file, location, theme=theme))
@@ -268,7 +297,7 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         torque = missing_torque(file, location, theme=theme)
         figures = [one.update_layout(title=None) for one in (bars, maps, torque)]
         heights = [{"height": one.layout.height} for one in figures]
-        return *figures, *heights, static
+        return *figures, *heights, static, now
 
 
 def clickable(maps: go.Figure) -> go.Figure:

@@ -34,6 +34,7 @@ def torque_loop(
     *,
     theme: Theme = LIGHT,
     window: tuple[float, float] | None = None,
+    dots: int = DOTS,
 ) -> go.Figure:
     """Torque of the tendons over deflection, coloured by slack state, with the model's own.
 
@@ -44,6 +45,7 @@ def torque_loop(
     found : FileLocation of the same recording
     theme : Theme
     window : start and end, s; only what was measured and simulated between them is drawn
+    dots : at most, of all states together
 
     Returns
     -------
@@ -65,7 +67,7 @@ def torque_loop(
     )
     _draw_simulated(figure, file, inside, theme)
     states = np.round(found.variables["slack_state"])
-    share = DOTS / max(int(np.count_nonzero(inside)), DOTS)
+    share = dots / max(int(np.count_nonzero(inside)), dots)
     for (state, label), colour, symbol in zip(LABELS.items(), theme.states, SYMBOLS, strict=True):
         chosen = np.flatnonzero(inside & (states == state))
         chosen = chosen[some(len(chosen), int(np.ceil(share * len(chosen))))]

@@ -1,0 +1,166 @@
+"""How fast the app answers when it looks at a long recording, in a real browser.
+
+    python build_scripts/benchmark_app.py [--rows N]
+
+Writes a recording of N rows (10⁶ unless said otherwise) of a machine that differs a little from
+its model, opens the app with it in headless Chromium, and prints the time from each click until the
+last figure that follows from it is drawn. Clicks while the missing torque is computed show whether
+long work keeps the page from answering. Needs playwright and chromium.
+"""
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+# what drives the browser belongs to the tests and is not installed
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+
+from app_driver import PATIENCE, Walk, browser, served
+from benchmarking import Row, at_most, print_table
+from elastic_tendon.compiled import simulate
+from elastic_tendon.parameters import load_model
+
+MODEL = "biorob_x4_joint_3"
+STEP = 1e-3  # s
+NOISE = 2e-4  # rad
+TONES = ((0.5, 0.3), (0.11, 0.7), (0.05, 2.9))  # rad and Hz
+SECOND = 1000.0  # ms, in which every interaction is answered
+# tells when each figure was drawn last, and how many requests wait for an answer
+WATCH = """() => {
+  window.watched = {drawn: {}, waiting: 0};
+  const ask = window.fetch;
+  window.fetch = (...all) => {
+    window.watched.waiting += 1;
+    return ask(...all).finally(() => { window.watched.waiting -= 1; });
+  };
+}"""
+LISTEN = """() => {
+  for (const one of document.querySelectorAll(".js-plotly-plot")) {
+    if (one.watched) continue;
+    one.watched = true;
+    one.on("plotly_afterplot", () => {
+      window.watched.drawn[one.parentElement.id] = performance.now();
+    });
+  }
+}"""
+TOOK = """graphs => Math.max(...graphs.map(one => window.watched.drawn[one]))
+  - window.watched.began"""
+QUIET = 1500  # ms without a figure drawn, after which none is expected
+SETTLED = f"""() => {{
+  const last = Math.max(window.watched.began, ...Object.values(window.watched.drawn));
+  return window.watched.waiting === 0 && performance.now() - last > {QUIET};
+}}"""
+
+
+def write_recording(path: Path, rows: int) -> None:
+    """A machine whose inertia and damping are not the model's: time, motor and joint position."""
+    model = load_model(MODEL)
+    wrong = {"link.inertia": 1.2 * model.link.inertia, "link.damping": 1.5 * model.link.damping}
+    t = STEP * np.arange(rows)
+    motor = np.sum([size * np.sin(2.0 * np.pi * rate * t) for size, rate in TONES], axis=0)
+    joint = simulate(model.with_values(wrong), t, motor)["joint_position"]
+    joint = joint + NOISE * np.random.default_rng(7).standard_normal(rows)
+    with path.open("w", encoding="utf-8") as file:
+        file.write("time_s,motor_position_rad,joint_position_rad\n")
+        np.savetxt(file, np.column_stack([t, motor, joint]), fmt="%.6f", delimiter=",")
+
+
+class Watched:
+    """A tab of the browser whose answers are timed; figures of `rows` in the order of clicks."""
+
+    def __init__(self, walk: Walk) -> None:
+        self.walk, self.page = walk, walk.page
+        self.rows: list[Row] = []
+        self.page.evaluate(WATCH)
+
+    def time(self, what: str, act: Callable[[], object], *graphs: str) -> None:
+        """Do something, and note when the last of the figures that follow from it was drawn."""
+        self.page.evaluate(LISTEN)
+        self.page.evaluate("() => { window.watched.began = performance.now(); }")
+        act()
+        self.page.wait_for_function(SETTLED)
+        took = float(self.page.evaluate(TOOK, list(graphs)))
+        self.rows.append(at_most(what, took, SECOND, "ms"))
+
+    def note(self, what: str, act: Callable[[], object]) -> None:
+        """Do something that may take long, and note how long it took."""
+        begin = time.perf_counter()
+        act()
+        self.rows.append(Row(what, f"{time.perf_counter() - begin:.2f} s"))
+
+    def at(self, graph: str, across: float, up: float) -> tuple[float, float]:
+        """A place in the first panel of a figure, from shares of its width and height."""
+        panel = self.page.locator(f"#{graph} .nsewdrag").first
+        panel.scroll_into_view_if_needed()
+        box = panel.bounding_box()
+        assert box is not None
+        return box["x"] + across * box["width"], box["y"] + up * box["height"]
+
+    def drag(self, graph: str, low: float, high: float) -> None:
+        """Zoom into a stretch of the axis."""
+        mouse, first, last = self.page.mouse, self.at(graph, low, 0.5), self.at(graph, high, 0.5)
+        mouse.move(*first)
+        mouse.down()
+        mouse.move(*last, steps=3)
+        mouse.up()
+
+    def shown(self, graph: str) -> None:
+        """Wait until a figure has curves."""
+        curves = f"#{graph} .scatterlayer .trace, #{graph} .heatmaplayer image"
+        self.page.locator(curves).first.wait_for(timeout=PATIENCE)
+
+
+def walk_through(seen: Watched) -> None:
+    """Compare, before and after the missing torque is known, then Where."""
+    click, page = seen.page.mouse.click, seen.page
+    seen.note("reading, and the first curves", lambda: _open(seen, "Compare", "compare-overlay"))
+    place = seen.at("compare-overlay", 0.3, 0.5)
+    both, curves = ("compare-overlay", "compare-loop"), "where-overlay"
+    seen.time("a cursor, beside work under way", lambda: click(*place), "compare-overlay")
+    seen.shown("compare-loop")
+    seen.walk.settle()
+    seen.time("a cursor", lambda: click(*place), "compare-overlay")
+    seen.time("zoom in, by half", lambda: seen.drag("compare-overlay", 0.25, 0.75), *both)
+    seen.time("zoom in, to a fiftieth", lambda: seen.drag("compare-overlay", 0.5, 0.52), *both)
+    seen.time("zoom out", lambda: seen.walk.button("Reset zoom").first.click(), *both)
+    seen.note("Where, for the first time", lambda: _open(seen, "Where", "where-maps"))
+    page.wait_for_timeout(QUIET)
+    seen.time("a bin of the table", page.get_by_role("button", name="Show").first.click, curves)
+    cell = seen.at("where-maps", 0.5, 0.5)
+    seen.time("a cell of a map", lambda: click(*cell), curves)
+    seen.time("back to Compare", lambda: seen.walk.step("Compare"), *both)
+    seen.time("on to Where", lambda: seen.walk.step("Where"), curves, "where-torque")
+
+
+def _open(seen: Watched, step: str, graph: str) -> None:
+    seen.walk.step(step)
+    seen.shown(graph)
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--rows", type=int, default=1_000_000, help="of the recording (10⁶)")
+    rows: int = parser.parse_args().rows
+    with tempfile.TemporaryDirectory() as work:
+        path = Path(work) / "recording.csv"
+        write_recording(path, rows)
+        with served(MODEL, path) as url, browser() as started:
+            begin = time.perf_counter()
+            walk = Walk(started, url)
+            loaded = time.perf_counter() - begin
+            seen = Watched(walk)
+            walk_through(seen)
+            load = at_most("the page itself", 1e3 * loaded, SECOND, "ms")
+            print_table(f"The app beside {rows} rows, from click to figure", [load, *seen.rows])
+            print("\n".join(walk.faults))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
