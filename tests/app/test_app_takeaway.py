@@ -17,7 +17,8 @@ pytest.importorskip("dash")
 from elastic_tendon import demo
 from elastic_tendon.app import takeaway
 from elastic_tendon.app.document import Document, Source, Version, new_document
-from elastic_tendon.app.steps.take_away import OFFERS, offered, size_in_words
+from elastic_tendon.app.server import dash_app
+from elastic_tendon.app.steps.take_away import GONE, OFFERS, offered, size_in_words
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice
 from elastic_tendon.app.workspace import Failure, Shelf, Workspace
 from elastic_tendon.errors import BuildError, ElasticTendonError
@@ -57,7 +58,7 @@ def members(built: Built) -> dict[str, bytes]:
 
 
 def test_a_model_says_how_it_came_about(depot: Depot) -> None:
-    built = takeaway.model_file(document(RUDE), depot).compute(Shelf(), quiet)
+    built = takeaway.model_file(document(RUDE), FILES, depot).compute(Shelf(), quiet)
     text = built.path.read_text()
     assert "# steps: as given → made heavier\n" in text
     assert "# fitted: <b>\N{REPLACEMENT CHARACTER}\N{REPLACEMENT CHARACTER} ../x\n" in text
@@ -99,8 +100,8 @@ def test_every_figure_comes_with_units(depot: Depot) -> None:
     figures = {
         name: pd.read_csv(BytesIO(text)) for name, text in found.items() if "figures/" in name
     }
-    words = ("joint_position", "torque_loop", "missing_torque", "error_maps", "shares", "ladder")
-    assert all(any(word in name for name in figures) for word in words)
+    words = "characteristic joint_position torque_loop missing_torque error_maps shares ladder"
+    assert all(any(word in name for name in figures) for word in words.split())
     assert all(".." not in name and "<" not in name for name in found)
     assert all(any("(" in column for column in table.columns) for table in figures.values())
 
@@ -120,7 +121,7 @@ def test_an_fmu_needs_a_platform(depot: Depot) -> None:
 
 def test_without_data_there_is_still_a_model(depot: Depot) -> None:
     bare, shelf = new_document(MODEL), Shelf()
-    assert takeaway.model_file(bare, depot).compute(shelf, quiet).size > 100
+    assert takeaway.model_file(bare, {}, depot).compute(shelf, quiet).size > 100
     for make in (takeaway.data, takeaway.numbers, takeaway.report_page):
         result = make(bare, {}, depot)
         with pytest.raises(ElasticTendonError, match="no recording is fitted"):
@@ -154,6 +155,14 @@ def test_files_go_when_nobody_keeps_them(depot: Depot) -> None:
     del built
     assert depot.find(key) is None
     assert not path.exists()
+
+
+def test_a_file_that_is_gone_is_told_in_a_sentence() -> None:
+    workspace = Workspace(document(), FILES)
+    client = dash_app(workspace, "token").server.test_client()
+    answer = client.get("/token/file/unknown")
+    workspace.close()
+    assert (answer.status_code, answer.text) == (404, f"{GONE}\n")
 
 
 def test_what_was_stopped_leaves_no_file(depot: Depot) -> None:

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 import plotly.graph_objects as go
 
 from elastic_tendon.app.results import Compared
+from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.identify.compare import FileComparison
 from elastic_tendon.identify.ladder import Rung
 from elastic_tendon.identify.locate import Location
+from elastic_tendon.report.interactive.candidates import candidates
+from elastic_tendon.report.interactive.characteristic import characteristic
 from elastic_tendon.report.interactive.data import figure_table
 from elastic_tendon.report.interactive.ladder import ladder
 from elastic_tendon.report.interactive.loop import torque_loop
@@ -36,7 +39,9 @@ class Table:
     make: Callable[[], "pd.DataFrame"]
 
 
-def figures(known: Sequence[Compared], located: Location, rungs: Sequence[Rung]) -> Iterator[Table]:
+def figures(
+    known: Sequence[Compared], located: Location, rungs: Sequence[Rung], rounds: Sequence[Round]
+) -> Iterator[Table]:
     """What the figures of the page show.
 
     Parameters
@@ -44,7 +49,10 @@ def figures(known: Sequence[Compared], located: Location, rungs: Sequence[Rung])
     known : the model as given, then the current one where it is another, beside the data
     located : where the current one fails in the recordings that are fitted
     rungs : from the one to the other
+    rounds : what the search found on the way
     """
+    given, current = known[0].fitted.model, known[-1].fitted.model
+    yield _table("characteristic_curve", partial(characteristic, current, given=given))
     for runs in _side_by_side(known):
         measurement = runs[0].file.measurement
         for signal in measurement.signals:
@@ -60,6 +68,9 @@ def figures(known: Sequence[Compared], located: Location, rungs: Sequence[Rung])
             yield _table(f"{name}_shares_{signal}", partial(shares, file, found, signal))
     for signal in rungs[0].rmse:
         yield _table(f"ladder_{signal}", partial(ladder, rungs, signal))
+    for one in rounds:
+        if one.candidates:
+            yield _table("candidates", partial(candidates, one))
 
 
 def _table(name: str, draw: Callable[[], go.Figure]) -> Table:

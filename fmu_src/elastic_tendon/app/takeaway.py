@@ -10,20 +10,24 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
-from importlib.metadata import version
+from importlib.metadata import version as installed
 from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakValueDictionary, finalize
 
-from elastic_tendon.app import results
-from elastic_tendon.app.document import Document
+from elastic_tendon.app import results, walk
+from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.workspace import Report, Result, Shelf, Workspace
+from elastic_tendon.diagnosis.result import Round
+from elastic_tendon.diagnosis.rounds import Outcome
 from elastic_tendon.errors import BuildError, LinearisationError
 from elastic_tendon.fmu.export import FmiVersion, export_fmu, model_identifier
-from elastic_tendon.identify.compare import SLACK_STATES
+from elastic_tendon.identify.add import with_estimates
+from elastic_tendon.identify.compare import SLACK_STATES, Comparison
+from elastic_tendon.identify.locate import Location
 from elastic_tendon.parameters import Model
 from elastic_tendon.report.provenance import comments
 
@@ -39,7 +43,7 @@ ENDINGS: Mapping[Kind, str] = {
     "report": "_report.html",
     "linear": "_linear.zip",
     "data": "_data.zip",
-    "numbers": "_comparison.json",
+    "numbers": "_findings.json",
 }
 PURPOSES = {"fit": "fitted", "split": "fitted in part", "validate": "held out"}
 _ROWS = 50_000  # of a table that are written between two reports
@@ -116,7 +120,7 @@ def _result(
     compute: Callable[[Shelf, Report], Built],
     *options: str,
 ) -> Result[Built]:
-    way = "\n".join(one.title + one.model for one in document.path())
+    way = "\n".join(one.model_dump_json(exclude={"id", "parent"}) for one in document.path())
     key = (kind, document.data_key(), sha256(way.encode()).hexdigest(), *options)
     return Result(key, words, compute)
 
@@ -146,19 +150,25 @@ def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
     return _result("fmu", "building the FMU", document, compute, *options)
 
 
-def model_file(document: Document, depot: Depot) -> Result[Built]:
+def model_file(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """The current version as model.toml, with comments on where it comes from."""
 
-    def compute(_shelf: Shelf, _report: Report) -> Built:
-        text = comments(_provenance(document)) + document.version.model
+    def compute(shelf: Shelf, report: Report) -> Built:
+        version, notes = document.version, list(_provenance(document))
+        text = version.model
+        if version.parent is not None and walk.is_fitted(document, version):
+            answer = shelf.obtain(walk.answer(document, version, files), report).result
+            text = with_estimates(answer.model, answer.findings.estimates).to_toml()
+            notes.append("uncertainties: as estimated from what was fitted")
         name = file_name(document, "model")
-        return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
+        whole = comments(notes) + text
+        return depot.build(name, lambda path: path.write_text(whole, encoding="utf-8"))
 
     return _result("model", "writing the model file", document, compute)
 
 
 def _provenance(document: Document) -> Iterator[str]:
-    yield f"made by elastic-tendon {version('elastic-tendon')}, in its app"
+    yield f"made by elastic-tendon {installed('elastic-tendon')}, in its app"
     yield f"steps: {path_of(document)}"
     for role, words in PURPOSES.items():
         if names := [one.name for one in document.sources if one.role == role]:
@@ -207,32 +217,53 @@ def _add_linear(archive: zipfile.ZipFile, label: str, model: Model, depot: Depot
 
 
 def numbers(document: Document, files: Files, depot: Depot) -> Result[Built]:
-    """The comparison of the current version as JSON, for programs."""
+    """What was found, as JSON for programs: a diagnosis; where nothing was fitted, a comparison."""
+    from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
     from elastic_tendon.identify.comparison_json import comparison_json
 
     def compute(shelf: Shelf, report: Report) -> Built:
-        compared = shelf.obtain(results.compared(document, document.version, files), report)
-        located = shelf.obtain(results.located(document, document.version, files), report)
-        text = _json(comparison_json(compared.fitted, located))
-        name = file_name(document, "numbers")
+        if _was_walked(document):
+            content = diagnosis_json(shelf.obtain(walk.concluded(document, files), report))
+        else:
+            content = comparison_json(*_compared(document, document.version, files, shelf, report))
+        text, name = _json(content), file_name(document, "numbers")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
 
     return _result("numbers", "writing the numbers", document, compute)
 
 
 def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]:
-    """The report that stands alone, of the comparison of the current version."""
+    """The report that stands alone: of a diagnosis; where nothing was fitted, of a comparison."""
 
     def compute(shelf: Shelf, report: Report) -> Built:
-        from elastic_tendon.report.html.document import comparison_document
+        from elastic_tendon.report.html.document import comparison_document, diagnosis_document
 
-        compared = shelf.obtain(results.compared(document, document.version, files), report)
-        located = shelf.obtain(results.located(document, document.version, files), report)
-        text = comparison_document(compared.fitted, located, _origin(document, files), report)
+        origin = _origin(document, files)
+        if _was_walked(document):
+            found = shelf.obtain(walk.concluded(document, files), report)
+            _, where = _compared(document, document.path()[0], files, shelf, report)
+            text = diagnosis_document(found, where, origin, report)
+        else:
+            found_now = _compared(document, document.version, files, shelf, report)
+            text = comparison_document(*found_now, origin, report)
         name = file_name(document, "report")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
 
     return _result("report", "writing the report", document, compute)
+
+
+def _was_walked(document: Document) -> bool:
+    """Whether every step to the current version was fitted to the data that are chosen now."""
+    steps = document.path()[1:]
+    return bool(steps) and all(walk.is_fitted(document, one) for one in steps)
+
+
+def _compared(
+    document: Document, version: Version, files: Files, shelf: Shelf, report: Report
+) -> tuple[Comparison, Location]:
+    """A version beside the recordings that are fitted, and where it fails."""
+    compared = shelf.obtain(results.compared(document, version, files), report)
+    return compared.fitted, shelf.obtain(results.located(document, version, files), report)
 
 
 def _origin(document: Document, files: Files) -> "Origin":
@@ -264,7 +295,8 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
         known = [shelf.obtain(results.compared(document, one, files), report) for one in ends]
         located = shelf.obtain(results.located(document, document.version, files), report)
         rungs = shelf.obtain(results.climbed(document, files), report)
-        tables = [*figures(known, located, rungs), *recordings(known)]
+        rounds = _rounds(document, files, shelf)
+        tables = [*figures(known, located, rungs, rounds), *recordings(known)]
 
         def write(path: Path) -> None:
             with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
@@ -276,6 +308,17 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
         return depot.build(file_name(document, "data"), write)
 
     return _result("data", "writing the data", document, compute)
+
+
+def _rounds(document: Document, files: Files, shelf: Shelf) -> list[Round]:
+    """What the search found on the way, as far as it is at hand; it is not worth another search."""
+    rounds = []
+    for one in document.path():
+        if walk.was_searched(document, one):
+            found = shelf.find(walk.outcome(document, one, files))
+            if isinstance(found, Outcome):
+                rounds.append(found.round)
+    return rounds
 
 
 def _add_table(

@@ -73,8 +73,8 @@ OFFERS = (
     ),
     Offer(
         "numbers",
-        "Comparison for programs",
-        "How large the error is and where it lies, and how each recording was read, as JSON.",
+        "Findings for programs",
+        "Errors, estimates and evidence, and how each recording was read, as JSON.",
         "Write the numbers",
     ),
 )
@@ -105,7 +105,7 @@ def _card(offer: Offer) -> Component:
                 id={f"{ID}-row": offer.kind},
                 className="row",
             ),
-            html.Div(id={f"{ID}-offer": offer.kind}),
+            html.Div(id={f"{ID}-offer": offer.kind}, role="status"),
         ],
         className="card",
     )
@@ -185,7 +185,7 @@ def offered(
     """What can be built of the current version, by kind."""
     return {
         "fmu": takeaway.fmu(document, choice, depot),
-        "model": takeaway.model_file(document, depot),
+        "model": takeaway.model_file(document, files, depot),
         "report": takeaway.report_page(document, files, depot),
         "linear": takeaway.linear(document, depot),
         "data": takeaway.data(document, files, depot),
