@@ -111,7 +111,7 @@ def edited(model: Model, texts: Mapping[str, str]) -> tuple[Model, dict[str, str
     the model with all that is allowed, and for each path that is not a sentence why
     """
     refused: dict[str, str] = {}
-    values = model.values()
+    before, values = model, model.values()
     for path, text in texts.items():
         if path not in values or text == shown(values[path]):
             continue
@@ -125,4 +125,5 @@ def edited(model: Model, texts: Mapping[str, str]) -> tuple[Model, dict[str, str
         except ModelError as error:
             problems = "; ".join(one.removeprefix(f"{path}: ") for one in error.problems)
             refused[path] = f"{problems}; {shown(values[path])} is kept."
-    return model, refused
+    # what was taken may allow what was refused before it
+    return edited(model, texts) if refused and model != before else (model, refused)

@@ -21,7 +21,7 @@ Work = Callable[[Report], Change | None]
 Stored = Mapping[str, object]  # what the browser keeps: id, revision, document
 
 SESSIONS = 8  # that are held; the browser brings back the document of one that was dropped
-RESULTS = 40  # of a session
+RESULTS = 200  # of a session; each file of measurements has three, and all of them must fit
 CANCELLED = "Cancelled; choose the step again to begin anew."
 
 

@@ -51,13 +51,10 @@ def _layout() -> Sequence[Component]:
 def seen(session: Session, source: Source) -> Seen:
     """What the shelf holds of a source."""
     document, files, shelf = session.document, session.files, session.shelf
-    used = source.role != "off"
-    return Seen(
-        source,
-        labels=shelf.find(results.contents(source, files)),
-        read=shelf.find(results.reading(source, files)),
-        looked=shelf.find(results.looked_at(document, source, files)) if used else None,
-    )
+    labels = shelf.find(results.contents(source, files))
+    read = shelf.find(results.reading(source, files))
+    looked = shelf.find(results.looked_at(document, source, files))
+    return Seen(source, labels, read, None if source.role == "off" else looked)
 
 
 def cards(session: Session) -> tuple[list[Component], Form]:
@@ -235,8 +232,9 @@ def _register_edits(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         changed = False
         for one in ctx.triggered:
-            place = ctx.triggered_prop_ids[one["prop_id"]]
-            key = place["key"]
+            # without a place: the last field has gone with its file
+            place = ctx.triggered_prop_ids.get(one["prop_id"], {})
+            key = place.get("key")
             if key not in refused:
                 continue
             refused[key] = ""

@@ -1,0 +1,46 @@
+"""The interactive characteristic shows what `design` computes."""
+
+import numpy as np
+
+from elastic_tendon.parameters import load_model
+from elastic_tendon.report.interactive.characteristic import characteristic
+from elastic_tendon.report.interactive.theme import DARK
+from elastic_tendon.transmission import deflection_limits, slack_boundaries
+
+MODEL = load_model("figure_7")
+
+
+def traces(figure) -> dict:
+    return {trace.name: trace for trace in figure.data}
+
+
+def test_boundaries_and_limits_stand_where_the_paper_has_them() -> None:
+    drawn = traces(characteristic(MODEL))
+    np.testing.assert_allclose(
+        drawn["slack boundary (14)"].x, slack_boundaries(MODEL.transmission), rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        drawn["largest deflection (16)"].x, deflection_limits(MODEL.transmission), rtol=1e-12
+    )
+    assert "as loaded" not in drawn
+
+
+def test_states_are_named_from_left_to_right() -> None:
+    figure = characteristic(MODEL, theme=DARK)
+    named = sorted(figure.layout.annotations, key=lambda one: one.x)
+    assert [one.text for one in named] == ["I", "III", "II"]
+    assert figure.layout.xaxis.title.text.endswith("(rad)")
+
+
+def test_without_a_boundary_within_the_limits_both_tendons_are_taut_everywhere() -> None:
+    taut = MODEL.with_values({"transmission.pretension_force": 80.0})
+    figure = characteristic(taut)
+    assert [one.text for one in figure.layout.annotations] == ["III"]
+    assert "slack boundary (14)" not in traces(figure)
+
+
+def test_the_curve_as_loaded_is_dashed_where_it_differs() -> None:
+    stiffer = MODEL.with_values({"transmission.upper_spring.stiffness": 3e4})
+    assert "as loaded" in traces(characteristic(stiffer, given=MODEL))
+    heavier = MODEL.with_values({"link.inertia": 0.05})
+    assert "as loaded" not in traces(characteristic(heavier, given=MODEL))
