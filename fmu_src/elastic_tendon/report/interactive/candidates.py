@@ -1,9 +1,11 @@
 """Answers of a round beside each other: how likely each is, and what it gains."""
 
+from collections.abc import Sequence
+
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from elastic_tendon.diagnosis.result import Round
+from elastic_tendon.diagnosis.result import Candidate, Round
 from elastic_tendon.report.diagnosis_tables import NONE, called, none_of_them, percent
 from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, plain
 
@@ -60,7 +62,15 @@ def candidates(one: Round, *, theme: Theme = LIGHT) -> go.Figure:
     figure.update_xaxes(
         title="probability (%)", range=[0, 112], tickvals=[0, 25, 50, 75, 100], row=1, col=1
     )
-    figure.update_xaxes(title="squared error explained (%)", row=1, col=2)
+    figure.update_xaxes(title="squared error explained (%)", range=_span(drawn), row=1, col=2)
     figure.update_xaxes(zeroline=True, zerolinecolor=theme.muted)
     figure.update_yaxes(autorange="reversed", showgrid=False)
     return figure
+
+
+def _span(drawn: Sequence[Candidate]) -> list[float]:
+    """Range of the axis of gains, %; a percent or so, where nothing explains even that."""
+    gains = [gain for one in drawn for gain in (one.gain, one.heldout_gain) if gain is not None]
+    low = max(100.0 * min(gains, default=0.0), WORST)
+    high = 100.0 * max(gains, default=0.0)
+    return [min(0.0, 1.05 * low), max(1.0, 1.05 * high)]

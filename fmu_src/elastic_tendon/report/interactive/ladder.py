@@ -1,7 +1,8 @@
 """The error after each step, falling towards the noise floor."""
 
 from collections.abc import Sequence
-from math import log10
+from math import ceil, log10
+from typing import Any
 
 import plotly.graph_objects as go
 
@@ -11,6 +12,8 @@ from elastic_tendon.report.units import number, shown
 
 # of the two labels at a step, that of the larger error stands above its line
 _ABOVE, _BELOW = "top right", "bottom left"
+FEW_DECADES = 2.5
+MOST_LABELS = 8
 _ROOM = 0.35  # beside the first and the last step, in steps
 
 
@@ -31,7 +34,9 @@ def ladder(rungs: Sequence[Rung], signal: str, *, theme: Theme = LIGHT) -> go.Fi
     fitted = [quantity.small * one.rmse[signal] for one in rungs]
     held = [quantity.small * one.heldout_rmse[signal] for one in rungs if one.heldout_rmse]
     heldout = held if len(held) == len(rungs) else []
-    floor = quantity.small * rungs[0].rmse[signal] / rungs[0].noise_ratio[signal]
+    floor = quantity.small * _floor(rungs, signal)
+    scale = _scale([*fitted, *heldout, floor])
+    bottom = 10.0 ** scale["range"][0]
     figure = blank(theme, title="Error after each step", height=420, hovermode="x unified")
     lines = [("fitted data", fitted, heldout, theme.after, "circle")]
     if heldout:
@@ -39,16 +44,16 @@ def ladder(rungs: Sequence[Rung], signal: str, *, theme: Theme = LIGHT) -> go.Fi
     for label, values, others, colour, symbol in lines:
         figure.add_scatter(
             x=list(range(len(rungs))),
-            y=values,
+            y=[max(value, bottom) for value in values],
             name=label,
             mode="lines+markers+text",
-            text=[number(value) for value in values],
+            text=[number(value) if value else "0" for value in values],
             textposition=_positions(values, others),
             textfont={"color": colour},
             line={"color": colour, "width": 2},
             marker={"symbol": symbol, "size": 9},
             cliponaxis=False,
-            hovertemplate=f"%{{y:.4g}} {quantity.small_unit}",
+            hovertemplate=f"%{{text}} {quantity.small_unit}",
         )
     figure.add_scatter(
         x=[-_ROOM, len(rungs) - 1 + _ROOM],
@@ -62,11 +67,9 @@ def ladder(rungs: Sequence[Rung], signal: str, *, theme: Theme = LIGHT) -> go.Fi
         showlegend=False,
         hoverinfo="skip",
     )
-    every = [*fitted, *heldout, floor]
     figure.update_yaxes(
         type="log",
-        range=_with_room(min(every), max(every)),
-        dtick="D2",  # labels at 1, 2 and 5 of each decade
+        **scale,
         tickformat="~g",
         title=f"RMS error, {quantity.words} ({quantity.small_unit})",
     )
@@ -87,7 +90,22 @@ def _positions(values: Sequence[float], others: Sequence[float]) -> list[str]:
     return [_ABOVE if one >= other else _BELOW for one, other in pairs]
 
 
-def _with_room(low: float, high: float) -> list[float]:
-    """Ends of a logarithmic axis, as exponents."""
-    margin = max(0.15, 0.15 * log10(high / low))
-    return [log10(low) - margin, log10(high) + margin]
+def _floor(rungs: Sequence[Rung], signal: str) -> float:
+    """Noise floor of a signal, in its unit; 0 where no step has an error to tell it by."""
+    for one in rungs:
+        if one.noise_ratio[signal] > 0.0:
+            return one.rmse[signal] / one.noise_ratio[signal]
+    return 0.0
+
+
+def _scale(values: Sequence[float]) -> dict[str, Any]:
+    """Ends of a logarithmic axis, as exponents, and the steps of its labels.
+
+    An error of a simulated recording can be 0; it is drawn at the lower end.
+    """
+    exponents = [log10(one) for one in values if one > 0.0] or [0.0]
+    decades = max(exponents) - min(exponents)
+    margin = max(0.15, 0.15 * decades)
+    # labels at 1, 2 and 5 of each decade, or at every so many decades
+    step = "D2" if decades < FEW_DECADES else ceil(decades / MOST_LABELS)
+    return {"range": [min(exponents) - margin, max(exponents) + margin], "dtick": step}
