@@ -127,7 +127,7 @@ def walk_through(seen: Watched) -> None:
     seen.time("a cursor", lambda: click(*place), "compare-overlay")
     seen.time("zoom in, by half", lambda: seen.drag("compare-overlay", 0.25, 0.75), *both)
     seen.time("zoom in, to a fiftieth", lambda: seen.drag("compare-overlay", 0.5, 0.52), *both)
-    seen.time("zoom out", lambda: seen.walk.button("Reset zoom").first.click(), *both)
+    seen.time("zoom out", lambda: seen.page.locator("#compare-reset").click(), *both)
     seen.note("Where, for the first time", lambda: _open(seen, "Where", "where-maps"))
     page.wait_for_timeout(QUIET)
     seen.time("a bin of the table", page.get_by_role("button", name="Show").first.click, curves)

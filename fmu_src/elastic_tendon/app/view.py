@@ -8,7 +8,7 @@ from typing import Any
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.workspace import Report, Result, Session, Shelf
+from elastic_tendon.app.workspace import Failure, Report, Result, Session, Shelf
 from elastic_tendon.identify.compare import Comparison, FileComparison
 from elastic_tendon.identify.locate import FileLocation, Location, locate
 from elastic_tendon.report.interactive.overlay import Run
@@ -137,6 +137,18 @@ def fingerprint(session: Session, rests_on: Sequence[Result[Any]], *looks: objec
     there = [one.key for one in rests_on if session.shelf.find(one) is not None]
     titles = [one.title for one in session.document.path()]
     return sha256(repr((there, titles, looks)).encode()).hexdigest()
+
+
+def while_waiting(session: Session, rests_on: Sequence[Result[Any]], words: str) -> str:
+    """What is said until the results are there: nothing where one failed, for the page tells why.
+
+    Parameters
+    ----------
+    rests_on : results that are waited for
+    words : str
+    """
+    found = [session.shelf.find(one) for one in rests_on]
+    return "" if any(isinstance(one, Failure) for one in found) else words
 
 
 def located_heldout(document: Document, version: Version, files: Files) -> Result[Location]:

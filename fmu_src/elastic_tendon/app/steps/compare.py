@@ -34,6 +34,7 @@ from elastic_tendon.app.view import (
     runs_of,
     signal_options,
     view_of,
+    while_waiting,
 )
 from elastic_tendon.app.workspace import Result, Workspace
 from elastic_tendon.report.interactive.loop import torque_loop
@@ -85,7 +86,8 @@ def choosers(step: str) -> list[Component]:
     return [
         html.Label(
             [
-                html.Span(words, id=f"{step}-{part}-label"),
+                # Dash names a list by the elements of this id and of its value
+                html.Span(words, id=f"{step}-{part}-value-count"),
                 dcc.Dropdown(
                     id=f"{step}-{part}", clearable=False, searchable=False, className="chooser"
                 ),
@@ -98,7 +100,7 @@ def choosers(step: str) -> list[Component]:
 
 def _before() -> Component:
     boxes = dcc.Checklist(
-        [{"label": "beside the model as given", "value": "before"}], ["before"], id="compare-before"
+        [{"label": "Beside the model as given", "value": "before"}], ["before"], id="compare-before"
     )
     return html.Div(boxes, id="compare-before-row")
 
@@ -246,19 +248,22 @@ def _register_window(app: Dash, workspace: Workspace) -> None:
         Input("compare-from", "value"),
         Input("compare-to", "value"),
         Input("compare-reset", "n_clicks"),
+        Input("where-reset", "n_clicks"),
         Input("compare-view", "data"),
         State("compare-window", "data"),
         State("session", "data"),
         prevent_initial_call=True,
     )
-    def zoom(
-        here: Any, there: Any, low: Any, high: Any, _reset: Any, view: Any, seen: Any, stored: Any
-    ) -> Any:
+    def zoom(here: Any, there: Any, low: Any, high: Any, *others: Any) -> Any:
+        view, seen, stored = others[2:]
         found = compared_now(workspace.open(stored)) if stored else None
         if found is None:
             return no_update, no_update, no_update
         look = view_of(view, found)
-        time = recordings(found)[look.recording].measurement.time
+        measurement = recordings(found)[look.recording].measurement
+        if measurement.static:
+            return no_update, no_update, no_update  # it has no time to zoom into
+        time = measurement.time
         asked = seen or {}
         was = asked.get("window") if asked.get("recording") == look.recording else None
         window = tuple(was) if was else None
@@ -269,7 +274,7 @@ def _register_window(app: Dash, workspace: Workspace) -> None:
         elif ctx.triggered_id in ("compare-from", "compare-to"):
             first, last = float(time[0]), float(time[-1])
             window = (first if low in EMPTY else low, last if high in EMPTY else high)
-        elif ctx.triggered_id == "compare-reset":
+        elif ctx.triggered_id in ("compare-reset", "where-reset"):
             window = None
         window = within(window, time)
         now = {"recording": look.recording, "window": window and list(window)}
@@ -332,10 +337,11 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             return (no_update,) * 6
         session = workspace.open(stored)
         found = compared_now(session)
-        if found is None:
-            return no_update, True, "Comparing the model with the recordings…", True, True, None
-        chosen = view_of(view, found)
         rests_on = _needs(session.document, session.files)[:-2]
+        if found is None:
+            words = while_waiting(session, rests_on, "Comparing the model with the recordings…")
+            return no_update, True, words, True, True, None
+        chosen = view_of(view, found)
         now = fingerprint(session, rests_on, look, chosen, seen, held)
         if now == drawn:
             return (no_update,) * 6
@@ -441,6 +447,7 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         located = location_of(session, chosen)
         if located is None:
             words = "The loop of torque and deflection comes once the missing torque is found."
+            words = while_waiting(session, rests_on, words)
             return blank(THEMES[look]), {"height": HEIGHT, "display": "none"}, words, now
         figure = torque_loop(
             session.document.version.loaded(),

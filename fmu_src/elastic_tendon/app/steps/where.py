@@ -31,6 +31,7 @@ from elastic_tendon.app.view import (
     recordings,
     runs_of,
     view_of,
+    while_waiting,
 )
 from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.identify.locate import FileLocation
@@ -84,7 +85,8 @@ def _curves() -> Component:
             html.Div(
                 [
                     html.P(HINT, id="where-chosen", role="status", **aria(live="polite")),
-                    html.Button("Clear", id="where-clear", className="plain", hidden=True),
+                    html.Button("Unmark", id="where-clear", className="plain", hidden=True),
+                    html.Button("Reset zoom", id="where-reset", className="plain"),
                 ],
                 className="row",
             ),
@@ -143,7 +145,8 @@ def _register_words(app: Dash, workspace: Workspace) -> None:
         seen = _seen(session, view)
         found = compared_now(session)
         if seen is None or found is None:
-            return True, "Finding where the model fails…", [], []
+            rests_on = _needs(session.document, session.files)
+            return True, while_waiting(session, rests_on, "Finding where the model fails…"), [], []
         chosen, location = seen
         file = recordings(found)[chosen.recording]
         told = [html.Li(one) for one in sentences(file, location)]
@@ -257,7 +260,9 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         if samples is not None:
             words = chosen_words(run, chosen.signal, location, mark, samples)
         changed: Any = responsive(figure, HEIGHT, window)
-        if drawn and list(ctx.triggered_prop_ids) == ["where-mark.data"]:
+        # the chosen samples of a static curve are points, not marks
+        series = not run.file.measurement.static
+        if series and drawn and list(ctx.triggered_prop_ids) == ["where-mark.data"]:
             changed = marks_only(changed)
         return changed, words, samples is None, now
 

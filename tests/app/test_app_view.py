@@ -1,0 +1,299 @@
+"""What Compare and Where look at, and what they say of it, without a browser."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elastic_tendon import demo
+from elastic_tendon.app import results
+from elastic_tendon.app.document import Source, Version, new_document
+from elastic_tendon.app.readings import (
+    NO_CURSORS,
+    bin_row,
+    chosen_samples,
+    chosen_words,
+    cursor_rows,
+    error_heads,
+    error_rows,
+    strongest_bins,
+    with_cursor,
+    within,
+    zoomed,
+)
+from elastic_tendon.app.results import Compared
+from elastic_tendon.app.view import (
+    SIGNAL,
+    View,
+    before_of,
+    compared_now,
+    fingerprint,
+    located_heldout,
+    location_of,
+    recording_options,
+    recordings,
+    runs_of,
+    signal_options,
+    view_of,
+    while_waiting,
+)
+from elastic_tendon.app.workspace import Failure, Session
+from elastic_tendon.identify.locate import FileLocation
+from elastic_tendon.identify.maps import CELLS
+from elastic_tendon.parameters import load_model
+from elastic_tendon.report.comparison_tables import sample_shares
+from elastic_tendon.report.interactive.overlay import Run
+from elastic_tendon.report.units import shown
+
+
+def quiet(_text: str, _share: float) -> None:
+    """Nobody watches."""
+
+
+@pytest.fixture(scope="module")
+def session() -> Iterator[Session]:
+    """The demo, one step beyond the model as given, everything computed."""
+    model = load_model(str(demo.DATA / "demo_model.toml"))
+    sources = [
+        Source(key="fit", name="fit.csv", window=(0.0, 4.0)),
+        Source(key="hold", name="<b>hold</b>.csv", role="validate", window=(0.0, 2.0)),
+    ]
+    files: dict[str, Path] = {
+        "fit": demo.DATA / "demo_fit.csv",
+        "hold": demo.DATA / "demo_validate.csv",
+    }
+    heavier = model.with_values({"link.inertia": 1.1 * model.link.inertia})
+    document = new_document(model, sources).adding(
+        Version(id="", parent="1", title="heavier", model=heavier.to_toml())
+    )
+    made = Session("0", document, files)
+    for version in document.versions:
+        made.shelf.obtain(results.compared(document, version, files), quiet)
+    made.shelf.obtain(results.located(document, document.version, files), quiet)
+    made.shelf.obtain(located_heldout(document, document.version, files), quiet)
+    return made
+
+
+@pytest.fixture(scope="module")
+def found(session: Session) -> Compared:
+    now = compared_now(session)
+    assert now is not None
+    return now
+
+
+@pytest.fixture(scope="module")
+def runs(session: Session, found: Compared) -> tuple[Run, ...]:
+    return runs_of(session, view_of(None, found))
+
+
+@pytest.fixture(scope="module")
+def location(session: Session, found: Compared) -> FileLocation:
+    there = location_of(session, view_of(None, found))
+    assert there is not None
+    return there
+
+
+# ---- what is looked at ---------------------------------------------------------------------
+
+
+def test_the_first_recording_is_looked_at_until_another_is_chosen(found: Compared) -> None:
+    assert view_of(None, found) == View("fitted 0", SIGNAL)
+    chosen = View("held out 0", SIGNAL, before=False)
+    assert view_of(chosen.stored(), found) == chosen
+
+
+def test_what_is_no_longer_there_is_not_looked_at(found: Compared) -> None:
+    gone = View("fitted 7", "motor_torque")
+    assert view_of(gone.stored(), found) == View("fitted 0", SIGNAL)
+
+
+def test_recordings_held_out_are_told_apart(found: Compared) -> None:
+    labels = [one["label"] for one in recording_options(found)]
+    assert [label.rsplit(" (", 1)[1] for label in labels] == ["fitted)", "held out)"]
+    assert len(recording_options(found, fitted_only=True)) == 1
+
+
+def test_signals_are_offered_with_their_units(found: Compared) -> None:
+    options = signal_options(recordings(found)["fitted 0"])
+    assert {"value": SIGNAL, "label": "joint position (rad)"} in options
+
+
+def test_the_model_as_given_stands_before_the_current_version(
+    session: Session, runs: tuple[Run, ...], found: Compared
+) -> None:
+    assert [run.label for run in runs] == ["as given", "heavier"]
+    alone = runs_of(session, replace(view_of(None, found), before=False))
+    assert [run.label for run in alone] == ["heavier"]
+
+
+def test_a_model_as_given_has_nothing_before_it(session: Session) -> None:
+    assert before_of(session.document.at("1")) is None
+    root = before_of(session.document)
+    assert root is not None
+    assert root.id == "1"
+
+
+def test_a_held_out_recording_is_located_too(session: Session, found: Compared) -> None:
+    there = location_of(session, View("held out 0", SIGNAL))
+    assert there is not None
+    time = recordings(found)["held out 0"].measurement.time
+    assert len(there.missing_torque.torque) == len(time)
+
+
+def test_before_anything_is_computed_nothing_is_shown(session: Session, found: Compared) -> None:
+    empty = Session("1", session.document, session.files)
+    assert compared_now(empty) is None
+    assert runs_of(empty, view_of(None, found)) == ()
+    assert location_of(empty, view_of(None, found)) is None
+
+
+def test_what_failed_is_not_waited_for(session: Session) -> None:
+    fresh = Session("2", session.document, session.files)
+    needed = results.compared(fresh.document, fresh.document.version, fresh.files)
+    assert while_waiting(fresh, [needed], "Comparing…") == "Comparing…"
+    fresh.shelf.put(needed, Failure("the file has no rows"))
+    assert while_waiting(fresh, [needed], "Comparing…") == ""
+
+
+def test_a_figure_is_drawn_again_when_what_it_shows_comes_or_changes(session: Session) -> None:
+    fresh = Session("3", session.document, session.files)
+    needed = results.compared(session.document, session.document.version, session.files)
+    assert fingerprint(session, [needed], "light") == fingerprint(session, [needed], "light")
+    assert fingerprint(session, [needed], "light") != fingerprint(session, [needed], "dark")
+    assert fingerprint(session, [needed], "light") != fingerprint(fresh, [needed], "light")
+
+
+# ---- zoom and cursors ----------------------------------------------------------------------
+
+
+def test_a_zoom_is_read_from_what_the_figure_tells() -> None:
+    told = {"xaxis.range[0]": 1.5, "xaxis.range[1]": 2.5}
+    assert zoomed(told, None) == (1.5, 2.5)
+    assert zoomed({"xaxis.autorange": True}, (1.5, 2.5)) is None
+    assert zoomed({"autosize": True}, (1.5, 2.5)) == (1.5, 2.5)
+    assert zoomed(None, (1.5, 2.5)) == (1.5, 2.5)
+
+
+def test_a_zoom_stays_within_the_recording() -> None:
+    time = np.linspace(0.0, 10.0, 11)
+    assert within((-1.0, 4.0), time) == (0.0, 4.0)
+    assert within((-1.0, 11.0), time) is None
+    assert within((5.0, 4.0), time) is None
+    assert within((12.0, 14.0), time) is None
+
+
+def test_clicks_set_the_cursors_in_turn() -> None:
+    first = with_cursor(NO_CURSORS, 1.0)
+    second = with_cursor(first, 2.0)
+    third = with_cursor(second, 3.0)
+    fourth = with_cursor(third, 4.0)
+    assert [first["A"], first["B"]] == [1.0, None]
+    assert [second["A"], second["B"]] == [1.0, 2.0]
+    assert [third["A"], third["B"]] == [3.0, 2.0]
+    assert [fourth["A"], fourth["B"]] == [3.0, 4.0]
+
+
+def test_readings_are_those_of_the_nearest_samples(runs: tuple[Run, ...]) -> None:
+    file = runs[-1].file
+    time, measured = file.measurement.time, file.measurement.signals[SIGNAL]
+    a, b = 100, 700
+    rows = cursor_rows(runs, SIGNAL, {"A": float(time[a]) + 1e-4, "B": float(time[b])})
+    heads = [row[0] for row in rows]
+    assert heads[:2] == ["time (s)", "measured (rad)"]
+    assert heads[-2:] == ["error, as given (mrad)", "error, heavier (mrad)"]
+    assert float(rows[0][3]) == pytest.approx(time[b] - time[a], abs=1e-4)
+    assert float(rows[1][1]) == pytest.approx(measured[a], rel=1e-4)
+    error = runs[-1].error(SIGNAL)
+    assert float(rows[-1][3]) == pytest.approx(1e3 * (error[b] - error[a]), rel=1e-3)
+
+
+def test_one_cursor_has_no_difference(runs: tuple[Run, ...]) -> None:
+    rows = cursor_rows(runs, SIGNAL, {"A": None, "B": 1.0})
+    assert all(row[1] == "–" and row[2] != "–" and row[3] == "–" for row in rows)
+    assert cursor_rows(runs, SIGNAL, NO_CURSORS) == []
+
+
+# ---- errors --------------------------------------------------------------------------------
+
+
+def test_the_table_of_errors_begins_with_both_models(runs: tuple[Run, ...]) -> None:
+    rows = list(error_rows(runs, SIGNAL))
+    assert len(error_heads(shown(SIGNAL))) == len(rows[0])
+    assert [row[0] for row in rows[:2]] == ["as given", "heavier"]
+    states = runs[-1].file.signals[SIGNAL].slack_states
+    assert len(rows) == 2 + len(states)
+    assert sum(int(row[1]) for row in rows[2:]) == int(rows[1][1])
+    rmse = runs[-1].file.signals[SIGNAL].rmse
+    assert float(rows[1][2]) == pytest.approx(1e3 * rmse, rel=1e-2)
+
+
+# ---- chosen samples ------------------------------------------------------------------------
+
+
+def test_a_chosen_bin_is_described_by_its_own_error(
+    runs: tuple[Run, ...], location: FileLocation
+) -> None:
+    one = next(one for one in location.bins[SIGNAL] if one.by == "deflection")
+    chosen = chosen_samples(location, [one.by, one.bin])
+    assert chosen is not None
+    assert np.count_nonzero(chosen) == one.count
+    words = chosen_words(runs[-1], SIGNAL, location, [one.by, one.bin], chosen)
+    assert words.startswith(f"Deflection {one.bin}: {one.count} of ")
+    assert shown(SIGNAL).error(one.rmse) in words
+
+
+def test_a_slack_state_keeps_its_letters(runs: tuple[Run, ...], location: FileLocation) -> None:
+    one = next(one for one in location.bins[SIGNAL] if one.bin.startswith("III"))
+    mark = [one.by, one.bin]
+    chosen = chosen_samples(location, mark)
+    assert chosen is not None
+    assert chosen_words(runs[-1], SIGNAL, location, mark, chosen).startswith("Slack state III")
+
+
+def test_a_cell_is_described_by_what_it_spans(
+    runs: tuple[Run, ...], location: FileLocation
+) -> None:
+    across, up = "deflection", "joint_velocity"
+    sample = 300
+    column, row = (
+        min(int(CELLS * (values[sample] - values.min()) / (values.max() - values.min())), CELLS - 1)
+        for values in (location.variables[across], location.variables[up])
+    )
+    mark = [across, up, column, row]
+    chosen = chosen_samples(location, mark)
+    assert chosen is not None
+    assert chosen[sample]
+    words = chosen_words(runs[-1], SIGNAL, location, mark, chosen)
+    assert " rad and joint velocity " in words
+    assert f"rad/s: {np.count_nonzero(chosen)} of " in words
+
+
+def test_a_band_of_frequencies_has_no_samples_to_show(
+    runs: tuple[Run, ...], location: FileLocation
+) -> None:
+    one = next(one for one in location.bins[SIGNAL] if one.by == "frequency")
+    mark = [one.by, one.bin]
+    chosen = chosen_samples(location, mark)
+    assert chosen is not None
+    assert "no samples" in chosen_words(runs[-1], SIGNAL, location, mark, chosen)
+
+
+def test_a_mark_that_is_no_longer_there_marks_nothing(location: FileLocation) -> None:
+    assert chosen_samples(location, None) is None
+    assert chosen_samples(location, ["a", "b", "c"]) is None
+    assert chosen_samples(location, ["nothing", "joint_velocity", 1, 2]) is None
+
+
+def test_the_densest_bins_stand_first(location: FileLocation) -> None:
+    bins = location.bins[SIGNAL]
+    held = sample_shares(bins)
+    chosen = strongest_bins(bins)
+    excess = [one.share - held[one] for one in chosen]
+    assert chosen
+    assert all(one.stands_out for one in chosen)
+    assert excess == sorted(excess, reverse=True)
+    row = bin_row(chosen[0], shown(SIGNAL), held[chosen[0]])
+    assert row[1] == chosen[0].bin
+    assert row[4] == f"{100.0 * chosen[0].share:.0f}"
