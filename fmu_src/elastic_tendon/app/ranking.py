@@ -28,7 +28,7 @@ def refitted(one: Round) -> list[tuple[Candidate, ...]]:
     -------
     list of tuple of Candidate; a tuple of one where nothing else explains as much
     """
-    left = [candidate for candidate in one.candidates if candidate.fitted]
+    left = [candidate for candidate in one.candidates if candidate.heldout_gain is not None]
     groups = []
     while left:
         alike = {left[0].id, *left[0].equivalence_class}
@@ -39,7 +39,7 @@ def refitted(one: Round) -> list[tuple[Candidate, ...]]:
 
 def unlikely(one: Round) -> list[Candidate]:
     """Candidates of which the score test expects too little for a refit."""
-    return [candidate for candidate in one.candidates if not candidate.fitted]
+    return [candidate for candidate in one.candidates if candidate.heldout_gain is None]
 
 
 def suggestion(one: Round) -> str:

@@ -30,10 +30,10 @@ from elastic_tendon.identify.add import (
     effect_by_id,
 )
 from elastic_tendon.identify.fit import THOROUGH
-from elastic_tendon.identify.ladder import REFIT
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
+REFITTING = "refitting the parameters"
 SUGGESTED = "the search would take it"
 LESS_THAN_SUGGESTED = "explains less, or is less simple, than what the search would take"
 BY_HAND = "taken by hand"
@@ -80,9 +80,9 @@ def base(data: Data, report: Report) -> Answer:
     SimulationError : it cannot be simulated
     BuildError : the compiler refuses an effect
     """
-    report("refitting the parameters", 0.0)
+    report(REFITTING, 0.0)
     prepare([data.given.effect_ids], report)
-    return refit(data.given, (), data.fitted, progress=lambda share: report(REFIT, share))
+    return refit(data.given, (), data.fitted, progress=lambda share: report(REFITTING, share))
 
 
 def with_effect(data: Data, current: Answer, effect_id: str, report: Report) -> Answer:
@@ -143,7 +143,7 @@ def again(data: Data, added: Sequence[str], model: Model, report: Report) -> Ans
     """
     prepare([model.effect_ids], report)
     return refit(
-        data.given, added, data.fitted, [model], THOROUGH, lambda share: report(REFIT, share)
+        data.given, added, data.fitted, [model], THOROUGH, lambda share: report(REFITTING, share)
     )
 
 

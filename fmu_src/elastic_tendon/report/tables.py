@@ -137,21 +137,19 @@ def fall_sentences(first: Rung, last: Rung) -> list[str]:
     sentences = []
     for name, rmse in last.rmse.items():
         quantity = shown(name)
-        text = (
-            f"The {quantity.words} error {_went(first.rmse[name], rmse)} "
-            f"{number(first.rmse[name] * quantity.small)} to {quantity.error(rmse)}"
-        )
+        pairs = [(first.rmse[name], rmse)]
         if name in last.heldout_rmse:
-            text += (
-                f", and from {number(first.heldout_rmse[name] * quantity.small)} to "
-                f"{quantity.error(last.heldout_rmse[name])} on data that no fit has seen"
-            )
-        sentences.append(text + f"; {times_noise(last.noise_ratio[name])} is left.")
+            pairs.append((first.heldout_rmse[name], last.heldout_rmse[name]))
+        words = [
+            f"from {number(before * quantity.small)} to {quantity.error(after)}"
+            for before, after in pairs
+        ]
+        fell = all(after < before for before, after in pairs)
+        text = f"The {quantity.words} error {'fell' if fell else 'went'} {words[0]}"
+        if len(words) > 1:
+            text += f", and {words[1]} on data that no fit has seen"
+        sentences.append(f"{text}; {times_noise(last.noise_ratio[name])} is left.")
     return sentences
-
-
-def _went(before: float, after: float) -> str:
-    return "fell from" if after < before else "went from"
 
 
 def alias_sentences(effect: Effect) -> list[str]:
@@ -184,7 +182,7 @@ def distrust_sentences(before: Rung, after: Rung) -> list[str]:
     ]
     if worse:
         sentences.append(
-            f"On held-out data {title} makes {', '.join(worse)} worse than the step before; do "
-            "not trust it."
+            f"On held-out data {title} makes the error of {', '.join(worse)} larger; do not "
+            "trust it."
         )
     return sentences

@@ -34,13 +34,7 @@ GAINS = (
     "Gain: share by which the squared error falls; held out: on samples that no fit has seen, "
     "other recordings or one stretch after the other."
 )
-HEADS = (
-    "Effect",
-    "Probability",
-    "Error explained, fitted data",
-    "held-out data",
-    "Numbers, and why",
-)
+HEADS = ("Effect", "Probability", "Gain, fitted", "Gain, held out")
 
 
 # ---- layout --------------------------------------------------------------------------------
@@ -271,8 +265,9 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
             for title, found in ((tried.before.title, now), (tried.after.title, tried.compared))
         ]
         figure = overlay(runs, looked_at.signal, theme=THEMES[theme])
-        figure.update_layout(margin={"t": HEAD})
-        title = html.H3(f"With {effects.BY_ID[chosen].title}, tried and not added")
+        figure.update_layout(title=None, margin={"t": HEAD})
+        file = runs[0].file.measurement.name
+        title = html.H3(f"{file} with {effects.BY_ID[chosen].title}, tried and not added")
         words = [*ranking.tried_sentences(tried), "The curves are below; nothing was added."]
         return [title, dcc.Graph(figure=figure, config=FIGURES)], [*map(html.P, words)]
 

@@ -1,0 +1,126 @@
+"""The walk by hand in the app, on a part of the demo's recordings."""
+
+import pytest
+
+from elastic_tendon import demo
+from elastic_tendon.app import walk
+from elastic_tendon.app.document import Source, new_document
+from elastic_tendon.app.workspace import Session, Stopped
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.parameters import load_model
+
+COULOMB = "coulomb_friction"
+FILES = {one: demo.DATA / f"demo_{one}.csv" for one in ("fit", "validate")}
+SOURCES = (
+    Source(key="fit", name="fit.csv", window=(0.0, 4.0)),
+    Source(key="validate", name="validate.csv", role="validate", window=(0.0, 4.0)),
+)
+
+
+def silent(_words: str, _share: float) -> None:
+    pass
+
+
+def begun() -> Session:
+    return Session("1", new_document(load_model(demo.DATA / "demo_model.toml"), SOURCES), FILES)
+
+
+@pytest.fixture(scope="module")
+def walked() -> Session:
+    """The search, its suggestion tried and added, and the search looking on."""
+    session = begun()
+    for make in (
+        walk.searching,
+        lambda session: walk.trying(session, COULOMB),
+        lambda session: walk.adding(session, COULOMB),
+        walk.searching,
+    ):
+        if (change := make(session)(silent)) is not None:
+            session.change(change)
+    return session
+
+
+def test_each_step_is_a_version(walked: Session) -> None:
+    path = walked.document.path()
+    assert [one.title for one in path] == ["as given", "parameters refitted", "+ Coulomb friction"]
+    assert [one.change for one in path] == [None, None, COULOMB]
+    assert path[-1].added == (COULOMB,)
+    assert all(walk.was_searched(walked.document, one) for one in path[1:])
+
+
+def test_the_search_finds_the_hidden_effect_and_then_no_more(walked: Session) -> None:
+    document = walked.document
+    first = walked.shelf.find(walk.outcome(document, document.path()[1], FILES))
+    assert first.round.chosen == COULOMB
+    found = walk.round_of(walked)
+    assert found is not None
+    assert found.chosen is None
+
+
+def test_a_try_shows_the_gain_and_adds_nothing(walked: Session) -> None:
+    document = walked.document
+    tried = walked.shelf.find(walk.tried(document, document.path()[1], COULOMB, FILES))
+    assert tried.after.rmse["joint_position"] < 0.1 * tried.before.rmse["joint_position"]
+    assert len(document.versions) == 3
+
+
+def test_uncertainties_stay_those_given(walked: Session) -> None:
+    given = walked.document.path()[0].loaded().uncertainty
+    found = walked.document.version.loaded().uncertainty
+    assert {path: found[path] for path in given} == given
+
+
+def test_the_way_amounts_to_a_diagnosis(walked: Session) -> None:
+    result = walk.concluded(walked.document, FILES)
+    found = walked.shelf.obtain(result, silent)
+    assert isinstance(found, Diagnosis)
+    assert (found.verdict, found.added, found.interrupted) == ("missing_effect", (COULOMB,), False)
+
+
+def test_what_the_server_lost_is_found_again(walked: Session) -> None:
+    kept = walked.document
+    session = Session("2", kept, FILES)
+    answer = session.shelf.obtain(walk.answer(kept, kept.version, FILES), silent)
+    assert isinstance(answer, Answer)
+    torque = kept.version.loaded().effects[COULOMB]["torque"]
+    assert answer.values(COULOMB)["torque"] == pytest.approx(torque, rel=1e-3)
+
+
+def test_an_effect_added_at_once_comes_after_a_refit() -> None:
+    session = begun()
+    change = walk.adding(session, "gravity_load")(silent)
+    session.change(change)
+    titles = [one.title for one in session.document.path()]
+    assert titles == ["as given", "parameters refitted", "+ Gravity load"]
+
+
+def test_what_was_deleted_meanwhile_gets_no_child(walked: Session) -> None:
+    change = walk.refitting(walked)(silent)
+    assert change is not None
+    without = walked.document.without(walked.document.current)
+    assert change(without) == without
+    assert len(change(walked.document).versions) == 4
+
+
+def test_other_data_make_another_fit(walked: Session) -> None:
+    document = walked.document.with_source("fit", window=(0.0, 3.0))
+    assert not walk.is_fitted(document, document.version)
+    session = Session("3", document, FILES)
+    session.change(walk.refitting(session)(silent))
+    assert session.document.version.title == walk.REFITTED_AGAIN
+    assert session.document.version.added == (COULOMB,)
+    assert walk.is_fitted(session.document, session.document.version)
+
+
+def test_a_stopped_search_leaves_the_document_as_it_was() -> None:
+    session = begun()
+    before = session.document
+
+    def stopping(words: str, _share: float) -> None:
+        if words.startswith("screening"):
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        walk.searching(session)(stopping)
+    assert session.document == before

@@ -1,0 +1,57 @@
+"""What the step Which effect says."""
+
+from dataclasses import replace
+
+from elastic_tendon import effects
+from elastic_tendon.app import ranking
+from elastic_tendon.app.document import Version, new_document
+from elastic_tendon.parameters import load_model
+from hand_made_diagnosis import COULOMB, friction_found
+
+MODEL = load_model("biorob_x4_joint_3")
+
+
+def first_round():
+    return friction_found().rounds[0]
+
+
+def test_what_the_data_cannot_tell_apart_stands_together() -> None:
+    one = first_round()
+    groups = ranking.refitted(one)
+    assert [[candidate.id for candidate in group] for group in groups] == [
+        [COULOMB, "lugre_friction"]
+    ]
+    assert len(ranking.unlikely(one)) == len(one.candidates) - 2
+
+
+def test_nothing_missing_is_said_as_such() -> None:
+    one = friction_found().rounds[-1]
+    assert ranking.suggestion(one) == "Nothing is surely missing: nothing is left but noise."
+    assert "surely there" in ranking.suggestion(first_round())
+
+
+def test_the_search_says_what_it_will_do() -> None:
+    document = new_document(MODEL)
+    assert "refitted first" in ranking.search_words(document)[1]
+    key = document.data_key()
+    fitted = Version(id="", parent="1", title="", model=MODEL.to_toml(), fitted_to=key)
+    document = document.adding(fitted)
+    assert "refitted first" not in ranking.search_words(document)[1]
+    assert ranking.search_words(document.with_search("2", key))[1] == ""
+
+
+def test_an_effect_that_a_model_cannot_take_is_not_offered() -> None:
+    model = MODEL.with_effect(COULOMB, None)
+    assert "already" in ranking.refusal(model, effects.BY_ID[COULOMB])
+    assert "law" in ranking.refusal(model, effects.BY_ID["lugre_friction"])
+    offered = {one["value"] for one in ranking.choices(model)}
+    assert offered.isdisjoint({COULOMB, "stribeck_friction", "lugre_friction"})
+    assert "gear_backlash" in offered
+
+
+def test_the_suggestion_is_looked_at_first() -> None:
+    document, one = new_document(MODEL), first_round()
+    assert ranking.first_choice(document, None) == next(iter(effects.BY_ID))
+    assert ranking.first_choice(document, one) == COULOMB
+    undecided = replace(one, chosen=None, candidates=one.candidates[1:])
+    assert ranking.first_choice(document, undecided) == "lugre_friction"
