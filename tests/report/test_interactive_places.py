@@ -245,3 +245,11 @@ def test_a_table_has_the_words_below_an_axis() -> None:
     assert list(table["x"]) == ["as given", "with play & more"]
     assert list(table["error (mrad)"]) == [2.0, 3.0]
     assert figure_table(blank(LIGHT)).empty
+
+
+def test_table_of_a_figure_whose_ticks_are_numbers():
+    figure = blank(LIGHT, xaxis={"title": {"text": "probability (%)"}, "tickvals": [0, 50, 100]})
+    figure.add_bar(x=[50, 7], y=["friction", "none"], orientation="h")
+    table = figure_table(figure)
+    assert list(table["probability (%)"]) == [50, 7]
+    assert list(table["y"]) == ["friction", "none"]

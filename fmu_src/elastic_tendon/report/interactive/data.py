@@ -57,7 +57,7 @@ def _title(figure: go.Figure, axis: Any, letter: str) -> str:
 
 def _places(values: Any, axis: Any) -> Any:
     """What stands below points on an axis with words instead of numbers, else the values."""
-    words = dict(zip(axis.tickvals or (), axis.ticktext or (), strict=True))
+    words = dict(zip(axis.tickvals, axis.ticktext, strict=True)) if axis.ticktext else {}
     if words and all(value in words for value in values):
         return [_words(words[value]) for value in values]
     return values
