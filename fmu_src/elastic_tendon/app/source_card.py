@@ -183,10 +183,17 @@ def _use(seen: Seen, form: Form) -> html.Div:
     """Whether the data are fitted or only judge, and which part of them is read."""
     source = seen.source
     role = form.place(source.key, "role", source.role)
+    static = seen.first is not None and seen.first.static
+    roles = [
+        {"value": name, "label": label}
+        for name, label in ROLES.items()
+        if name != "split" or not static  # without a time
+    ]
+    form.structure.append(roles)
     start, end = (("" if one is None else f"{one:.9g}") for one in source.window)
     parts: list[Component] = [
         dcc.RadioItems(
-            [{"value": name, "label": label} for name, label in ROLES.items()],
+            roles,
             source.role,
             id=role,
             inline=True,
@@ -195,7 +202,7 @@ def _use(seen: Seen, form: Form) -> html.Div:
     if source.role == "split":
         at = "" if source.split is None else f"{source.split:.9g}"
         parts.append(_labelled("fitted before", form.text(source.key, "split", at), "s"))
-    if not (seen.first is not None and seen.first.static):
+    if not static:
         parts += [
             _labelled("read from", form.text(source.key, "start", start), "s"),
             _labelled("to", form.text(source.key, "end", end), "s"),
@@ -300,8 +307,8 @@ def findings(seen: Seen) -> list[str]:
     ]
     if first.load_torque is None and not first.static:
         told.append("There is no load torque: none is taken to act.")
-    if "joint_torque" not in first.signals and not first.static:
-        told.append("There is no measured joint torque: the joint position alone judges.")
+    if len(first.signals) == 1 and not first.static:
+        told.append("There is no measured torque: the joint position alone judges.")
     told += noted(seen.recordings)
     if seen.looked is None and seen.source.role != "off" and not seen.sentence():
         told.append("Whether it looks read rightly is being checked…")
