@@ -217,6 +217,7 @@ def machine(version: Version) -> str:
 
 def _register(app: Dash, workspace: Workspace) -> None:
     _register_numbers(app, workspace)
+    _register_back(app, workspace)
     _register_figure(app, workspace)
     _register_choice(app, workspace)
 
@@ -269,6 +270,8 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
             [below.get(one["id"]["model-note"], "") for one in ctx.outputs_list[2]],
         )
 
+
+def _register_back(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("session", "data", allow_duplicate=True),
         Input("model-back", "n_clicks"),
