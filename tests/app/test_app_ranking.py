@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 from elastic_tendon import effects
-from elastic_tendon.app import ranking
+from elastic_tendon.app import ranking, walk
 from elastic_tendon.app.document import Version, new_document
+from elastic_tendon.app.results import Compared
 from elastic_tendon.parameters import load_model
 from hand_made_diagnosis import COULOMB, friction_found
 
@@ -55,3 +56,15 @@ def test_the_suggestion_is_looked_at_first() -> None:
     assert ranking.first_choice(document, one) == COULOMB
     undecided = replace(one, chosen=None, candidates=one.candidates[1:])
     assert ranking.first_choice(document, undecided) == "lugre_friction"
+
+
+def test_a_try_says_whether_its_numbers_were_fitted() -> None:
+    found = friction_found()
+    before, after = found.ladder[-2:]
+    step = found.steps[-1]
+    tried = walk.Tried(Compared(step.comparison, step.heldout), before, after)
+    fitted, *_, unlikely = first_round().candidates
+    assert not any("score test" in one for one in ranking.tried_sentences(tried, fitted))
+    told = ranking.tried_sentences(tried, unlikely)
+    assert any("score test" in one for one in told)
+    assert told[-1].endswith("nothing was added.")

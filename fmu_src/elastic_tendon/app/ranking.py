@@ -1,7 +1,5 @@
 """What the step Which effect says: the ranked list, its groups, and words for what can be done."""
 
-from collections.abc import Sequence
-
 from elastic_tendon import effects
 from elastic_tendon.app import walk
 from elastic_tendon.app.document import Document
@@ -99,10 +97,18 @@ def first_choice(document: Document, one: Round | None) -> str:
             return one.chosen
         if one.candidates:
             return one.candidates[0].id
-    present = document.version.loaded().effect_ids
-    return next((name for name in effects.BY_ID if name not in present), "")
+    return next((one["value"] for one in choices(document.version.loaded())), "")
 
 
-def tried_sentences(found: walk.Tried) -> Sequence[str]:
-    """How the error would change, before anything is added."""
-    return fall_sentences(found.before, found.after)
+def tried_sentences(found: walk.Tried, one: Candidate) -> list[str]:
+    """How the error would change, before anything is added.
+
+    Parameters
+    ----------
+    found : Tried
+    one : the candidate that was tried
+    """
+    sentences = fall_sentences(found.before, found.after)
+    if one.heldout_gain is None:
+        sentences.append("These are the numbers that the score test expects; adding fits them.")
+    return [*sentences, "The curves are below; nothing was added."]

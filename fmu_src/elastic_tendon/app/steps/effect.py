@@ -128,10 +128,12 @@ def _rows(one: Candidate) -> list[Component]:
     title = html.Button(called(one.id), id={"effect-pick": one.id}, className="link")
     figures = (percent(one.probability), gain(one.gain), gain(one.heldout_gain))
     cells = [html.Td(figure, className="figure") for figure in figures]
-    why = [html.Div("; ".join(candidate_numbers(one))), html.Div(one.verdict, className="quiet")]
+    below = [html.Div("; ".join(candidate_numbers(one)))]
+    if one.heldout_gain is not None:  # else all have the same reason
+        below.append(html.Div(one.verdict, className="quiet"))
     return [
         html.Tr([html.Th(title, scope="row"), *cells], className="figures"),
-        html.Tr(html.Td(why, colSpan=len(HEADS))),
+        html.Tr(html.Td(below, colSpan=len(HEADS))),
     ]
 
 
@@ -257,7 +259,8 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         tried = _tried(session, chosen) if chosen in effects.BY_ID else None
         now = compared_now(session)
-        if tried is None or now is None:
+        found = walk.round_of(session)
+        if tried is None or now is None or found is None:
             return [], []
         looked_at = view_of(view, now)
         runs = [
@@ -268,8 +271,9 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         figure.update_layout(title=None, margin={"t": HEAD})
         file = runs[0].file.measurement.name
         title = html.H3(f"{file} with {effects.BY_ID[chosen].title}, tried and not added")
-        words = [*ranking.tried_sentences(tried), "The curves are below; nothing was added."]
-        return [title, dcc.Graph(figure=figure, config=FIGURES)], [*map(html.P, words)]
+        one = next(candidate for candidate in found.candidates if candidate.id == chosen)
+        words = [html.P(text) for text in ranking.tried_sentences(tried, one)]
+        return [title, dcc.Graph(figure=figure, config=FIGURES)], words
 
     @app.callback(
         Output("effect-evidence", "children"),
