@@ -221,6 +221,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         Output("where-overlay", "figure"),
         Output("where-chosen", "children"),
         Output("where-clear", "hidden"),
+        Output("where-reset", "hidden"),
         Output("where-curves-drawn", "data"),
         Input("session", "data"),
         Input("open", "data"),
@@ -234,16 +235,16 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         stored: Any, opened: str, look: str, view: Any, window: Any, held: Any, drawn: Any
     ) -> Any:
         if not stored or opened != "where":
-            return (no_update,) * 4
+            return (no_update,) * 5
         session = workspace.open(stored)
         seen = _seen(session, view)
         if seen is None:
-            return no_update, no_update, no_update, None
+            return (*(no_update,) * 4, None)
         chosen, location = seen
         rests_on = _needs(session.document, session.files)
         now = fingerprint(session, rests_on, look, chosen, window, held)
         if now == drawn:
-            return (no_update,) * 4
+            return (no_update,) * 5
         run = runs_of(session, chosen)[-1]
         mark: Mark = held["mark"] if held and held["recording"] == chosen.recording else ()
         samples = chosen_samples(location, mark)
@@ -261,10 +262,10 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             words = chosen_words(run, chosen.signal, location, mark, samples)
         changed: Any = responsive(figure, HEIGHT, window)
         # the chosen samples of a static curve are points, not marks
-        series = not run.file.measurement.static
-        if series and drawn and list(ctx.triggered_prop_ids) == ["where-mark.data"]:
+        static = run.file.measurement.static
+        if not static and drawn and list(ctx.triggered_prop_ids) == ["where-mark.data"]:
             changed = marks_only(changed)
-        return changed, words, samples is None, now
+        return changed, words, samples is None, static, now
 
 
 def _register_figures(app: Dash, workspace: Workspace) -> None:
