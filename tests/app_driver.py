@@ -1,5 +1,6 @@
 """Drives the real app in a real browser, by what a user sees: roles, names and words."""
 
+import json
 import os
 import re
 import shutil
@@ -8,13 +9,26 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, Literal
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, Locator, Page, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    ConsoleMessage,
+    Locator,
+    Page,
+    Request,
+    Response,
+    ViewportSize,
+    sync_playwright,
+)
 
 CHROMIUM = shutil.which("chromium")
 PATIENCE = 180_000  # ms that a condition is waited for; machines of CI are slow and busy
-SIZE = {"width": 1280, "height": 800}
+SIZE: ViewportSize = {"width": 1280, "height": 800}
+# what the browser keeps for a reload, as text
+KEPT = "Object.values(sessionStorage).find(one => one.includes('document'))"
+Theme = Literal["light", "dark"]
 
 
 @contextmanager
@@ -58,7 +72,7 @@ class Walk:
     to other hosts, answers that say something failed.
     """
 
-    def __init__(self, browser: Browser, url: str, theme: str = "light") -> None:
+    def __init__(self, browser: Browser, url: str, theme: Theme = "light") -> None:
         context = browser.new_context(
             viewport=SIZE, accept_downloads=True, color_scheme=theme, reduced_motion="reduce"
         )
@@ -66,21 +80,11 @@ class Walk:
         self.url = url
         self.page: Page = context.new_page()
         self.faults: list[str] = []
-        host = urlsplit(url).netloc
-        self.page.on("console", lambda said: said.type == "error" and self._note(said.text))
-        self.page.on("pageerror", lambda error: self._note(str(error)))
-        self.page.on(
-            "request",
-            lambda one: (
-                one.url.startswith("http")
-                and urlsplit(one.url).netloc != host
-                and self._note(f"asked for {one.url}")
-            ),
-        )
-        self.page.on(
-            "response",
-            lambda one: one.status >= 400 and self._note(f"{one.status} of {one.url}"),
-        )
+        self._host = urlsplit(url).netloc
+        self.page.on("console", self._hear)
+        self.page.on("pageerror", lambda error: self.faults.append(str(error)))
+        self.page.on("request", self._see_request)
+        self.page.on("response", self._see_response)
         self.page.goto(url)
         self.page.locator("section.step:visible h2").wait_for()
 
@@ -88,8 +92,17 @@ class Walk:
         """Close the tab."""
         self.page.context.close()
 
-    def _note(self, fault: str) -> None:
-        self.faults.append(fault)
+    def _hear(self, said: ConsoleMessage) -> None:
+        if said.type == "error":
+            self.faults.append(said.text)
+
+    def _see_request(self, one: Request) -> None:
+        if one.url.startswith("http") and urlsplit(one.url).netloc != self._host:
+            self.faults.append(f"asked for {one.url}")
+
+    def _see_response(self, one: Response) -> None:
+        if one.status >= 400:
+            self.faults.append(f"{one.status} of {one.url}")
 
     def step(self, title: str) -> Locator:
         """Open a step, and wait until it is shown."""
@@ -106,6 +119,43 @@ class Walk:
         """Wait until no work is under way and no answer of the server is waited for."""
         self.page.locator("#work").wait_for(state="hidden")
         self.page.wait_for_load_state("networkidle")
+
+    def choose(self, label: str, value: str) -> None:
+        """Choose from a list of the open step by what stands there."""
+        self.page.locator("section.step:visible").get_by_label(label, exact=True).click()
+        self.page.get_by_role("option", name=value).click()
+
+    def search(self) -> None:
+        """Find which effect is missing, and wait for the answer."""
+        self.step("Which effect")
+        self.settle()
+        self.button("Find which effect is missing").click()
+        self.page.get_by_role("rowheader", name="none of them").wait_for()
+        self.settle()
+
+    def add(self) -> None:
+        """Add the effect that the search suggests, and wait until it is there."""
+        before = self.versions()
+        self.step("Which effect").get_by_role("button", name=re.compile("^Add ")).click()
+        self.heading("Add").wait_for()
+        self.page.wait_for_function(
+            f"count => JSON.parse(JSON.parse({KEPT}).session.document).versions.length > count",
+            arg=len(before),
+        )
+        self.settle()
+
+    def versions(self) -> list[str]:
+        """Titles of the versions that the browser keeps."""
+        return [one["title"] for one in self.document()["versions"]]
+
+    def document(self) -> dict[str, Any]:
+        """What the browser keeps of the user's choices."""
+        kept = self.page.evaluate(KEPT)
+        return dict(json.loads(json.loads(kept)["session"]["document"]))
+
+    def picture(self, path: Path) -> None:
+        """Take a picture of what the window shows."""
+        self.page.screenshot(path=path)
 
     def build(self, button: str) -> Locator:
         """Build a file in the step Take away; the link to it."""
@@ -130,8 +180,3 @@ class Walk:
         path = folder / coming.value.suggested_filename
         coming.value.save_as(path)
         return path
-
-    def kept(self) -> str:
-        """The document as the browser keeps it."""
-        script = "Object.values(sessionStorage).find(one => one.includes('document'))"
-        return str(self.page.evaluate(script))

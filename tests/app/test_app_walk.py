@@ -2,13 +2,27 @@
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
+from fmpy import simulate_fmu
 
 pytest.importorskip("playwright")
 pytest.importorskip("dash")
 
 from app_driver import CHROMIUM, Walk, browser, served
+from benchmark_app import MODEL, Watched, walk_through, write_recording
+from benchmarking import print_table
+from elastic_tendon.demo import DATA
+
+# of the FMU, and what they are called in the recording
+COLUMNS = {
+    "time": "time_s",
+    "motor_position": "motor_position_rad",
+    "load_torque": "load_torque_Nm",
+}
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 
@@ -33,13 +47,126 @@ def walk(chromium, demo) -> Iterator[Walk]:
     assert tab.faults == []
 
 
-def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
+def upload(walk: Walk, **files: bytes) -> None:
+    """Add files on the page; their names may be anything."""
+    payload = [
+        {"name": name, "mimeType": "text/csv", "buffer": content} for name, content in files.items()
+    ]
+    walk.page.locator("#data-upload input[type=file]").set_input_files(payload)
+
+
+def follows(fmu: Path) -> float:
+    """RMS error of an FMU that is driven by the demo's recording, rad."""
+    recording = pd.read_csv(DATA / "demo_fit.csv")
+    inputs = np.zeros(len(recording), dtype=[(name, float) for name in COLUMNS])
+    for name, column in COLUMNS.items():
+        inputs[name] = recording[column]
+    motion = simulate_fmu(
+        str(fmu),
+        fmi_type="ModelExchange",  # whose inputs fmpy interpolates
+        stop_time=float(inputs["time"][-1]),
+        output_interval=float(inputs["time"][1]),
+        input=inputs,
+        output=["joint_position"],
+    )
+    at = np.interp(inputs["time"], motion["time"], motion["joint_position"])
+    return float(np.sqrt(np.mean((at - recording["joint_position_rad"]) ** 2)))
+
+
+def reload(walk: Walk, step: str) -> None:
+    """Reload the page; the same step is open, and nothing was lost."""
+    before = walk.document()
+    walk.page.reload()
+    walk.heading(step).wait_for()
+    walk.settle()
+    assert walk.document() == before
+
+
+def test_from_a_hidden_effect_to_the_fmu_that_has_it(walk: Walk, tmp_path: Path) -> None:
     walk.step("Take away")
-    walk.page.get_by_label("all of these").check()
-    before = json.loads(walk.kept())["session"]["document"]
-    walk.button("Build the FMU").click()
+    given = walk.save(walk.build("Build the FMU"), tmp_path)
+    error = follows(given)
+    walk.search()
+    assert walk.versions() == ["as given", "parameters refitted"]
+    reload(walk, "Which effect")
+    walk.add()
+    assert walk.versions()[2:] == ["+ Coulomb friction"]
+    reload(walk, "Add")
+    walk.step("Take away")
+    walk.page.get_by_text("as given → parameters refitted → + Coulomb friction").wait_for()
+    improved = walk.save(walk.build("Build the FMU"), tmp_path)
+    assert follows(improved) < 0.1 * error
+    findings = json.loads(walk.save(walk.build("Write the numbers"), tmp_path).read_text())
+    assert findings["added"] == ["coulomb_friction"]
+    errors = [one["rmse"]["joint_position"] for one in findings["ladder"]]
+    assert errors == sorted(errors, reverse=True)
+    report = walk.save(walk.build("Write the report"), tmp_path)
+    assert "Coulomb friction" in report.read_text()
+
+
+def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
+    walk.step("Which effect")
+    walk.settle()
+    before = walk.document()
+    walk.button("Find which effect is missing").click()
     walk.button("Cancel").click()
     walk.page.locator("#work").wait_for(state="hidden")
-    walk.button("Build the FMU").wait_for()
-    assert walk.card("Build the FMU").get_by_role("link").count() == 0
-    assert json.loads(walk.kept())["session"]["document"] == before
+    walk.button("Find which effect is missing").wait_for()
+    # what was let go does not keep other work from beginning
+    walk.step("Take away")
+    walk.build("Write the model")
+    assert walk.document() == before
+
+
+def test_a_bad_file_is_told_in_its_place_and_costs_nothing_else(walk: Walk) -> None:
+    walk.step("Data")
+    rubbish = bytes(range(256)) * 40
+    upload(walk, **{"rubbish.csv": rubbish, "wrong.csv": b"time_s,colour\n0,1\n1,2\n2,3\n"})
+    for name in ("rubbish.csv", "wrong.csv"):
+        card = walk.page.locator(".card").filter(has=walk.page.get_by_text(name, exact=True))
+        sentence = card.get_by_role("alert").filter(has_text=name)
+        sentence.wait_for()
+        assert "Traceback" not in sentence.inner_text()
+    walk.settle()
+    good = walk.page.locator(".card").filter(has=walk.page.get_by_text("demo_fit.csv", exact=True))
+    assert "5000 samples" in good.inner_text()
+    assert len(walk.document()["sources"]) == 4
+    for _ in range(2):
+        walk.page.get_by_role("button", name="Remove").last.click()
+        walk.settle()
+    walk.page.get_by_text("1 recording is fitted").wait_for()
+    assert [one["name"] for one in walk.document()["sources"]] == [
+        "demo_fit.csv",
+        "demo_validate.csv",
+    ]
+
+
+def test_names_of_files_are_never_markup(walk: Walk) -> None:
+    rude = "<img src=x onerror=alert(1)><b>bold.csv"
+    walk.page.on("dialog", lambda one: walk.faults.append(one.message) or one.dismiss())
+    walk.step("Data")
+    upload(walk, **{rude: (DATA / "demo_fit.csv").read_bytes()})
+    walk.page.get_by_text(rude, exact=True).first.wait_for()
+    walk.page.get_by_text("2 recordings are fitted").wait_for()
+    for step in ("Compare", "Where"):
+        walk.step(step)
+        walk.settle()
+        walk.choose("Recording", rude)
+        walk.settle()
+        assert walk.page.locator(".js-plotly-plot").count() > 0
+        assert walk.page.locator("img[src=x], main b").count() == 0
+
+
+@pytest.mark.slow
+def test_a_million_samples(chromium, tmp_path: Path) -> None:
+    """How long each click takes is printed and not judged; see build_scripts/benchmark_app.py."""
+    recording = tmp_path / "recording.csv"
+    write_recording(recording, 1_000_000)
+    with served(MODEL, recording) as url:
+        tab = Walk(chromium, url)
+        seen = Watched(tab)
+        walk_through(seen)
+        tab.close()
+    print_table("10⁶ samples, from click to figure", seen.rows)
+    assert len(seen.rows) > 10
+    assert tab.faults == []
