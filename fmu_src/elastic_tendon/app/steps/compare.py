@@ -215,9 +215,10 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
             return (no_update,) * 10
         changed = dict(view_stored or {}) | {"before": bool(before)}
         names = [f"{step}-{part}" for step in ("compare", "where") for part in SHOW]
-        if ctx.triggered_id in names:
-            value = values[names.index(ctx.triggered_id)]
-            changed |= {str(ctx.triggered_id).split("-")[1]: value} if value else {}
+        # a choice may come together with news of the session
+        for name, value in zip(names, values, strict=True):
+            if f"{name}.value" in ctx.triggered_prop_ids and value:
+                changed[name.split("-")[1]] = value
         view = view_of(changed, found)
         fitted = view_of(changed if is_fitted(view.recording) else None, found)
         files = recordings(found)
