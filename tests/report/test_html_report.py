@@ -22,6 +22,7 @@ from elastic_tendon.parameters import Model, load_model
 from elastic_tendon.report.html import answers
 from elastic_tendon.report.html.document import comparison_document, diagnosis_document
 from elastic_tendon.report.html.origin import Origin, origin_of
+from elastic_tendon.report.html.page import PLOTLY
 from elastic_tendon.transmission import characteristic_torque
 from hand_made_diagnosis import friction_found, nothing_missing, something_unknown
 
@@ -351,7 +352,7 @@ def test_long_recordings_make_no_large_file() -> None:
     signals = {"joint_position": simulate(machine, time, motor)["joint_position"] + noise}
     page = document_of_comparison(Measurement("long.csv", time, motor, signals))
     figures = len(Page(page).figures())
-    assert len(page) < len(get_plotlyjs()) + 100_000 + figures * LARGEST_FIGURE
+    assert len(page) < PLOTLY.stat().st_size + 100_000 + figures * LARGEST_FIGURE
 
 
 # ---- in a browser ------------------------------------------------------------------------------
@@ -404,3 +405,11 @@ def test_on_paper_all_figures_are_there_before_anybody_scrolled(browser, tmp_pat
     paper = page.pdf(prefer_css_page_size=True)
     assert paper.startswith(b"%PDF")
     assert page.evaluate("window.onpaper") == 3 * len(friction().figures()) > before
+
+
+def test_the_figures_are_made_for_the_script_that_draws_them() -> None:
+    drawn_by = re.search(r"plotly\.js [^\n]*v([\d.]+)", PLOTLY.read_text("utf-8")[:500])
+    assert drawn_by is not None
+    made_for = re.search(r"plotly\.js v([\d.]+)", get_plotlyjs()[:500])
+    assert made_for is not None
+    assert drawn_by[1].split(".")[0] == made_for[1].split(".")[0]
