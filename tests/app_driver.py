@@ -28,6 +28,22 @@ PATIENCE = 180_000  # ms that a condition is waited for; machines of CI are slow
 SIZE: ViewportSize = {"width": 1280, "height": 800}
 # what the browser keeps for a reload, as text
 KEPT = "Object.values(sessionStorage).find(one => one.includes('document'))"
+# counts the requests that wait for an answer, and when that last changed
+WATCH = """
+  window.asked = {waiting: 0, at: 0};
+  const ask = window.fetch;
+  const count = step => {
+    window.asked.waiting += step;
+    window.asked.at = performance.now();
+  };
+  window.fetch = (...all) => {
+    count(1);
+    return ask(...all).finally(() => count(-1));
+  };
+"""
+QUIET = 600  # ms without a request, more than the page waits between looks at work under way
+SETTLED = f"""() => document.getElementById("work").hidden
+  && window.asked.waiting === 0 && performance.now() - window.asked.at > {QUIET}"""
 Theme = Literal["light", "dark"]
 
 
@@ -77,6 +93,7 @@ class Walk:
             viewport=SIZE, accept_downloads=True, color_scheme=theme, reduced_motion="reduce"
         )
         context.set_default_timeout(PATIENCE)
+        context.add_init_script(WATCH)
         self.url = url
         self.page: Page = context.new_page()
         self.faults: list[str] = []
@@ -117,8 +134,9 @@ class Walk:
 
     def settle(self) -> None:
         """Wait until no work is under way and no answer of the server is waited for."""
-        self.page.locator("#work").wait_for(state="hidden")
-        self.page.wait_for_load_state("networkidle")
+        # what a click asks for may be asked a moment later
+        self.page.evaluate("() => { window.asked.at = performance.now(); }")
+        self.page.wait_for_function(SETTLED)
 
     def choose(self, label: str, value: str) -> None:
         """Choose from a list of the open step by what stands there."""

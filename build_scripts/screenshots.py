@@ -1,0 +1,89 @@
+"""Pictures of the app and of the report, for whoever wants to look at all of them.
+
+    python build_scripts/screenshots.py FOLDER [--readme]
+
+Walks the app on the demo's data in headless Chromium, and writes a picture of each step, light and
+dark, and of the top of the report into FOLDER. With --readme, the pictures that the README shows
+are replaced too. Needs playwright and chromium.
+"""
+
+import argparse
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+# what drives the browser belongs to the tests and is not installed
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+
+from playwright.sync_api import Browser
+
+from app_driver import SIZE, Theme, Walk, browser, served
+
+ROOT = Path(__file__).resolve().parents[1]
+THEMES: tuple[Theme, ...] = ("light", "dark")
+README = {"where_light.png": "where.png", "which_effect_light.png": "which_effect.png"}
+
+
+def walked(walk: Walk, folder: Path) -> Iterator[str]:
+    """Walk from the model to the report, which is kept in a folder; names of what can be seen."""
+    walk.step("Model")
+    walk.settle()
+    yield "model"
+    walk.step("Data")
+    walk.settle()
+    yield "data"
+    walk.step("Compare")
+    walk.settle()
+    yield "compare"
+    walk.step("Where")
+    walk.settle()
+    walk.page.get_by_role("button", name="Show").first.click()
+    walk.settle()
+    yield "where"
+    walk.search()
+    walk.page.get_by_role("button", name="Try ").click()
+    walk.settle()
+    yield "which_effect"
+    walk.add()
+    yield "add"
+    walk.step("Take away")
+    walk.save(walk.build("Write the report"), folder)
+    yield "take_away"
+
+
+def write_pictures(started: Browser, url: str, folder: Path) -> None:
+    """Of every step, in both themes; then of the top of the report."""
+    for theme in THEMES:
+        walk = Walk(started, url, theme)
+        with tempfile.TemporaryDirectory() as work:
+            for name in walked(walk, Path(work)):
+                walk.picture(folder / f"{name}_{theme}.png")
+            (report,) = Path(work).iterdir()
+            page = started.new_page(viewport=SIZE, color_scheme=theme)
+            page.goto(report.as_uri())
+            page.wait_for_load_state("networkidle")
+            page.screenshot(path=folder / f"report_{theme}.png")
+            page.close()
+        walk.close()
+        print("\n".join(walk.faults) or f"{theme}: nothing was wrong beneath the page")
+
+
+def main() -> int:
+    """Write the pictures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path, help="for the pictures; made where it is absent")
+    parser.add_argument("--readme", action="store_true", help="replace those of the README too")
+    given = parser.parse_args()
+    given.folder.mkdir(parents=True, exist_ok=True)
+    with served("--demo") as url, browser() as started:
+        write_pictures(started, url, given.folder)
+    if given.readme:
+        for name, shown in README.items():
+            shutil.copyfile(given.folder / name, ROOT / "examples" / "app" / shown)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
