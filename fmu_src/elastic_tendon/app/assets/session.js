@@ -10,6 +10,16 @@
     return window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
   }
 
+  // A figure that was drawn while it was hidden has plotly's own width; not all others are redrawn.
+  function fit() {
+    document.querySelectorAll("section:not([hidden]) .js-plotly-plot").forEach(function (plot) {
+      const drawn = plot.querySelector(".main-svg");
+      const room = plot.parentElement.clientWidth;
+      if (drawn && room && Math.abs(drawn.clientWidth - room) > 2) window.Plotly.Plots.resize(plot);
+    });
+  }
+  window.setInterval(fit, 400);
+
   window.dash_clientside = window.dash_clientside || {};
   window.dash_clientside.elastic_tendon = {
     remember: function () {
@@ -38,7 +48,7 @@
         const heading = document.getElementById(open + "-heading");
         if (heading) heading.focus({ preventScroll: true });
         window.scrollTo(0, 0);
-        window.dispatchEvent(new Event("resize")); // figures were hidden when they were drawn
+        fit();
       });
       return window.dash_clientside.no_update;
     },
