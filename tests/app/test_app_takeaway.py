@@ -18,8 +18,9 @@ from elastic_tendon import demo
 from elastic_tendon.app import takeaway
 from elastic_tendon.app.document import Document, Source, Version, new_document
 from elastic_tendon.app.server import dash_app
-from elastic_tendon.app.steps.take_away import GONE, OFFERS, offered, size_in_words
+from elastic_tendon.app.steps.take_away import GONE, OFFERS, offered
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice
+from elastic_tendon.app.uploads import size_in_words
 from elastic_tendon.app.workspace import Failure, Shelf, Workspace
 from elastic_tendon.errors import BuildError, ElasticTendonError
 from elastic_tendon.measurement.reader import read_measurements
@@ -188,13 +189,7 @@ def test_names_in_archives_are_letters(text: str, safe: str) -> None:
 
 @pytest.mark.parametrize(
     ("size", "words"),
-    [
-        (490, "490 bytes"),
-        (3396, "3.4 kB"),
-        (99_960, "100 kB"),
-        (999_900, "1.0 MB"),
-        (5e12, "5000 GB"),
-    ],
+    [(490, "490 bytes"), (3396, "3.3 kB"), (10_200, "10 kB"), (25 << 20, "25 MB")],
 )
 def test_sizes_are_told_for_people(size: int, words: str) -> None:
     assert size_in_words(size) == words

@@ -24,6 +24,7 @@ except ElasticTendonError:
     pass
 """
 _PATIENCE = 120.0  # s
+_UNITS = ("bytes", "kB", "MB", "GB")
 
 
 def content_of(sent: str, name: str, most: int) -> bytes:
@@ -51,8 +52,12 @@ def content_of(sent: str, name: str, most: int) -> bytes:
 
 
 def size_in_words(size: int) -> str:
-    """Bytes in MB, or in kB where it is less than one."""
-    return f"{size / 2**20:g} MB" if size >= 2**20 else f"{size / 2**10:g} kB"
+    """Bytes for people, with two digits or more; a kB has 1024 of them."""
+    value, unit = float(size), 0
+    while value >= 1023.5 and unit < len(_UNITS) - 1:
+        value, unit = value / 1024.0, unit + 1
+    digits = 1 if unit > 0 and value < 9.95 else 0
+    return f"{value:.{digits}f} {_UNITS[unit]}"
 
 
 def check_harmless(path: Path, name: str) -> None:

@@ -271,6 +271,7 @@ def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str
     from importlib.metadata import version
 
     from elastic_tendon.report.diagnosis_tables import verdict_sentences
+    from elastic_tendon.report.provenance import comments
 
     lines = [
         f"made by elastic-tendon {version('elastic-tendon')}: {command_line()}",
@@ -280,12 +281,7 @@ def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str
         f"added: {', '.join(found.added) or 'nothing'}",
         *verdict_sentences(found),
     ]
-    return "".join(f"# {_printable(line)}\n" for line in lines) + "\n"
-
-
-def _printable(line: str) -> str:
-    """A line for a comment: names of files may hold what TOML and UTF-8 do not allow there."""
-    return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in line)
+    return comments(lines)
 
 
 def _report(

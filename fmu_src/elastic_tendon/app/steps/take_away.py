@@ -14,6 +14,7 @@ from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice, Kind
+from elastic_tendon.app.uploads import size_in_words
 from elastic_tendon.app.workspace import Failure, Report, Result, Session, Workspace
 from elastic_tendon.compiler import ALL as EVERY_PLATFORM
 from elastic_tendon.compiler import PLATFORMS, host_platform
@@ -22,7 +23,6 @@ from elastic_tendon.errors import BuildError, ElasticTendonError
 ID = "take_away"
 BUSY = "Something else is under way; wait until it is done, or cancel it."
 GONE = "This file is no longer there; build it again."
-_UNITS = ("bytes", "kB", "MB", "GB")
 
 
 @dataclass(frozen=True)
@@ -168,15 +168,6 @@ def _here() -> list[str]:
         return [host_platform().name]
     except BuildError:
         return []
-
-
-def size_in_words(size: int) -> str:
-    """Size of a file (bytes) for people, with two digits that count."""
-    value, unit = float(size), 0
-    while value >= 999.5 and unit < len(_UNITS) - 1:
-        value, unit = value / 1000.0, unit + 1
-    digits = 1 if unit > 0 and value < 9.95 else 0
-    return f"{value:.{digits}f} {_UNITS[unit]}"
 
 
 def offered(
