@@ -1,5 +1,6 @@
 """What the step Take away builds: files that are what they say, under names that are safe."""
 
+import html
 import json
 import tomllib
 import zipfile
@@ -113,6 +114,25 @@ def test_the_numbers_are_those_of_the_comparison(depot: Depot) -> None:
     assert content["schema"] == "elastic-tendon/comparison/1"
     assert [one["name"] for one in content["files"]] == ["demo_fit.csv"]
     assert str(depot.find(built.key).path.parent) not in built.path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("version", "command"),
+    [
+        ("1", "elastic-tendon compare demo_actuator.toml 'a b.csv'"),
+        (
+            "2",
+            "elastic-tendon app demo_actuator.toml 'a b.csv' --validate demo_validate.csv  "
+            "# demo_actuator.toml: as given; on the page: made heavier",
+        ),
+    ],
+)
+def test_a_report_says_how_to_come_to_the_same(depot: Depot, version: str, command: str) -> None:
+    chosen = document("a b.csv").at(version)
+    built = takeaway.report_page(chosen, FILES, depot).compute(Shelf(), quiet)
+    text = html.unescape(built.path.read_text())
+    assert command in text
+    assert str(FILES["fit"]) not in text
 
 
 def test_an_fmu_needs_a_platform(depot: Depot) -> None:

@@ -280,11 +280,16 @@ def _origin(document: Document, files: Files) -> "Origin":
 
 def _command(document: Document) -> str:
     """What to type, and then to do on the page."""
+    first, *steps = document.path()
+    model = file_name(document.at(first.id), "model")
     fitted = [one.name for one in document.sources if one.role in ("fit", "split")]
+    if not steps:
+        return shlex.join(["elastic-tendon", "compare", model, *fitted])
     heldout = [one.name for one in document.sources if one.role == "validate"]
-    words = ["elastic-tendon", "app", file_name(document, "model"), *fitted]
+    words = ["elastic-tendon", "app", model, *fitted]
     words += [word for name in heldout for word in ("--validate", name)]
-    return f"{shlex.join(words)}  # on the page: {path_of(document)}"
+    then = ", then ".join(one.title for one in steps)
+    return f"{shlex.join(words)}  # {model}: as given; on the page: {then}"
 
 
 def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
