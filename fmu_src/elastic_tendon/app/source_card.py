@@ -114,6 +114,13 @@ class Form:
         self.structure.append(options)
         return dcc.Dropdown(options, value, id=place, clearable=False, **looks)
 
+    @staticmethod
+    def of_signal(signal: str, name: str, control: Any) -> html.Label:
+        """A field of a table, told by name to readers of the screen, whom no heads help."""
+        told = f"{name}, {words(signal)}"
+        place = f"{dom_id(control.id)}-value-count"  # by which Dash names a list
+        return html.Label([html.Span(told, id=place, className="unseen"), control])
+
 
 def dom_id(place: Mapping[str, str]) -> str:
     """How the browser calls a component whose id is a table."""
@@ -233,13 +240,15 @@ def _mapping_row(seen: Seen, row: Row, form: Form) -> html.Tr:
     options.insert(0, {"value": BY_NAME, "label": "found by its name"})
     empty = "by its name" if seen.first is None else "not there"
     column = form.choice(key, "column", row.column, options, signal, placeholder=empty)
-    cells: list[Any] = [column, "", "", ""]
+    cells: list[Any] = [form.of_signal(signal, "column of the file", column), "", "", ""]
     if row.column is not None:
+        unit = form.choice(key, "unit", row.unit, row.units(), signal, searchable=False)
+        times = form.text(key, "times", f"{row.times:.9g}", signal)
         plus = form.text(key, "plus", f"{row.plus:.6g}", signal)
         cells[1:] = [
-            form.choice(key, "unit", row.unit, row.units(), signal, searchable=False),
-            form.text(key, "times", f"{row.times:.9g}", signal),
-            html.Span([plus, row.si], className="measure"),
+            form.of_signal(signal, "unit", unit),
+            form.of_signal(signal, "times", times),
+            html.Span([form.of_signal(signal, "plus", plus), row.si], className="measure"),
         ]
     return html.Tr([html.Th(words(signal), scope="row"), *(html.Td(one) for one in cells)])
 

@@ -9,6 +9,7 @@ from dash.development.base_component import Component
 
 from elastic_tendon import effects
 from elastic_tendon.app import ranking, results, versions, walk
+from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.step import Step
@@ -47,17 +48,12 @@ def _layout() -> Sequence[Component]:
 def _controls() -> Component:
     return html.Div(
         [
-            html.Label(
-                [
-                    html.Span("Effect", id="add-choice-label"),
-                    dcc.Dropdown(
-                        id="add-choice",
-                        clearable=False,
-                        placeholder="choose one",
-                        className="chooser",
-                    ),
-                ],
-                htmlFor="add-choice",
+            choice(
+                "add-choice",
+                "Effect",
+                clearable=False,
+                placeholder="choose one",
+                className="chooser",
             ),
             html.Button("Add", id="add-add"),
             html.Button(id="add-refit", className="plain"),

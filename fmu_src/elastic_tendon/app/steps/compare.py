@@ -7,6 +7,7 @@ from dash import Dash, Input, Output, Patch, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
 from elastic_tendon.app import results
+from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.readings import (
     FORMULAS,
@@ -83,19 +84,8 @@ def _layout() -> Sequence[Component]:
 
 def choosers(step: str) -> list[Component]:
     """Choices of recording and signal; `step` begins their ids."""
-    return [
-        html.Label(
-            [
-                # Dash names a list by the elements of this id and of its value
-                html.Span(words, id=f"{step}-{part}-value-count"),
-                dcc.Dropdown(
-                    id=f"{step}-{part}", clearable=False, searchable=False, className="chooser"
-                ),
-            ],
-            htmlFor=f"{step}-{part}",
-        )
-        for part, words in SHOW.items()
-    ]
+    looks = {"clearable": False, "searchable": False, "className": "chooser"}
+    return [choice(f"{step}-{part}", words, **looks) for part, words in SHOW.items()]
 
 
 def _before() -> Component:

@@ -8,6 +8,7 @@ from dash.development.base_component import Component
 
 from elastic_tendon import effects
 from elastic_tendon.app import ranking, results, walk
+from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
@@ -61,13 +62,7 @@ def _layout() -> Sequence[Component]:
 def _page() -> Component:
     return html.Div(
         [
-            html.Label(
-                [
-                    html.Span("Effect", id="effect-choice-label"),
-                    dcc.Dropdown(ranking.choices(), id="effect-choice", clearable=False),
-                ],
-                htmlFor="effect-choice",
-            ),
+            choice("effect-choice", "Effect", options=ranking.choices(), clearable=False),
             html.Div(
                 [
                     html.Button("Try", id="effect-try", className="plain"),

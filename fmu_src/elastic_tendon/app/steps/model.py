@@ -8,6 +8,7 @@ from typing import Any
 from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
+from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words
 from elastic_tendon.app.results import Files
@@ -45,9 +46,12 @@ def _layout() -> Sequence[Component]:
     return [
         html.Div(
             [
-                html.Label(
-                    ["Bundled model", dcc.Dropdown([], id="model-bundled", placeholder="choose")],
-                    className="wide",
+                choice(
+                    "model-bundled",
+                    "Bundled model",
+                    options=[],
+                    placeholder="choose",
+                    className="chooser",
                 ),
                 html.Button("Take this one", id="model-take", className="plain"),
                 upload(
@@ -100,7 +104,7 @@ def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
         html.Tbody(
             [
                 html.Tr(html.Th(html.H3(section.title), colSpan=3, scope="rowgroup")),
-                *(_row(one, refused.get(one.path, "")) for one in section.numbers),
+                *(_row(one, section.title, refused.get(one.path, "")) for one in section.numbers),
             ]
         )
         for section in sections(version.loaded(), version.as_loaded())
@@ -108,13 +112,14 @@ def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
     return [html.Div(html.Table([head, *bodies]), className="table")]
 
 
-def _row(one: Number, refused: str) -> html.Tr:
+def _row(one: Number, section: str, refused: str) -> html.Tr:
     field = {"model-value": one.path}
+    name: list[Any] = [html.Span(f"{section}: ", className="unseen"), one.words]
     return html.Tr(
         [
             html.Th(
                 [
-                    html.Label(one.words, htmlFor=_dom_id(field)),
+                    html.Label(name, htmlFor=_dom_id(field)),
                     html.Div(one.meaning, className="quiet small"),
                 ],
                 scope="row",
