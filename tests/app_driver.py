@@ -1,9 +1,9 @@
 """Drives the real app in a real browser, by what a user sees: roles, names and words."""
 
 import json
-import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -25,6 +25,7 @@ from playwright.sync_api import (
 
 CHROMIUM = shutil.which("chromium")
 PATIENCE = 180_000  # ms that a condition is waited for; machines of CI are slow and busy
+ENDING = 30.0  # s that the app is given to end
 SIZE: ViewportSize = {"width": 1280, "height": 800}
 # what the browser keeps for a reload, as text
 KEPT = "Object.values(sessionStorage).find(one => one.includes('document'))"
@@ -57,10 +58,7 @@ def served(*words: str | Path, folder: Path | None = None) -> Iterator[str]:
     folder : in which it is started
     """
     command = [sys.executable, "-m", "elastic_tendon.cli", "app", "--no-browser", *map(str, words)]
-    # nobody reads what it says later, so it must not be a pipe that fills
-    process = subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, text=True, env=os.environ | {"COLUMNS": "200"}
-    )
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
@@ -68,8 +66,12 @@ def served(*words: str | Path, folder: Path | None = None) -> Iterator[str]:
         assert found is not None, f"the app did not start: {line}{process.stdout.read()}"
         yield found.group()
     finally:
-        process.terminate()
-        process.communicate()
+        process.send_signal(signal.SIGINT)  # so that it deletes what was uploaded
+        try:
+            process.communicate(timeout=ENDING)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
 
 
 @contextmanager
@@ -94,7 +96,6 @@ class Walk:
         )
         context.set_default_timeout(PATIENCE)
         context.add_init_script(WATCH)
-        self.url = url
         self.page: Page = context.new_page()
         self.faults: list[str] = []
         self._host = urlsplit(url).netloc
