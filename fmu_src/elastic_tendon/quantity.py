@@ -1,5 +1,6 @@
 """A number of a model, declared once: unit, bounds, meaning, default uncertainty."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -8,6 +9,11 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
 STRICT = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def unit_text(unit: str) -> str:
+    """A unit of a model as people write it: ``kg.m2`` is kg·m²."""
+    return re.sub(r"(?<=[a-z])2", "²", unit.replace(".", "·"))
 
 
 @dataclass(frozen=True)

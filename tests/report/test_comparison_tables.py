@@ -120,7 +120,8 @@ def test_a_signal_that_repeats_another_is_not_shown_again() -> None:
 
 def test_a_wall_of_bins_is_cut_to_the_worst() -> None:
     found = location(3 * ROWS)
-    (text,) = (printed(table) for table in bin_tables(file_comparison(), found))
+    tables = bin_tables(file_comparison(), found, advice=", see --all-bins")
+    (text,) = (printed(table) for table in tables)
     assert text.count("joint acceleration") == ROWS
     assert f"{2 * ROWS - 1} more stand out, see --all-bins" in text
     bins = found.bins["joint_position"]

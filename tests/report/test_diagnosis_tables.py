@@ -53,7 +53,7 @@ def test_a_size_that_the_data_leave_open_is_said_to_be_so() -> None:
 def test_wrong_numbers_are_told_with_interval_and_what_was_given() -> None:
     wrong = replace(friction_found(), verdict="wrong_parameter", added=())
     text = joined(verdict_sentences(wrong))
-    sizes = r"Wrong numbers: link.inertia is 0.03[34]\d* ± 0.00\d+ kg·m2, not 0.03 \(\+13 %\)\."
+    sizes = r"Wrong numbers: link.inertia is 0.03[34]\d* ± 0.00\d+ kg·m², not 0.03 \(\+13 %\)\."
     assert re.match(sizes, text)
     assert "No effect is missing." in text
 

@@ -39,6 +39,6 @@ def test_estimates_are_whole() -> None:
 
 def test_ratios_are_whole() -> None:
     text = printed(ratios_table(FINDINGS))
-    for figure in ("1.23e-06 (1e-07 to 2.34e-06)", "N·m·s/(rad·kg·m2)"):
+    for figure in ("1.23e-06 (1e-07 to 2.34e-06)", "N·m·s/(rad·kg·m²)"):
         assert figure in text
     assert "…" not in text

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
+from elastic_tendon.app.numbers import parsed
 from elastic_tendon.app.document import Source
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement
@@ -167,11 +168,8 @@ def number_of(text: str | None, what: str) -> float | None:
     """
     if text is None or not text.strip():
         return None
-    try:
-        value = float(text.replace("−", "-"))
-    except ValueError:
-        value = float("nan")
-    if not isfinite(value):
+    value = parsed(text)
+    if value is None or not isfinite(value):
         raise MeasurementError(f"{what}: “{text}” is not a number; the last one is kept")
     return value
 
@@ -220,6 +218,7 @@ _CHOOSE = re.compile(r"(name the right one|name it|choose) with --map \w+=COLUMN
 _OPTIONS = {
     "--map ": "the mapping ",
     "--as-declared": "taken as declared",
+    "--resample STEP": "resampling under Advanced",
     "--resample": "resampling under Advanced,",
     "--shift ": "",
 }

@@ -7,7 +7,7 @@ from itertools import groupby
 from elastic_tendon import effects
 from elastic_tendon.errors import ModelError
 from elastic_tendon.parameters import Model, quantities
-from elastic_tendon.quantity import Quantity
+from elastic_tendon.quantity import Quantity, unit_text
 
 DIGITS = 6  # of a number in its field; one that is not touched keeps all of them
 
@@ -90,12 +90,21 @@ def _bound(value: float) -> str:
 
 def unit_in_words(unit: str) -> str:
     """A unit as people write it; "" of what has none."""
-    return "" if unit == "1" else unit.replace(".", "·").replace("m2", "m²")
+    return "" if unit == "1" else unit_text(unit)
 
 
 def shown(value: float) -> str:
     """A number as its field shows it."""
     return f"{value:.{DIGITS}g}"
+
+
+def parsed(text: str) -> float | None:
+    """The number that a field holds, None where it is none; Python alone would take 1_000."""
+    plain = text.replace("−", "-")
+    try:
+        return float(plain) if plain.isascii() and "_" not in plain else None
+    except ValueError:
+        return None
 
 
 def edited(model: Model, texts: Mapping[str, str]) -> tuple[Model, dict[str, str]]:
@@ -115,9 +124,8 @@ def edited(model: Model, texts: Mapping[str, str]) -> tuple[Model, dict[str, str
     for path, text in texts.items():
         if path not in values or text == shown(values[path]):
             continue
-        try:
-            number = float(text.replace("−", "-"))
-        except ValueError:
+        number = parsed(text)
+        if number is None:
             refused[path] = f"“{text}” is not a number; the last one is kept."
             continue
         try:

@@ -147,7 +147,9 @@ def split_up(source: Source, one: Measurement) -> tuple[list[Measurement], list[
     if source.role == "validate":
         return [], [one]
     if source.role == "split" and source.split is not None:
-        return [one.window(None, source.split)], [one.window(source.split, None)]
+        later = one.time[one.time > source.split]  # a sample at the split is fitted only
+        start = float(later[0]) if len(later) else source.split
+        return [one.window(None, source.split)], [one.window(start, None)]
     return [one], []
 
 

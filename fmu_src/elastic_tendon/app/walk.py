@@ -101,7 +101,10 @@ def _step(title: str, found: Compared) -> Step:
 
 
 def concluded(document: Document, files: Files) -> Result[Diagnosis]:
-    """The diagnosis that the way to the current version amounts to."""
+    """The diagnosis that the way to the current version amounts to.
+
+    The search looks on from that version, to tell whether more is missing.
+    """
     path = document.path()
 
     def compute(shelf: Shelf, report: Report) -> Diagnosis:
@@ -112,7 +115,7 @@ def concluded(document: Document, files: Files) -> Result[Diagnosis]:
                 added=one.change,
                 answer=shelf.obtain(answer(document, one, files), report),
                 outcome=shelf.obtain(outcome(document, one, files), report)
-                if was_searched(document, one)
+                if was_searched(document, one) or one is path[-1]
                 else None,
             )
             for one in path[1:]

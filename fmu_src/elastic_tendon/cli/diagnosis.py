@@ -123,7 +123,7 @@ def diagnose(
     found is added, one after the other, until nothing is missing. Ctrl-C keeps what was found.
     """
     files = Outputs(save_model, experiment, json_file, figures, page, force)
-    files.check([*data, *(validate or [])])
+    files.check([model, *data, *(validate or [])])
     if step and not _is_terminal():
         fault = "it asks on the terminal, and there is none; leave it out"
         raise typer.BadParameter(fault, param_hint="--step")
@@ -190,20 +190,11 @@ class Outputs:
         """The effect file of a learned term, beside the model."""
         return self.model and self.model.with_name(f"{self.model.stem}_learned.py")
 
-    def check(self, recordings: Sequence[str]) -> None:
-        """Refuse what could not be written, before the long work; recordings are never replaced."""
-        paths = (self.model, self.learned, self.experiment, self.json, self.page)
-        given = [path.resolve() for path in paths if path is not None]
-        if len(set(given)) < len(given):
-            raise typer.BadParameter("two outputs have the same name; give each its own")
-        for recording in recordings:
-            source = Path(recording.split("[")[0]).resolve()
-            if source in given or Path(recording).resolve() in given:
-                raise typer.BadParameter(
-                    f"{recording} is a recording; give the output another name"
-                )
+    def check(self, read: Sequence[str]) -> None:
+        """Refuse what could not be written, before the long work; see `check_outputs`."""
         check_page(self.page)
-        check_outputs(*paths, picture=None, force=self.force)
+        paths = (self.model, self.learned, self.experiment, self.json, self.page)
+        check_outputs(*paths, picture=None, force=self.force, read=read)
         if self.figures is not None:
             check_folder(self.figures, force=self.force)
 

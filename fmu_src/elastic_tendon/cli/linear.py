@@ -138,7 +138,7 @@ def linearise(
         _check("slack state", one, STATES, "--state")
     _check("drive", drive, DRIVES, "--drive")
     held = dict(map(_mode, modes or ()))
-    check_outputs(json_file, mat_file, picture=plot, force=force)
+    check_outputs(json_file, mat_file, describe, picture=plot, force=force, read=[model])
     check_outputs(picture=describe, force=force)
     asked = OperatingPoint(load_torque, motor_position, joint_position, deflection, joint_velocity)
     point = None if asked == OperatingPoint() else asked

@@ -76,7 +76,7 @@ def simulate(
     """
     from elastic_tendon import compiled, simulated
 
-    check_writable(out, force=force)
+    check_outputs(out, picture=None, force=force, read=[model, *([data] if data else [])])
     reading = Reading.from_options(
         mapping, resample, shift, remove_offset, as_declared, interpolation
     )
@@ -121,7 +121,7 @@ def compare(
     from elastic_tendon.identify.locate import locate
 
     check_page(page)
-    check_outputs(json_file, page, picture=plot, force=force)
+    check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
     if figures is not None:
         check_folder(figures, force=force)
     reading = Reading.from_options(
@@ -185,7 +185,8 @@ def add(
     Without DATA the effect comes in at its typical values. Ctrl-C stops the fit and keeps the
     best so far.
     """
-    check_outputs(out, json_file, picture=plot, force=force)
+    read = [model, *(data or []), *(validate or [])]
+    check_outputs(out, json_file, picture=plot, force=force, read=read)
     reading = Reading.from_options(
         mapping, resample, shift, remove_offset, as_declared, interpolation
     )
@@ -245,7 +246,7 @@ def _show_comparison(comparison: "Comparison", location: "Location", all_bins: b
         for sentence in tables.sentences(file, found):
             output.print(sentence, highlight=False, markup=False)
         output.print()
-        for table in tables.bin_tables(file, found, all_bins=all_bins):
+        for table in tables.bin_tables(file, found, all_bins=all_bins, advice=", see --all-bins"):
             output.print(table)
 
 

@@ -130,14 +130,30 @@ def progress() -> Iterator["Report"]:
         yield report
 
 
-def check_outputs(*paths: Path | None, picture: Path | None, force: bool) -> None:
+def check_outputs(
+    *paths: Path | None, picture: Path | None, force: bool, read: Sequence[str] = ()
+) -> None:
+    """Refuse, before any work is done, outputs that could not be written after it.
+
+    Parameters
+    ----------
+    paths, picture : to be written; None where they are not asked for
+    force : whether files that exist may be replaced
+    read : what the command reads, as its user gave it; that is never replaced
+    """
     if picture is not None:
         from elastic_tendon.report.comparison_figures import check_picture
 
         check_picture(picture)
-    for path in (*paths, picture):
-        if path is not None:
-            check_writable(path, force=force)
+    asked = [path for path in (*paths, picture) if path is not None]
+    places = [path.resolve() for path in asked]
+    if len(set(places)) < len(places):
+        raise typer.BadParameter("two outputs have the same name; give each its own")
+    for one in read:
+        if Path(one).resolve() in places or Path(one.split("[")[0]).resolve() in places:
+            raise typer.BadParameter(f"{one} is read; give the output another name")
+    for path in asked:
+        check_writable(path, force=force)
 
 
 def check_page(path: Path | None) -> None:

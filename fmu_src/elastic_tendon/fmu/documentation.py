@@ -22,6 +22,7 @@ from elastic_tendon.fmu.description import LOG_CATEGORIES, STEP_SIZE, TOLERANCE
 from elastic_tendon.fmu.icon import PAGES, icon
 from elastic_tendon.fmu.layout import FmuVariable, Role
 from elastic_tendon.parameters import Model
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.sections import Transmission
 from elastic_tendon.system import HYSTERESIS
 from elastic_tendon.variables import JOINT_MOTION, Kind, Mode, Variable, interface
@@ -105,7 +106,7 @@ def _unit(variable: Variable) -> str:
     """Unit as people write it, such as kg·m²; of what is no real number its type."""
     if variable.kind is not Kind.REAL:
         return _TYPES[variable.kind]
-    return re.sub(r"(?<=[a-z])2", "²", variable.unit.replace(".", "·"))
+    return unit_text(variable.unit)
 
 
 def _number(value: float, digits: int = 6) -> str:

@@ -94,7 +94,7 @@ def summary_sentences(comparison: Comparison) -> list[str]:
 
 
 def bin_tables(
-    file: FileComparison, location: FileLocation, *, all_bins: bool = False
+    file: FileComparison, location: FileLocation, *, all_bins: bool = False, advice: str = ""
 ) -> Iterator[Table]:
     """Where the error of each signal lies: the bins that stand out, or all.
 
@@ -103,6 +103,7 @@ def bin_tables(
     file : FileComparison
     location : FileLocation of the same recording
     all_bins : also those that do not stand out
+    advice : how to see those that are left out
 
     Returns
     -------
@@ -120,7 +121,7 @@ def bin_tables(
         if all_bins:
             captions.append("* stands out: more error than noise, sure for all bins together")
         elif left > 0:
-            captions.append(f"{left} more stand out, see --all-bins")
+            captions.append(f"{left} more stand out{advice}")
         title = f"{file.measurement.name}: where the {quantity.words} is off"
         table = _table(title, "\n".join(captions) or None)
         _fill(table, chosen, sample_shares(bins), quantity, mark=all_bins)

@@ -20,6 +20,7 @@ from elastic_tendon.diagnosis.result import (
 )
 from elastic_tendon.identify.determinability import Estimate
 from elastic_tendon.parameters import quantities
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.report.tables import alias_sentences, with_interval
 from elastic_tendon.report.units import number, shown, times_noise
 
@@ -120,7 +121,7 @@ def _with_unit(found: Estimate) -> str:
 
 def _unit(unit: str) -> str:
     """A unit as it follows a number; nothing for plain numbers."""
-    return "" if unit == "1" else f" {unit.replace('.', '·')}"
+    return "" if unit == "1" else f" {unit_text(unit)}"
 
 
 def _falls(diagnosis: Diagnosis) -> Iterator[str]:

@@ -10,6 +10,7 @@ from rich.text import Text
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.effects.base import Effect, Parameter, Slot
 from elastic_tendon.parameters import Model, typical_value
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.variables import places
 
 ACTS_ON = {
@@ -36,7 +37,7 @@ def effects_table(effects: Iterable[Effect], elsewhere: Mapping[str, str]) -> Ta
     table.add_column("what it is")
     table.add_column("parameters")
     for effect in effects:
-        names = ", ".join(f"{one.name} ({_unit(one.unit)})" for one in effect.parameters)
+        names = ", ".join(f"{one.name} ({unit_text(one.unit)})" for one in effect.parameters)
         table.add_row(effect.id, effect.title, names)
     for effect_id, package in sorted(elsewhere.items()):
         table.add_row(effect_id, f"(from {package}; runs when you name it)", "")
@@ -83,7 +84,7 @@ def effect_sections(effect: Effect, example: Model) -> list[tuple[str, list[str]
 
 def _parameter(effect: Effect, parameter: Parameter, example: Model) -> str:
     return (
-        f"effects.{effect.id}.{parameter.name} ({_unit(parameter.unit)}): "
+        f"effects.{effect.id}.{parameter.name} ({unit_text(parameter.unit)}): "
         f"typical {typical_value(example, parameter):.3g}, default {parameter.null:g}, "
         f"from {parameter.lower:g} to {parameter.upper:g}; {parameter.meaning}"
     )
@@ -98,7 +99,7 @@ def _states(effect: Effect) -> list[str]:
     names = places(effect, (effect,))
     return [
         f"{', '.join(f'{place}.{state.name}' for place in names)} "
-        f"({_unit(state.unit)}): {state.meaning}"
+        f"({unit_text(state.unit)}): {state.meaning}"
         for state in effect.states
     ]
 
@@ -109,7 +110,3 @@ def _rivals(effect: Effect) -> list[str]:
     if not effect.law_of or not others:
         return []
     return [f"{', '.join(others)}: a model takes one law of {effect.law_of}"]
-
-
-def _unit(unit: str) -> str:
-    return unit.replace(".", "·")

@@ -14,6 +14,7 @@ from elastic_tendon.linear.analysis import JOINT_POSITION, analyse, frequencies,
 from elastic_tendon.linear.names import unit_of
 from elastic_tendon.linear.result import Array, Drive, LinearModel
 from elastic_tendon.linear.selection import selected
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.report.comparison_figures import (
     BLUE,
     GREEN,
@@ -143,7 +144,7 @@ def _angular(frequency: Any) -> Any:
 
 def ratio_of_units(input_name: str, output_name: str) -> str:
     """Unit of the response of an output to an input."""
-    over, under = ((unit_of(one) or "1").replace(".", "·") for one in (output_name, input_name))
+    over, under = (unit_text(unit_of(one) or "1") for one in (output_name, input_name))
     if over == under:
         return "1"
     return f"{over}/({under})" if "·" in under or "/" in under else f"{over}/{under}"

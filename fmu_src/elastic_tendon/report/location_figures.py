@@ -221,7 +221,7 @@ def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Fi
     figure.suptitle(f"{shortened(file.measurement.name)}: share of the {quantity.words} error")
     marks = [
         Patch(color=VERMILLION, label="squared error, stands out"),
-        Patch(color="0.75", label="squared error, does not"),
+        Patch(color="0.75", label="squared error, does not stand out"),
         Line2D([], [], color=BLACK, marker="_", ls="none", markersize=12, mew=1.6, label="samples"),
     ]
     figure.legend(handles=marks, loc="outside lower center", ncols=3, frameon=False)

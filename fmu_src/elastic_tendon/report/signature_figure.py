@@ -5,6 +5,7 @@ from textwrap import fill
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.report.comparison_figures import BLUE, VERMILLION, tidy
 from elastic_tendon.report.names import verbatim
 from elastic_tendon.signature import HIDDEN, Beside, Signature
@@ -69,7 +70,7 @@ def _mark_states(axes: Axes, boundaries: tuple[float, float]) -> None:
 
 
 def _title(signature: Signature) -> str:
-    units = {one.name: one.unit.replace(".", "·") for one in signature.effect.parameters}
+    units = {one.name: unit_text(one.unit) for one in signature.effect.parameters}
     numbers = [
         f"{name} = {value:.3g}" + ("" if units[name] == "1" else f" {units[name]}")
         for name, value in signature.numbers.items()

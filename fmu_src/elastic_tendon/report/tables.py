@@ -12,6 +12,7 @@ from elastic_tendon.effects.base import Effect
 from elastic_tendon.identify.add import Addition
 from elastic_tendon.identify.determinability import Estimate, Findings
 from elastic_tendon.identify.ladder import Rung
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.report.units import noise_ratio, number, shown, times_noise
 
 # relative change of a held-out error that is worth a word
@@ -33,7 +34,7 @@ def design_table(name: str, table: DesignTable) -> Table:
     shown_table.add_column("unit")
     for row in table.rows():
         value = f"{row.value:.4g}"
-        shown_table.add_row(row.name, row.symbol, row.equation, value, row.unit.replace(".", "·"))
+        shown_table.add_row(row.name, row.symbol, row.equation, value, unit_text(row.unit))
     return shown_table
 
 
@@ -83,7 +84,7 @@ def estimate_cells(one: Estimate) -> tuple[str, str, str, str]:
         one.path.removeprefix("transmission.").removeprefix("effects."),
         f"{one.given:.4g}",
         fitted if one.determined else f"{one.fitted:.4g} (open)",
-        one.unit.replace(".", "·"),
+        unit_text(one.unit),
     )
 
 
@@ -104,7 +105,7 @@ def ratios_table(findings: Findings) -> Table:
         table.add_row(
             ratio.name.removeprefix("transmission."),
             with_interval(ratio.value, ratio.interval),
-            ratio.unit.replace(".", "·"),
+            unit_text(ratio.unit),
         )
     return table
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import floor, log10
 
 from elastic_tendon.measurement import NoiseFloor
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.variables import OUTPUTS
 
 
@@ -53,12 +54,12 @@ def shown(signal: str, *, static: bool = False) -> Shown:
     unit = {output.name: output.unit for output in OUTPUTS}[signal]
     small, small_unit = _SMALL.get(unit, (1.0, unit))
     words = "deflection" if static and signal == "joint_position" else signal.replace("_", " ")
-    return Shown(words, unit.replace(".", "·"), small, small_unit)
+    return Shown(words, unit_text(unit), small, small_unit)
 
 
 def with_unit(variable: str) -> str:
     """Name of an output or of what an error is held against, with its unit; for an axis."""
-    units = {output.name: output.unit.replace(".", "·") for output in OUTPUTS} | _OTHERS
+    units = {output.name: unit_text(output.unit) for output in OUTPUTS} | _OTHERS
     return f"{variable.replace('_', ' ')} ({units[variable]})"
 
 

@@ -19,6 +19,7 @@ from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.identify.determinability import Findings
 from elastic_tendon.identify.ladder import Rung
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.report.interactive.ladder import ladder
 from elastic_tendon.report.interactive.theme import CONFIG, THEMES, Theme
 from elastic_tendon.report.tables import estimate_cells, open_note, with_interval
@@ -139,7 +140,7 @@ def _numbers(found: Findings) -> list[Component]:
             (
                 one.name.removeprefix("transmission."),
                 with_interval(one.value, one.interval),
-                one.unit.replace(".", "·"),
+                unit_text(one.unit),
             )
             for one in found.ratios
         ]

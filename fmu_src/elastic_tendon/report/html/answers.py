@@ -12,6 +12,7 @@ from elastic_tendon.identify.determinability import Findings
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.result import Drive, LinearModel
 from elastic_tendon.parameters import Model
+from elastic_tendon.quantity import unit_text
 from elastic_tendon.report.comparison_tables import STATES
 from elastic_tendon.report.html.blocks import (
     Block,
@@ -71,7 +72,7 @@ def _effect(effect: Effect) -> Iterator[Block]:
         yield Code("Law", effect.law)
     told = (
         ("What it is", effect.physics),
-        *((f"{one.name} ({one.unit.replace('.', '·')})", one.meaning) for one in effect.parameters),
+        *((f"{one.name} ({unit_text(one.unit)})", one.meaning) for one in effect.parameters),
         ("How it shows in data", effect.in_data),
         ("Easily confused with", effect.confused_with),
         ("How to make sure", effect.confirm),

@@ -26,7 +26,7 @@ def rounds(diagnosis: Diagnosis) -> Iterator[Block]:
     for number, one in enumerate(diagnosis.rounds, start=1):
         yield Heading(f"Round {number}")
         yield Paragraphs((round_title(number, one),))
-        if (table := candidates_table(one)) is not None:
+        if (table := candidates_table(one, every=True)) is not None:
             yield _bars(number, one)
             yield as_table(table, f"Answers of round {number}, the likeliest first")
     for effect_id in diagnosis.added:

@@ -78,6 +78,7 @@ def ladder(rungs: Sequence[Rung], signal: str, *, theme: Theme = LIGHT) -> go.Fi
         ticktext=[broken(plain(one.title)) for one in rungs],
         range=[-_ROOM, len(rungs) - 1 + _ROOM],
         showgrid=False,
+        title="step",
     )
     return figure
 

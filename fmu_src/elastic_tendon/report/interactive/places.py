@@ -162,7 +162,7 @@ def _draw_bars(
     """Two traces, so that the legend tells them apart; they share the axis of all bins."""
     kinds = (
         (True, "squared error, stands out", theme.stands_out),
-        (False, "squared error, does not", theme.quiet),
+        (False, "squared error, does not stand out", theme.quiet),
     )
     for stands_out, label, colour in kinds:
         chosen = [one for one in bins if one.stands_out == stands_out]
