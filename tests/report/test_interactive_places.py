@@ -165,7 +165,7 @@ def test_every_bar_names_its_bin(demo: Compared) -> None:
     assert sum(len(trace.x) for trace in bars) == len(known)
     assert {trace.name for trace in figure.data if trace.showlegend} == {
         "squared error, stands out",
-        "squared error, does not",
+        "squared error, does not stand out",
         "samples",
     }
 

@@ -65,7 +65,6 @@ def candidates(one: Round, *, theme: Theme = LIGHT) -> go.Figure:
     figure.update_xaxes(title="squared error explained (%)", range=_span(drawn), row=1, col=2)
     figure.update_xaxes(zeroline=True, zerolinecolor=theme.muted)
     figure.update_yaxes(autorange="reversed", showgrid=False)
-    figure.update_yaxes(title="answer", col=1)
     return figure
 
 

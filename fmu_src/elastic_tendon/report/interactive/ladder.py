@@ -78,7 +78,6 @@ def ladder(rungs: Sequence[Rung], signal: str, *, theme: Theme = LIGHT) -> go.Fi
         ticktext=[broken(plain(one.title)) for one in rungs],
         range=[-_ROOM, len(rungs) - 1 + _ROOM],
         showgrid=False,
-        title="step",
     )
     return figure
 
