@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
-from elastic_tendon.app.numbers import parsed
 from elastic_tendon.app.document import Source
+from elastic_tendon.app.numbers import parsed
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.columns import STATIC

@@ -1,5 +1,6 @@
 """Serves the app to this machine's own browser."""
 
+import logging
 import secrets
 import socket
 from collections.abc import Mapping
@@ -18,7 +19,7 @@ from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.output import OutputError
 
 LOOPBACK = "127.0.0.1"
-THREADS = 8  # that answer requests
+THREADS = 12  # that answer requests; a browser has six under way at a time
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,8 @@ def listen(
     app = dash_app(workspace, token)
     names = {reached, "localhost", LOOPBACK} if _is_loopback(address) else {reached}
     safety.protect(app.server, {f"{name}:{bound}" for name in names}, token, app.csp_hashes)
+    # that requests wait for each other while a step opens is nothing to tell
+    logging.getLogger("waitress.queue").setLevel(logging.ERROR)
     server = waitress.create_server(
         app.server,
         sockets=[listening],

@@ -6,6 +6,7 @@ from typing import Any
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
+from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.step import Step, aria, section
 from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
 
@@ -32,7 +33,10 @@ def layout(steps: Sequence[Step]) -> Component:
                 ]
             ),
             html.Nav(_links(steps), **aria(label="Steps")),
-            html.Main([section(step) for step in steps], id="steps"),
+            html.Main(
+                [section(*pair) for pair in zip(steps, [*steps[1:], None], strict=True)],
+                id="steps",
+            ),
             html.Footer(
                 [
                     html.Progress(id="work-share", max="1", **aria(label="Work done")),
@@ -93,7 +97,6 @@ def _register_browser(app: Dash) -> None:
         script("show"),
         Output("page", "data-shown"),
         Input("open", "data"),
-        prevent_initial_call=True,
     )
 
 
@@ -117,14 +120,16 @@ def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> N
     @app.callback(
         Output("open", "data", allow_duplicate=True),
         Input({"link": ALL}, "n_clicks"),
+        Input({"next": ALL}, "n_clicks"),
         State("session", "data"),
         prevent_initial_call=True,
     )
-    def choose(clicks: list[int | None], stored: Any) -> Any:
-        if not stored or not any(clicks):
+    def choose(_links: list[int | None], _nexts: list[int | None], stored: Any) -> Any:
+        if not stored or not ctx.triggered[0]["value"]:
             return no_update
         workspace.open(stored).shelf.forget_failures()  # whoever comes back wants another try
-        return ctx.triggered_id["link"]
+        (chosen,) = ctx.triggered_id.values()
+        return chosen
 
     @app.callback(
         Output({"section": ALL}, "hidden"),
@@ -164,7 +169,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> No
         sentences = {opened: sentence}
         if job is not None and job.state == "failed":
             told = by_id[job.step].tells_failures and job.result is not None
-            sentences[job.step] = "" if told else job.sentence
+            sentences[job.step] = "" if told else in_app_words(job.sentence)
         return (
             not busy and not news,
             session.stored() if news else no_update,
@@ -197,4 +202,6 @@ def _begin_next(session: Session, step: Step) -> str:
             sentence = sentence or found.sentence
             if found.sentence == CANCELLED:
                 break
-    return "" if step.tells_failures else sentence
+    if step.tells_failures:
+        return ""
+    return in_app_words(sentence).replace(" below", " in the step Data")

@@ -36,11 +36,20 @@ def aria(**attributes: str) -> dict[str, Any]:
     return {f"aria-{name}": value for name, value in attributes.items()}
 
 
-def section(step: Step) -> html.Section:
-    """A step on the page: heading, the sentence about what went wrong, and its own layout."""
+def section(step: Step, following: Step | None) -> html.Section:
+    """A step on the page: heading, way on, what went wrong in a sentence, and its own layout."""
+    way_on = html.Button(
+        f"Next: {following.title}" if following else "",
+        id={"next": following.id if following else ""},
+        className="plain",
+        hidden=following is None,
+    )
     return html.Section(
         [
-            html.H2(step.title, id=f"{step.id}-heading", tabIndex=-1),
+            html.Div(
+                [html.H2(step.title, id=f"{step.id}-heading", tabIndex=-1), way_on],
+                className="head",
+            ),
             html.P(id={"sentence": step.id}, className="sentence", role="alert"),
             *step.layout(),
         ],

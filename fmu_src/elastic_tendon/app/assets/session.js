@@ -20,6 +20,11 @@
   }
   window.setInterval(fit, 400);
 
+  let shown = false; // the first step that is shown after a reload is not the one it was at
+  window.addEventListener("popstate", function (event) {
+    if (event.state) window.dash_clientside.set_props("open", { data: event.state.step });
+  });
+
   window.dash_clientside = window.dash_clientside || {};
   window.dash_clientside.elastic_tendon = {
     remember: function () {
@@ -44,6 +49,10 @@
       return [now, now === "dark" ? "Light" : "Dark"];
     },
     show: function (open) {
+      const at = window.history.state;
+      if (!at) window.history.replaceState({ step: open }, "");
+      else if (shown && at.step !== open) window.history.pushState({ step: open }, "");
+      shown = true;
       window.requestAnimationFrame(function () {
         const heading = document.getElementById(open + "-heading");
         if (heading) heading.focus({ preventScroll: true });

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CURVE = "curve"  # the column that says of which curve a row is
+NAME = "name"  # that of what stands along an axis without numbers
 
 
 def figure_table(figure: go.Figure) -> "pd.DataFrame":
@@ -49,10 +50,13 @@ def _axis(figure: go.Figure, letter: str, name: str | None) -> Any:
 
 
 def _title(figure: go.Figure, axis: Any, letter: str) -> str:
-    """Title of an axis, or of the one it moves with; only the outer one of these may have one."""
+    """Title of an axis, or of the one it moves with; only the outer one of these may have one.
+
+    Only an axis of names, such as those of steps, has none.
+    """
     if axis.title.text is None and axis.matches is not None:
         axis = _axis(figure, letter, axis.matches)
-    return _words(axis.title.text or letter)
+    return _words(axis.title.text or NAME)
 
 
 def _places(values: Any, axis: Any) -> Any:
