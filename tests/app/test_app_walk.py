@@ -170,3 +170,17 @@ def test_a_million_samples(chromium, tmp_path: Path) -> None:
     print_table("10⁶ samples, from click to figure", seen.rows)
     assert len(seen.rows) > 10
     assert tab.faults == []
+
+
+def test_the_browser_goes_back_to_the_step_before(walk: Walk) -> None:
+    walk.button("Next: Data").click()
+    walk.button("Next: Compare").click()
+    walk.heading("Compare").wait_for()
+    for way, title in ((walk.page.go_back, "Data"), (walk.page.go_back, "Model")):
+        way()
+        walk.heading(title).wait_for()
+    walk.page.go_forward()
+    walk.heading("Data").wait_for()
+    walk.page.reload()
+    walk.heading("Data").wait_for()
+    assert walk.heading("Data").is_visible()
