@@ -165,12 +165,7 @@ def diagnose(
     _show_answer(found)
     _say(next_lines(found, call))
     _show_evidence(found, every)
-    if experiment is not None and found.next_experiment is None:
-        notice.print(f"note: no experiment is proposed, so {experiment} was not written")
-    if figures is not None:
-        output.print(f"The figures are in {figures}.", highlight=False)
-    if page is not None:
-        output.print(f"The report is {page}.", highlight=False)
+    files.tell(found)
     _stop_if(found)
 
 
@@ -215,6 +210,15 @@ class Outputs:
             table = experiment_table(found.next_experiment)
             write_text(self.experiment, table.to_csv(index=False), force=self.force)
         save_json(diagnosis_json(found, learned), self.json, self.force)
+
+    def tell(self, found: "Diagnosis") -> None:
+        """Say what was not written, and where the pictures are."""
+        if self.experiment is not None and found.next_experiment is None:
+            notice.print(f"note: no experiment is proposed, so {self.experiment} was not written")
+        if self.figures is not None:
+            output.print(f"The figures are in {self.figures}.", highlight=False)
+        if self.page is not None:
+            output.print(f"The report is {self.page}.", highlight=False)
 
 
 class Stage:
