@@ -48,6 +48,9 @@ def test_a_bad_file_is_told_by_its_own_name_and_the_others_are_read(tmp_path: Pa
     assert wrong.sentence().startswith("<b>mine</b>.csv: there is no column motor_position_rad")
     assert "server-bad" not in wrong.sentence()
     assert wrong.columns == ("time_s", "colour")
+    assert "are the motor position and the joint position; choose them below" in wrong.told()
+    rows = found(wrong, LIGHT)[0].children.children[1].children
+    assert [cell.children for cell in rows[1].children] == ["colour", "1", "2"]
     assert right.sentence() == ""
     assert facts(right) == "5000 samples, 10.0 s at 500 Hz"
     assert summary(session).startswith("Not every file can be used as it is")
@@ -66,7 +69,7 @@ def test_a_file_is_mended_on_the_page(tmp_path: Path) -> None:
     known = seen(session, session.document.sources[0])
     assert known.sentence() == ""
     assert [row.column for row in known.rows()[1:3]] == ["m", "j"]
-    assert summary(session) == "1 recording is fitted; none only judges."
+    assert summary(session) == "1 recording is fitted; none validates."
 
 
 def test_what_looks_misread_can_be_taken_as_declared(tmp_path: Path) -> None:
@@ -75,6 +78,7 @@ def test_what_looks_misread_can_be_taken_as_declared(tmp_path: Path) -> None:
     known = seen(session, source)
     assert known.sentence().endswith("; if the file is right, add --as-declared")
     assert '"as_declared"' in "".join(map(str, form_of(known).structure))
+    assert [one.items for one in known.offers()] == [("joint_position=joint_position_rad:rad",)]
     insisted = source.model_copy(update=dict(changes(known, "as_declared", "", ["yes"])))
     session.change(lambda document: document.with_sources([insisted]))
     compute(session)
@@ -113,7 +117,7 @@ def test_noise_and_what_no_column_tells_are_findings(tmp_path: Path) -> None:
     known = seen(opened(tmp_path, GOOD), GOOD)
     told = findings(known)
     assert told[0].startswith("Noise of the joint position: 0.2")
-    assert "There is no measured torque: the joint position alone judges." in told
+    assert "There is no measured torque: the model is judged by the joint position alone." in told
     graph, _ = found(known, LIGHT)
     assert [trace.name for trace in graph.figure.data] == [
         *("motor position", "joint position", "load torque"),

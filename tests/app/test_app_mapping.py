@@ -90,8 +90,11 @@ def test_windows_and_shifts() -> None:
 
 def test_advice_for_the_command_line_is_told_in_words_of_the_page() -> None:
     told = (
-        "a.csv: it looks wrong; say it with --map x=y:deg; if the file is right, add --as-declared"
+        "a.csv: it is odd; read it with --map joint_position=q:deg*-1 --map motor_position=m; "
+        "if the file is right, add --as-declared"
     )
-    assert in_app_words(told) == "a.csv: it looks wrong; say it with the mapping x=y:deg"
+    assert in_app_words(told) == (
+        "a.csv: it is odd; read joint position from q in deg times −1 and motor position from m"
+    )
     missing = "there is no column time_s; name the right one with --map time=COLUMN"
     assert in_app_words(missing) == "there is no column time_s; choose its column below"

@@ -1,7 +1,7 @@
 """The table of a model's numbers: what is edited is checked as the file of a model is."""
 
 from elastic_tendon.app.document import EDITED, GIVEN, Document, new_document
-from elastic_tendon.app.numbers import edited, sections
+from elastic_tendon.app.numbers import edited, parsed, sections, shown, with_minus
 from elastic_tendon.parameters import load_model
 
 MODEL = load_model("biorob_x4_joint_3")
@@ -19,7 +19,7 @@ def test_every_run_time_number_stands_in_the_section_of_its_part() -> None:
     assert titles == ["Transmission", "Upper spring", "Lower spring", "Link", "Coulomb friction"]
     assert {one.path for each in listed for one in each.numbers} == model.values().keys()
     inertia = listed[3].numbers[0]
-    assert (inertia.words, inertia.unit, inertia.bounds) == ("inertia", "kg·m²", "1e-9 to 10000")
+    assert (inertia.words, inertia.unit, inertia.bounds) == ("inertia", "kg·m²", "1e−9 to 10000")
 
 
 def test_what_is_edited_is_marked_against_what_was_loaded() -> None:
@@ -34,7 +34,7 @@ def test_what_is_not_allowed_is_told_and_the_last_good_number_kept() -> None:
     model, refused = edited(MODEL, texts() | asked)
     assert model == MODEL.with_values({"link.damping": 0.5})
     assert refused == {
-        PRETENSION: "-1.0 is outside 0 to 1e+06 N; 80 is kept.",
+        PRETENSION: "−1 is outside 0 to 1e6 N; 80 is kept.",
         "link.inertia": "“heavy” is not a number; the last one is kept.",
     }
 
@@ -86,3 +86,9 @@ def test_what_was_built_on_a_model_stays_when_that_is_edited() -> None:
     assert [one.title for one in document.versions] == [GIVEN, "parameters refitted", EDITED]
     assert document.version.parent is None
     assert document.find("1").loaded() == MODEL
+
+
+def test_numbers_are_written_one_way_and_read_again() -> None:
+    assert shown(-1.5e-7) == "−1.5e−7"
+    assert parsed(shown(-1.5e-7)) == -1.5e-7
+    assert with_minus("-5.0 of 1e+06, run-2.csv, 2-3") == "−5.0 of 1e6, run-2.csv, 2-3"

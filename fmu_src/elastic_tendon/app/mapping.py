@@ -7,7 +7,7 @@ from math import isfinite
 from typing import Any
 
 from elastic_tendon.app.document import Source
-from elastic_tendon.app.numbers import parsed
+from elastic_tendon.app.numbers import parsed, with_minus
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.columns import STATIC
@@ -28,7 +28,6 @@ _WRITTEN = {
     "kNm": "kN·m",
     "Ncm": "N·cm",
     "Nmm": "N·mm",
-    "deg": "°",
 }
 BY_NAME = ""  # chosen in place of a column: found by its name, if it is there
 _SI = {"time": "s", "angle": "rad", "torque": "N·m"}
@@ -121,10 +120,10 @@ def remapped(
         number = number_of(value, f"{words(row.signal)}, {field}") or 0.0
         new = replace(row, times=number) if field == "times" else replace(row, plus=number)
     others = [item for item in source.mapping if item.partition("=")[0].strip() != row.signal]
-    return (*others, _item(new, labels)) if new.column is not None else tuple(others)
+    return (*others, item_of(new, labels)) if new.column is not None else tuple(others)
 
 
-def _item(row: Row, labels: Sequence[str]) -> str:
+def item_of(row: Row, labels: Sequence[str]) -> str:
     """``signal=column[:unit][*scale][+offset]``.
 
     Raises
@@ -215,8 +214,10 @@ def shifted(found: Measurement | None) -> tuple[str, ...]:
 
 DECLARE = "; if the file is right, add --as-declared"  # what `refuse_suspicious` ends with
 _CHOOSE = re.compile(r"(name the right one|name it|choose) with --map \w+=COLUMN")
+# one or more options in a sentence, up to where it goes on
+ADVICE = re.compile(r"(?:--map \w+=.+?(?: (?=--map )|(?=; |, | or |$)))+")
 _OPTIONS = {
-    "--map ": "the mapping ",
+    "--map": "the mapping",
     "--as-declared": "taken as declared",
     "--resample STEP": "resampling under Advanced",
     "--resample": "resampling under Advanced,",
@@ -227,6 +228,49 @@ _OPTIONS = {
 def in_app_words(sentence: str) -> str:
     """A sentence with advice for the command line as the page says it."""
     plain = _CHOOSE.sub("choose its column below", sentence.removesuffix(DECLARE))
+    plain = ADVICE.sub(_advice_in_words, plain).replace("read it with ", "read ")
     for option, said in _OPTIONS.items():
         plain = plain.replace(option, said)
     return plain
+
+
+def _advice_in_words(found: re.Match[str]) -> str:
+    return enumerated([item_in_words(item) for item in advised_items(found[0])])
+
+
+def advised_items(text: str) -> tuple[str, ...]:
+    """Items of a mapping in the first advice of a text, as a mapping takes them.
+
+    Parameters
+    ----------
+    text : str; with options such as ``--map time=t --map load_torque="load cell:Nm"``
+    """
+    found = ADVICE.search(text)
+    if found is None:
+        return ()
+    items = []
+    for option in found[0].removeprefix("--map ").split(" --map "):
+        signal, _, column = option.strip().partition("=")
+        if column[:1] in ('"', "'") and column[-1:] == column[:1]:
+            column = column[1:-1]  # quoted for a shell
+        items.append(f"{signal}={column}")
+    return tuple(items)
+
+
+def item_in_words(item: str, labels: Sequence[str] = ()) -> str:
+    """What one item of a mapping says."""
+    try:
+        signal, read = parse_map(item, labels)
+    except MeasurementError:
+        return item
+    return (
+        f"{words(signal)} from {read.column}"
+        + (f" in {_WRITTEN.get(read.unit, read.unit)}" if read.unit else "")
+        + (f" times {with_minus(f'{read.scale:g}')}" if read.scale != 1.0 else "")
+        + (f" plus {with_minus(f'{read.offset:g}')}" if read.offset else "")
+    )
+
+
+def enumerated(parts: Sequence[str]) -> str:
+    """Parts of a sentence: a, b and c."""
+    return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))

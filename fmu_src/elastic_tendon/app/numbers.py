@@ -1,5 +1,6 @@
 """The numbers of a model as a table in which they are edited; nothing of the page is here."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
@@ -85,7 +86,7 @@ def _title(table: str) -> str:
 
 
 def _bound(value: float) -> str:
-    return f"{value:g}".replace("e+0", "e").replace("e-0", "e-")
+    return with_minus(f"{value:g}")
 
 
 def unit_in_words(unit: str) -> str:
@@ -95,7 +96,13 @@ def unit_in_words(unit: str) -> str:
 
 def shown(value: float) -> str:
     """A number as its field shows it."""
-    return f"{value:.{DIGITS}g}"
+    return with_minus(f"{value:.{DIGITS}g}")
+
+
+def with_minus(text: str) -> str:
+    """Numbers in a text as people write them: 1e6 for 1e+06, a minus for a hyphen."""
+    plain = re.sub(r"(?<=\d)e([+-])0*(?=\d)", lambda sign: "e" + sign[1].strip("+"), text)
+    return re.sub(r"(?<![\w.)])-(?=\d)|(?<=\de)-(?=\d)", "−", plain)
 
 
 def parsed(text: str) -> float | None:
@@ -132,6 +139,8 @@ def edited(model: Model, texts: Mapping[str, str]) -> tuple[Model, dict[str, str
             model = model.with_values({path: number})
         except ModelError as error:
             problems = "; ".join(one.removeprefix(f"{path}: ") for one in error.problems)
+            # as the user wrote the number, and as the table writes its bounds
+            problems = with_minus(problems.replace(f"{number} is", f"{text.strip()} is"))
             refused[path] = f"{problems}; {shown(values[path])} is kept."
     # what was taken may allow what was refused before it
     return edited(model, texts) if refused and model != before else (model, refused)

@@ -10,7 +10,10 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from elastic_tendon.app.document import Source
+from elastic_tendon.app.glimpse import COLUMNS, Beginning
 from elastic_tendon.app.mapping import BY_NAME, DECLARE, Row, in_app_words, rows_of, shifted, words
+from elastic_tendon.app.numbers import with_minus
+from elastic_tendon.app.offers import Offer, advised, guessed, missing_in_words
 from elastic_tendon.app.results import split_up
 from elastic_tendon.app.workspace import Failure
 from elastic_tendon.errors import MeasurementError
@@ -21,7 +24,7 @@ from elastic_tendon.report.units import noise_in_words, number, shown
 
 ROLES = {
     "fit": "fit",
-    "validate": "only judges",
+    "validate": "validate (never fitted)",
     "split": "split at a time",
     "off": "left out",
 }
@@ -41,6 +44,7 @@ class Seen:
     labels: tuple[str, ...] | Failure | None
     read: Found
     looked: Found
+    beginnings: tuple[Beginning, ...] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -75,6 +79,21 @@ class Seen:
         except MeasurementError as error:
             return str(error)
         return ""
+
+    def told(self) -> str:
+        """The same in words of the page; all signals that are missing at once."""
+        sentence = self.sentence()
+        if "there is no column" in sentence:
+            sentence = missing_in_words(self.source, self.columns) or sentence
+        return in_app_words(sentence)
+
+    def offers(self) -> tuple[Offer, ...]:
+        """What one button would put right."""
+        sentence = self.sentence()
+        if not sentence:
+            return ()
+        guess = guessed(self.source, self.columns)
+        return guess or advised(sentence, self.columns)
 
 
 @dataclass
@@ -147,6 +166,7 @@ def card(seen: Seen, form: Form) -> html.Article:
                 className="row name",
             ),
             html.P(id={"data-wrong": key}, className="sentence", role="alert"),
+            *_offered(seen, form),
             *_declared(seen, form),
             *([_use(seen, form)] if can_be_read else []),
             html.P(id={"data-refused": key}, className="sentence", role="alert"),
@@ -157,8 +177,39 @@ def card(seen: Seen, form: Form) -> html.Article:
 
 
 def found(seen: Seen, theme: Theme) -> list[Component]:
-    """A look at what was read, and what is worth knowing of it."""
+    """A look at what was read, and what is worth knowing of it; else at what stands in the file."""
+    if seen.first is None and isinstance(seen.read, Failure):
+        return _glimpse(seen.beginnings)
     return [*_figure(seen, theme), *_quality(seen)]
+
+
+def _glimpse(beginnings: Sequence[Beginning]) -> list[Component]:
+    if not any(one.values for one in beginnings):
+        return []
+    head = html.Thead(
+        html.Tr(
+            [
+                html.Th("column of the file", scope="col"),
+                html.Th(
+                    "first values", scope="col", colSpan=max(len(b.values) for b in beginnings)
+                ),
+            ]
+        )
+    )
+    rows = [
+        html.Tr(
+            [
+                html.Th(one.label, scope="row"),
+                *(html.Td(with_minus(value), className="figure") for value in one.values),
+            ]
+        )
+        for one in beginnings
+    ]
+    more = [html.P(f"The first {COLUMNS} columns.", className="quiet")]
+    return [
+        html.Div(html.Table([head, html.Tbody(rows)]), className="table glimpse"),
+        *(more if len(beginnings) >= COLUMNS else []),
+    ]
 
 
 def facts(seen: Seen) -> str:
@@ -167,12 +218,27 @@ def facts(seen: Seen) -> str:
     if not read:
         return "" if seen.sentence() else "is being read…"
     samples = sum(len(one.time) for one in read)
+    counted = "1 sample" if samples == 1 else f"{samples} samples"
     pieces = "" if len(read) == 1 else f" in {len(read)} recordings"
     if read[0].static:
-        return f"a static curve of {samples} samples"
+        return f"a static curve of {counted}"
     seconds = sum(float(one.time[-1] - one.time[0]) for one in read)
     rate = 1.0 / float(np.median(np.diff(read[0].time)))
-    return f"{samples} samples{pieces}, {number(seconds)} s at {number(rate)} Hz"
+    return f"{counted}{pieces}, {number(seconds)} s at {number(rate)} Hz"
+
+
+def _offered(seen: Seen, form: Form) -> list[Component]:
+    """A button for each way to read the file right that is known."""
+    key = seen.source.key
+    offers = seen.offers()
+    form.structure.append([(one.button, one.words) for one in offers])
+    return [
+        html.Div(
+            [html.Button(one.button, id={"data-offer": key, "index": index}), html.Span(one.words)],
+            className="row offer",
+        )
+        for index, one in enumerate(offers)
+    ]
 
 
 def _declared(seen: Seen, form: Form) -> list[Component]:
@@ -187,7 +253,7 @@ def _declared(seen: Seen, form: Form) -> list[Component]:
 
 
 def _use(seen: Seen, form: Form) -> html.Div:
-    """Whether the data are fitted or only judge, and which part of them is read."""
+    """Whether the data are fitted or validate, and which part of them is read."""
     source = seen.source
     role = form.place(source.key, "role", source.role)
     static = seen.first is not None and seen.first.static
@@ -243,8 +309,8 @@ def _mapping_row(seen: Seen, row: Row, form: Form) -> html.Tr:
     cells: list[Any] = [form.of_signal(signal, "column of the file", column), "", "", ""]
     if row.column is not None:
         unit = form.choice(key, "unit", row.unit, row.units(), signal, searchable=False)
-        times = form.text(key, "times", f"{row.times:.9g}", signal)
-        plus = form.text(key, "plus", f"{row.plus:.6g}", signal)
+        times = form.text(key, "times", with_minus(f"{row.times:.9g}"), signal)
+        plus = form.text(key, "plus", with_minus(f"{row.plus:.6g}"), signal)
         cells[1:] = [
             form.of_signal(signal, "unit", unit),
             form.of_signal(signal, "times", times),
@@ -317,10 +383,10 @@ def findings(seen: Seen) -> list[str]:
     if first.load_torque is None and not first.static:
         told.append("There is no load torque: none is taken to act.")
     if len(first.signals) == 1 and not first.static:
-        told.append("There is no measured torque: the joint position alone judges.")
+        told.append("There is no measured torque: the model is judged by the joint position alone.")
     told += noted(seen.recordings)
     if seen.looked is None and seen.source.role != "off" and not seen.sentence():
-        told.append("Whether it looks read rightly is being checked…")
+        told.append("Checking units, signs and columns against the model…")
     return told
 
 

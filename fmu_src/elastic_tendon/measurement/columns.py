@@ -140,6 +140,12 @@ def find_layout(
     return Layout(signals, times, runs, notes)
 
 
+def signal_named(column: str) -> str | None:
+    """Signal that a column says it is by its own name, None where it says none."""
+    match = _NAMED.fullmatch(column.strip())
+    return match["signal"] if match else None
+
+
 class _Search:
     """Columns of a file by the signal that they say they are."""
 

@@ -12,9 +12,9 @@ from dash.development.base_component import Component
 from plotly.utils import PlotlyJSONEncoder
 from pydantic import ValidationError
 
-from elastic_tendon.app import mapping, results, safety
+from elastic_tendon.app import mapping, offers, results, safety
 from elastic_tendon.app.document import Document, Source
-from elastic_tendon.app.mapping import in_app_words
+from elastic_tendon.app.glimpse import beginnings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.source_card import Form, Seen, card, dom_id, facts, found
 from elastic_tendon.app.step import Step
@@ -54,7 +54,14 @@ def seen(session: Session, source: Source) -> Seen:
     labels = shelf.find(results.contents(source, files))
     read = shelf.find(results.reading(source, files))
     looked = shelf.find(results.looked_at(document, source, files))
-    return Seen(source, labels, read, None if source.role == "off" else looked)
+    start = shelf.find(beginnings(source, files))
+    return Seen(
+        source,
+        labels,
+        read,
+        None if source.role == "off" else looked,
+        start if isinstance(start, tuple) else (),
+    )
 
 
 def cards(session: Session) -> tuple[list[Component], Form]:
@@ -64,7 +71,7 @@ def cards(session: Session) -> tuple[list[Component], Form]:
 
 
 def summary(session: Session) -> str:
-    """What is fitted and what judges, or why nothing can be."""
+    """What is fitted and what validates, or why nothing can be."""
     document = session.document
     if not document.sources:
         return (
@@ -84,8 +91,8 @@ def summary(session: Session) -> str:
     fitted, heldout = len(found.fitted), len(found.heldout)
     return (
         f"{_count(fitted)} {'is' if fitted == 1 else 'are'} fitted; "
-        f"{_count(heldout) if heldout else 'none'} only "
-        f"{'judge' if heldout > 1 else 'judges'}."
+        f"{_count(heldout) if heldout else 'none'} "
+        f"{'validate' if heldout > 1 else 'validates'}."
     )
 
 
@@ -154,6 +161,7 @@ def _step(text: str | None) -> float | None:
 def _register(app: Dash, workspace: Workspace) -> None:
     _register_cards(app, workspace)
     _register_edits(app, workspace)
+    _register_offers(app, workspace)
     _register_files(app, workspace)
 
 
@@ -211,7 +219,7 @@ def _register_cards(app: Dash, workspace: Workspace) -> None:
 
 
 def _told(known: Seen, theme: Theme) -> tuple[Any, Any, Any]:
-    return facts(known), in_app_words(known.sentence()), found(known, theme)
+    return facts(known), known.told(), found(known, theme)
 
 
 def _register_edits(app: Dash, workspace: Workspace) -> None:
@@ -256,6 +264,30 @@ def _register_edits(app: Dash, workspace: Workspace) -> None:
         except ValidationError as error:
             return f"{value} is not allowed here: {error.errors()[0]['msg']}."
         return ""
+
+
+def _register_offers(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Input({"data-offer": ALL, "index": ALL}, "n_clicks"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def take(clicks: list[int | None], stored: Any) -> Any:
+        if not stored or not any(clicks) or not ctx.triggered[0]["value"]:
+            return no_update
+        session = workspace.open(stored)
+        key, index = ctx.triggered_id["data-offer"], ctx.triggered_id["index"]
+        for source in session.document.sources:
+            offered = seen(session, source).offers() if source.key == key else ()
+            if index < len(offered):
+                new = offers.taken(source, offered[index].items)
+                session.change(partial(_remapped, key, new))
+        return session.stored()
+
+
+def _remapped(key: str, items: tuple[str, ...], document: Document) -> Document:
+    return document.with_source(key, mapping=items)
 
 
 def _register_files(app: Dash, workspace: Workspace) -> None:
@@ -313,6 +345,7 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
     return [
         *(results.contents(one, files) for one in document.sources),
         *(results.reading(one, files) for one in document.sources),
+        *(beginnings(one, files) for one in document.sources),
         *(results.looked_at(document, one, files) for one in used),
         *([results.data(document, files)] if used else []),
     ]
