@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from typing import Any
 
-from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
+from dash import ALL, Dash, Input, Output, State, ctx, dcc, get_asset_url, html, no_update
 from dash.development.base_component import Component
 
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document, Version
-from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words
+from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
 from elastic_tendon.app.tables import table
@@ -20,12 +20,19 @@ from elastic_tendon.app.workspace import Result, Workspace
 from elastic_tendon.design import design
 from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.parameters import Model, bundled_models, load_model, model_from_toml
+from elastic_tendon.report.html.papers import MODEL as PAPER
 from elastic_tendon.report.interactive.characteristic import characteristic
 from elastic_tendon.report.interactive.theme import CONFIG, THEMES
 
 LARGEST = 256 * 1024  # bytes of a model.toml
 GESTURES: Any = CONFIG | {"scrollZoom": False}  # the wheel scrolls the page
-HEIGHT = 360  # of the figure, pixels
+HEIGHT = 330  # of the figure, pixels
+SIGNS = (
+    "F_p is the pretension of both tendons at rest; the deflection is q − ʲθ, where ʲθ = θ r / R. "
+    "A positive one stretches the lower tendon, and the torque on the joint is negative. Slack is "
+    "in I the lower tendon, in II the upper one, in III none."
+)
+MARGIN = {"l": 64, "r": 16, "t": 56, "b": 48}  # of the figure; it has no title
 # of the design's table, what changes the machine's feel
 SHOWN = (
     "stiffness_state_3",
@@ -82,6 +89,7 @@ def _layout() -> Sequence[Component]:
                 ),
                 html.Div(
                     [
+                        _sketch(),
                         dcc.Graph(id="model-figure", config=GESTURES, style={"height": HEIGHT}),
                         html.Div(id="model-design"),
                     ],
@@ -91,6 +99,19 @@ def _layout() -> Sequence[Component]:
             id="model-columns",
         ),
     ]
+
+
+def _sketch() -> Component:
+    drawn = (
+        "Motor pulley of radius r on the left, joint pulley of radius R with the link on the right"
+    )
+    return html.Figure(
+        [
+            html.Img(src=get_asset_url("actuator.svg"), alt=drawn),
+            html.Figcaption(SIGNS, className="quiet small"),
+        ],
+        id="model-sketch",
+    )
 
 
 # ---- what it shows -------------------------------------------------------------------------
@@ -198,12 +219,13 @@ def design_numbers(model: Model) -> list[Component]:
             [
                 (
                     row.name,
-                    f"{row.value:.4g} {unit_in_words(row.unit)}",
+                    with_minus(f"{row.value:.4g} {unit_in_words(row.unit)}"),
                     row.equation.removesuffix(" corrected"),
                 )
                 for row in (rows[name] for name in SHOWN)
             ],
         ),
+        html.P(f"Paper: {PAPER[1]}.", className="quiet small"),
     ]
 
 
@@ -311,6 +333,7 @@ def _register_figure(app: Dash, workspace: Workspace) -> None:
             given=version.as_loaded() if version.given else None,
             theme=THEMES[theme],
             height=HEIGHT,
+            margin=MARGIN,
         )
         return head(version), not version.given, figure, design_numbers(model)
 

@@ -7,10 +7,11 @@ import plotly.graph_objects as go
 
 from elastic_tendon.design import CharacteristicCurve, characteristic_curves
 from elastic_tendon.parameters import Model
-from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank
+from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, broken
 from elastic_tendon.transmission import SlackState
 
 TINT = 0.13  # opacity of what lies behind a slack state
+WIDE = 0.19  # share of the deflections; a slack state that takes less has no room for its words
 HOVER = "%{x:.4g} rad, %{customdata:.3g}°: %{y:.4g} N·m<extra></extra>"
 
 
@@ -79,13 +80,20 @@ def _draw_states(figure: go.Figure, curve: CharacteristicCurve, theme: Theme) ->
         )
         figure.add_annotation(
             x=0.5 * (left + right),
-            y=1.0,
+            # beside the curve, which falls everywhere
+            y=0.0 if state is SlackState.I else 1.0,
             yref="paper",
-            yanchor="top",
-            text=state.name,
+            yanchor="bottom" if state is SlackState.I else "top",
+            text=_name_of(state, (right - left) / (high - low)),
             hovertext=state.label,
+            font={"size": 11},
             showarrow=False,
         )
+
+
+def _name_of(state: SlackState, share: float) -> str:
+    """The paper's numeral, with words in lines below it where there is room."""
+    return broken(state.label, 13) if share >= WIDE else state.name
 
 
 def _draw_line(
