@@ -124,6 +124,13 @@ def test_each_run_has_a_curve_and_an_error(runs: list[Run], theme: Theme) -> Non
     assert figure.layout.yaxis2.title.text == "error (mrad)"
 
 
+def test_a_model_alone_keeps_the_colour_it_has_beside_others(runs: list[Run]) -> None:
+    alone = overlay([replace(runs[1], colour=1)], SIGNAL)
+    beside = overlay(runs, SIGNAL)
+    assert alone.data[1].line.color == beside.data[3].line.color == LIGHT.after
+    assert alone.data[1].line.dash == "solid"
+
+
 def test_the_band_is_two_standard_deviations_of_the_noise(runs: list[Run]) -> None:
     sigma = runs[0].file.signals[SIGNAL].noise.sigma
     band = overlay(runs, SIGNAL).layout.shapes[0]

@@ -14,7 +14,7 @@ from elastic_tendon.identify.locate import FileLocation, Location, locate
 from elastic_tendon.measurement import Measurement, read_measurement
 from elastic_tendon.parameters import load_model
 from elastic_tendon.report.interactive.data import figure_table
-from elastic_tendon.report.interactive.loop import DOTS, torque_loop
+from elastic_tendon.report.interactive.loop import DOTS, torque_loop, torque_words
 from elastic_tendon.report.interactive.overlay import Run, overlay
 from elastic_tendon.report.interactive.places import error_maps, samples_of, shares
 from elastic_tendon.report.interactive.theme import DARK, LIGHT, THEMES, Theme, blank
@@ -115,6 +115,18 @@ def test_the_loop_of_a_window_holds_its_samples_only(demo: Compared) -> None:
     times = np.concatenate([one.customdata for one in figure.data if one.mode == "markers"])
     recorded = file.measurement.time
     assert np.array_equal(np.sort(times), recorded[(recorded >= 2.0) & (recorded <= 3.0)])
+
+
+def test_a_torque_that_nobody_measured_is_called_estimated(
+    demo: Compared, static: Compared
+) -> None:
+    for (comparison, location), words, sentence in (
+        (demo, "estimated", "No torque was measured: "),
+        (static, "measured", "The torque is the measured one."),
+    ):
+        shows = comparison.model, comparison.files[0], location.files[0]
+        assert torque_loop(*shows).layout.yaxis.title.text == f"{words} torque (N·m)"
+        assert torque_words(*shows).startswith(sentence)
 
 
 # ---- samples of bars and cells -------------------------------------------------------------
@@ -242,7 +254,7 @@ def test_a_table_has_the_words_below_an_axis() -> None:
     figure.update_xaxes(tickvals=[0, 1], ticktext=["as given", "with<br>play &amp; more"])
     figure.update_yaxes(title="error (mrad)")
     table = figure_table(figure)
-    assert list(table["x"]) == ["as given", "with play & more"]
+    assert list(table["name"]) == ["as given", "with play & more"]
     assert list(table["error (mrad)"]) == [2.0, 3.0]
     assert figure_table(blank(LIGHT)).empty
 
@@ -252,4 +264,4 @@ def test_table_of_a_figure_whose_ticks_are_numbers():
     figure.add_bar(x=[50, 7], y=["friction", "none"], orientation="h")
     table = figure_table(figure)
     assert list(table["probability (%)"]) == [50, 7]
-    assert list(table["y"]) == ["friction", "none"]
+    assert list(table["name"]) == ["friction", "none"]

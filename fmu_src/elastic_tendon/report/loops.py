@@ -17,6 +17,7 @@ from elastic_tendon.transmission import (
 
 MARGIN = 0.15  # beside what was measured, as share of its range
 POINTS = 200  # of the springs' curve
+MEASURED = "measured"  # where a torque is from
 
 
 def measured_loop(
@@ -38,14 +39,14 @@ def measured_loop(
     transmission = model.transmission
     position = measurement.signals["joint_position"]
     if measurement.static:
-        return position, static_torque(measurement), "measured"
+        return position, static_torque(measurement), MEASURED
     if "joint_torque" in measurement.signals:
         reflected = reflected_motor_position(
             measurement.motor_position,
             transmission.joint_pulley_radius,
             transmission.motor_pulley_radius,
         )
-        return position - reflected, measurement.signals["joint_torque"], "measured"
+        return position - reflected, measurement.signals["joint_torque"], MEASURED
     deflection = found.variables["deflection"]
     torque = characteristic_torque(deflection, transmission) + found.missing_torque.torque
     return deflection, torque, "of the model's springs + missing torque"

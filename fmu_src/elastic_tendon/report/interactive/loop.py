@@ -11,7 +11,7 @@ from elastic_tendon.identify.locate import FileLocation
 from elastic_tendon.parameters import Model
 from elastic_tendon.report.comparison_tables import STATES
 from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, plain
-from elastic_tendon.report.loops import Springs, measured_loop, springs_over
+from elastic_tendon.report.loops import MEASURED, Springs, measured_loop, springs_over
 from elastic_tendon.report.names import abridged
 from elastic_tendon.report.thinning import some, stride
 from elastic_tendon.transmission import SlackState
@@ -57,15 +57,15 @@ def torque_loop(
     if window is not None:
         inside = (time >= window[0]) & (time <= window[1])
     springs = springs_over(model, deflection)
+    torque_is = "measured" if source == MEASURED else "estimated"
     figure = blank(
         theme,
         title={"text": f"{plain(abridged(file.measurement.name))}: torque over deflection"},
         uirevision=file.measurement.name,
         xaxis={"title": {"text": "deflection as measured (rad)"}, "range": list(springs.ends)},
-        yaxis={"title": {"text": f"joint torque (N·m)<br>{source}"}},
+        yaxis={"title": {"text": f"{torque_is} torque (N·m)"}},
         legend={"itemsizing": "constant"},
     )
-    _draw_simulated(figure, file, inside, theme)
     states = np.round(found.variables["slack_state"])
     share = dots / max(int(np.count_nonzero(inside)), dots)
     for (state, label), colour, symbol in zip(LABELS.items(), theme.states, SYMBOLS, strict=True):
@@ -81,8 +81,21 @@ def torque_loop(
                 customdata=time[chosen],
                 hovertemplate="%{x:.4g} rad, %{y:.4g} N·m at %{customdata:.4f} s",
             )
+    # upon the dots, which would hide it, and upon the springs, which it may well follow
     _draw_springs(figure, springs, theme)
+    _draw_simulated(figure, file, inside, theme)
     return figure
+
+
+def torque_words(model: Model, file: FileComparison, found: FileLocation) -> str:
+    """What the torque of `torque_loop` is, in a sentence; same arguments."""
+    *_, source = measured_loop(model, file, found)
+    if source == MEASURED:
+        return "The torque is the measured one."
+    return (
+        "No torque was measured: each point is the torque of the model's springs at the measured "
+        "deflection plus the missing torque, which the recorded motion calls for."
+    )
 
 
 def _draw_simulated(
@@ -95,7 +108,7 @@ def _draw_simulated(
         y=file.trajectory["joint_torque"][chosen],
         mode="lines",
         name="simulated",
-        line={"color": theme.quiet, "width": 0.8},
+        line={"color": theme.quiet, "width": 1.0},
         hoverinfo="skip",
     )
 
@@ -106,7 +119,7 @@ def _draw_springs(figure: go.Figure, springs: Springs, theme: Theme) -> None:
         y=springs.torque,
         mode="lines",
         name="model's springs, static",
-        line={"color": theme.measured, "width": 2.0},
+        line={"color": theme.measured, "width": 2.4},
         hovertemplate="%{x:.4g} rad, %{y:.4g} N·m",
     )
     looks: dict[str, Any] = {"line": {"color": theme.ink, "dash": "dot", "width": 1.4}}

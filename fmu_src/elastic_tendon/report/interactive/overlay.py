@@ -26,10 +26,15 @@ DASHES = "4px,2px"
 
 @dataclass(frozen=True)
 class Run:
-    """A model beside a recording; `label` says which model, as "improved"."""
+    """A model beside a recording; `label` says which model, as "improved".
+
+    `colour` is the number of its colour in `Theme.runs`, for a model that is seen now alone, now
+    beside others; None: its number among those it stands beside.
+    """
 
     label: str
     file: FileComparison
+    colour: int | None = None
 
     def simulated(self, signal: str) -> Array:
         """What the sensor of a signal would read, (n,) in the unit of the signal."""
@@ -129,6 +134,11 @@ def line_of_run(index: int, count: int, theme: Theme) -> dict[str, Any]:
     return {"color": theme.runs[index % len(theme.runs)], "width": 1.5, "dash": dash}
 
 
+def _line(runs: Sequence[Run], index: int, theme: Theme) -> dict[str, Any]:
+    line, colour = line_of_run(index, len(runs), theme), runs[index].colour
+    return line if colour is None else line | {"color": theme.runs[colour % len(theme.runs)]}
+
+
 def _layout(file: FileComparison, signal: str, quantity: Shown) -> dict[str, Any]:
     """Two axes above each other over one. Names are ids: of the recording, zoom in time belongs
     to that; the zoom of values to its signal, too.
@@ -162,7 +172,7 @@ def _layout(file: FileComparison, signal: str, quantity: Shown) -> dict[str, Any
 
 
 def _label(run: Run, signal: str, quantity: Shown) -> str:
-    return f"{plain(abridged(run.label))}: RMSE {quantity.error(run.file.signals[signal].rmse)}"
+    return f"{plain(abridged(run.label))}: RMS {quantity.error(run.file.signals[signal].rmse)}"
 
 
 def _kept(time: Array, window: tuple[float, float] | None) -> slice:
@@ -197,7 +207,7 @@ def _draw_series(
         hovertemplate=HOVER.replace("UNIT", quantity.unit),
     )
     for index, run in enumerate(runs):
-        looks = {"line": line_of_run(index, len(runs), theme), "legendgroup": f"run {index}"}
+        looks = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
         draw(
             run.simulated(signal),
             name=_label(run, signal, quantity),
@@ -236,7 +246,7 @@ def _draw_curves(
         marker={"color": theme.measured, "size": 4},
     )
     for index, run in enumerate(runs):
-        line = line_of_run(index, len(runs), theme)
+        line = _line(runs, index, theme)
         group = {"legendgroup": f"run {index}", "mode": "lines", "line": line}
         figure.add_scatter(
             x=run.simulated(signal)[kept], y=torque, name=_label(run, signal, quantity), **group

@@ -18,6 +18,7 @@ from elastic_tendon.report.comparison_tables import sample_shares
 from elastic_tendon.report.interactive.theme import (
     LIGHT,
     Theme,
+    broken,
     dressed,
     panels,
     place_of,
@@ -27,7 +28,7 @@ from elastic_tendon.report.names import abridged
 from elastic_tendon.report.units import Shown, shown, with_unit
 
 Mark = Sequence[str | int]  # what a clicked bar or cell says of itself
-HEIGHT = 720  # of the maps, pixels
+HEIGHT = 600  # of the maps, pixels
 BAR = 0.8  # width
 
 
@@ -49,7 +50,7 @@ def error_maps(file: FileComparison, found: FileLocation, *, theme: Theme = LIGH
     maps = maps_of(file, found)
     quantity = shown("joint_position")
     title = {"text": f"{plain(abridged(file.measurement.name))}: where the error lies"}
-    figure = make_subplots(len(maps), 2, horizontal_spacing=0.2, vertical_spacing=0.14)
+    figure = make_subplots(len(maps), 2, horizontal_spacing=0.2, vertical_spacing=0.18)
     looks = {"height": HEIGHT, "margin": {"t": 48}, "plot_bgcolor": theme.blank}
     dressed(figure, theme, title=title, **looks)
     for row, one in enumerate(maps, start=1):
@@ -73,7 +74,7 @@ def _colours(values: NDArray[np.float64], words: str, theme: Theme, *, signed: b
         "zmax": largest,
         "name": words,
         "colorbar": {
-            "title": {"text": words, "side": "right"},
+            "title": {"text": broken(words), "side": "right"},
             "thickness": 14,
             "outlinewidth": 0,
         },

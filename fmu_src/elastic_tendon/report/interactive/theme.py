@@ -21,7 +21,9 @@ from elastic_tendon.report.comparison_figures import (
 CLEAR = "rgba(0,0,0,0)"  # the ground of the page shows through
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 COLUMNS = 3  # panels side by side
-ROW, GAP, HEAD = 250, 75, 130  # heights: of panels, between them, and of what is around all, pixels
+# heights: of panels, between them, and of what is around all, pixels; between them is enough for
+# the name of an axis to stand closer to its own panel than to the one below
+ROW, GAP, HEAD = 230, 105, 130
 # of plotly's own buttons and gestures; wherever a figure is shown
 CONFIG: dict[str, Any] = {
     "displaylogo": False,
