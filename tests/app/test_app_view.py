@@ -12,10 +12,12 @@ from elastic_tendon.app import results
 from elastic_tendon.app.document import Source, Version, new_document
 from elastic_tendon.app.readings import (
     NO_CURSORS,
+    beyond,
     bin_row,
     chosen_samples,
     chosen_words,
     cursor_rows,
+    decimals,
     error_heads,
     error_rows,
     strongest_bins,
@@ -126,6 +128,7 @@ def test_the_model_as_given_stands_before_the_current_version(
     assert [run.label for run in runs] == ["as given", "heavier"]
     alone = runs_of(session, replace(view_of(None, found), before=False))
     assert [run.label for run in alone] == ["heavier"]
+    assert alone[0].colour == runs[1].colour != runs[0].colour
 
 
 def test_a_model_as_given_has_nothing_before_it(session: Session) -> None:
@@ -184,6 +187,22 @@ def test_a_zoom_stays_within_the_recording() -> None:
     assert within((12.0, 14.0), time) is None
 
 
+def test_the_ends_of_a_zoom_tell_samples_apart() -> None:
+    assert decimals(0.002 * np.arange(9.0)) == 3
+    assert decimals(1e-4 * np.arange(9.0)) == 4
+    assert decimals(3e-5 * np.arange(9.0)) == 5
+    assert decimals(10.0 * np.arange(9.0)) == 3
+
+
+def test_samples_lie_beyond_a_zoom_only_where_none_is_within() -> None:
+    time = np.arange(10.0)
+    chosen = (time == 2.0) | (time == 7.0)
+    assert beyond(chosen, time, (3.0, 6.0))
+    assert not beyond(chosen, time, (3.0, 7.0))
+    assert not beyond(chosen, time, None)
+    assert not beyond(np.zeros(10, dtype=np.bool_), time, (3.0, 6.0))
+
+
 def test_clicks_set_the_cursors_in_turn() -> None:
     first = with_cursor(NO_CURSORS, 1.0)
     second = with_cursor(first, 2.0)
@@ -221,12 +240,17 @@ def test_one_cursor_has_no_difference(runs: tuple[Run, ...]) -> None:
 def test_the_table_of_errors_begins_with_both_models(runs: tuple[Run, ...]) -> None:
     rows = list(error_rows(runs, SIGNAL))
     assert len(error_heads(shown(SIGNAL))) == len(rows[0])
-    assert [row[0] for row in rows[:2]] == ["as given", "heavier"]
+    assert [row[0] for row in rows[:3]] == [
+        "as given, all",
+        "heavier, all",
+        "I, lower slack",
+    ]
     states = runs[-1].file.signals[SIGNAL].slack_states
     assert len(rows) == 2 + len(states)
     assert sum(int(row[1]) for row in rows[2:]) == int(rows[1][1])
     rmse = runs[-1].file.signals[SIGNAL].rmse
     assert float(rows[1][2]) == pytest.approx(1e3 * rmse, rel=1e-2)
+    assert next(error_rows(runs[-1:], SIGNAL))[0] == "all"
 
 
 # ---- chosen samples ------------------------------------------------------------------------

@@ -48,6 +48,8 @@ def error_heads(quantity: Shown) -> list[str]:
 def error_rows(runs: Sequence[Run], signal: str) -> Iterator[list[str]]:
     """Error of every run over all samples; of the last also by slack state.
 
+    Where there are several, the rows of all samples begin with the names of their models.
+
     Parameters
     ----------
     runs : models beside the same recording, at least one
@@ -55,7 +57,8 @@ def error_rows(runs: Sequence[Run], signal: str) -> Iterator[list[str]]:
     """
     quantity = _quantity(runs[-1].file, signal)
     for run in runs:
-        yield [run.label, *_figures(run.file.signals[signal], quantity)]
+        name = "all" if len(runs) == 1 else f"{run.label}, all"
+        yield [name, *_figures(run.file.signals[signal], quantity)]
     for state, part in runs[-1].file.signals[signal].slack_states.items():
         yield [STATES.get(state, state), *_figures(part, quantity)]
 
@@ -115,12 +118,6 @@ def in_order(cursors: Cursors) -> tuple[float | None, float | None]:
     return cursors.get("A"), cursors.get("B")
 
 
-def _row(name: str, values: Sequence[float | None], digits: str = "#.5g") -> list[str]:
-    first, second = values
-    both = None if first is None or second is None else second - first
-    return [name, *("–" if one is None else format(one, digits) for one in (first, second, both))]
-
-
 def with_cursor(cursors: Cursors, time: float) -> dict[str, float | None]:
     """The cursors after a click: the free one goes there; where both are set, the older one.
 
@@ -163,6 +160,31 @@ def within(window: Window | None, time: NDArray[np.float64]) -> Window | None:
     if low >= high or (low <= time[0] and high >= time[-1]):
         return None
     return low, high
+
+
+def decimals(time: NDArray[np.float64]) -> int:
+    """How many tell the samples of a recording apart; three at least.
+
+    Parameters
+    ----------
+    time : (n,) s, rising
+    """
+    step = float(np.min(np.diff(time), initial=1.0))
+    return max(3, int(np.ceil(-np.log10(step) - 1e-9)))
+
+
+def beyond(chosen: NDArray[np.bool_], time: NDArray[np.float64], window: Window | None) -> bool:
+    """Whether samples are chosen, and none of them lies in the stretch of time that is seen.
+
+    Parameters
+    ----------
+    chosen : (n,)
+    time : (n,) s
+    window : s, None for all of it
+    """
+    if window is None or not chosen.any():
+        return False
+    return not (chosen & (time >= window[0]) & (time <= window[1])).any()
 
 
 # ---- chosen samples ------------------------------------------------------------------------

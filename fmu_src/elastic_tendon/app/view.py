@@ -16,6 +16,7 @@ from elastic_tendon.report.units import shown
 
 FITTED, HELDOUT = "fitted", "held out"
 SIGNAL = "joint_position"  # that is looked at first
+AS_GIVEN, MADE = 0, 1  # colours of models, by their numbers in a theme
 
 
 @dataclass(frozen=True)
@@ -110,19 +111,21 @@ def compared_now(session: Session) -> Compared | None:
 def runs_of(session: Session, view: View) -> tuple[Run, ...]:
     """The models beside the recording that is looked at, the current version last.
 
-    Empty where this one was not compared yet; the model as given is left out until it was.
+    Empty where this one was not compared yet; the model as given is left out until it was. It has
+    one colour, what was made from it another, wherever they are drawn.
     """
     found = compared_now(session)
     if found is None:
         return ()
     document = session.document
-    runs: tuple[Run, ...] = (Run(document.version.title, recordings(found)[view.recording]),)
     root = before_of(document)
+    file = recordings(found)[view.recording]
+    runs: tuple[Run, ...] = (Run(document.version.title, file, AS_GIVEN if root is None else MADE),)
     if view.before and root is not None:
         start = session.shelf.find(results.compared(document, root, session.files))
         if isinstance(start, Compared):
             title = root.title if root.title != document.version.title else f"{root.title}, before"
-            runs = (Run(title, recordings(start)[view.recording]), *runs)
+            runs = (Run(title, recordings(start)[view.recording], AS_GIVEN), *runs)
     return runs
 
 

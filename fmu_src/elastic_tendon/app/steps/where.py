@@ -42,7 +42,14 @@ from elastic_tendon.report.interactive.theme import THEMES, blank
 from elastic_tendon.report.interactive.torque import missing_torque
 from elastic_tendon.report.units import shown
 
-HEIGHT = 320  # of the curves, which stay in sight, pixels
+HEIGHT, HEAD, FOOT = 190, 24, 38  # of the curves, which stay in sight, and around them, pixels
+LEGEND = 40  # above the other figures, pixels
+NO_SAMPLES = "A band of frequencies has no samples of its own that could be shown."
+BARS = (
+    "A coloured bar: more error than the noise explains. The line across: the bin's share of the "
+    "samples; where the bar reaches above it, the error is denser than on average."
+)
+UNDONE = "The zoom was reset, for none of these samples lay in it."
 HINT = "Choose a bin of the table, click a bar or a cell of a map: its samples are marked here."
 
 
@@ -64,6 +71,7 @@ def _layout() -> Sequence[Component]:
                 html.H3("Where the error is densest"),
                 html.Div(id="where-bins", className="where-bins"),
                 html.H3("Share of the error in every bin"),
+                html.P(BARS, className="quiet"),
                 dcc.Graph(id="where-shares", config=GESTURES),
                 html.Div(
                     [html.H3("Maps"), dcc.Graph(id="where-maps", config=GESTURES)],
@@ -161,7 +169,7 @@ def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Componen
     rows = []
     for one in strongest_bins(bins):
         by, where, *figures = bin_row(one, quantity, held[one])
-        button: Any = ""
+        button: Any = html.Span("–", title=NO_SAMPLES)
         if one.by != "frequency":
             number = bins.index(one)
             words = {"label": f"Show the samples of {by} {where}"}
@@ -256,16 +264,30 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             highlighted=samples,
             buckets=BUCKETS,
         )
-        figure.update_yaxes(title_font_size=11)
         words = HINT
         if samples is not None:
             words = chosen_words(run, chosen.signal, location, mark, samples)
-        changed: Any = responsive(figure, HEIGHT, window)
+            if window and window.get("undone"):
+                words = f"{words} {UNDONE}"
+        changed: Any = _low(responsive(figure, HEIGHT, window))
         # the chosen samples of a static curve are points, not marks
         static = run.file.measurement.static
         if not static and drawn and list(ctx.triggered_prop_ids) == ["where-mark.data"]:
             changed = marks_only(changed)
         return changed, words, samples is None, static, now
+
+
+def _low(figure: go.Figure) -> go.Figure:
+    """The figure without what it can spare: units below the names, the time close to its axis."""
+    for axis, domain in zip(figure.select_yaxes(), ((0.47, 1.0), (0.0, 0.37)), strict=True):
+        axis.update(
+            domain=domain,
+            title={"text": axis.title.text.replace(" (", "<br>("), "font": {"size": 10}},
+            tickfont={"size": 11},
+            nticks=4,
+        )
+    figure.update_xaxes(title={"standoff": 0, "font": {"size": 11}}, tickfont={"size": 11})
+    return figure.update_layout(margin={"t": HEAD, "b": FOOT}, legend={"font": {"size": 11}})
 
 
 def _register_figures(app: Dash, workspace: Workspace) -> None:
@@ -301,9 +323,17 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         maps = blank(theme) if static else clickable(error_maps(file, location, theme=theme))
         bars = shares(file, location, chosen.signal, theme=theme)
         torque = missing_torque(file, location, theme=theme)
-        figures = [one.update_layout(title=None) for one in (bars, maps, torque)]
+        figures = [_untitled(one) for one in (bars, maps, torque)]
         heights = [{"height": one.layout.height} for one in figures]
         return *figures, *heights, static, now
+
+
+def _untitled(figure: go.Figure) -> go.Figure:
+    """The figure without its title, which stands above it on the page."""
+    above = figure.layout.margin.t or figure.layout.template.layout.margin.t
+    spare = max(above - LEGEND, 0)
+    height = figure.layout.height and figure.layout.height - spare
+    return figure.update_layout(title=None, height=height, margin={"t": above - spare})
 
 
 def clickable(maps: go.Figure) -> go.Figure:
