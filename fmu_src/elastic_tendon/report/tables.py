@@ -82,14 +82,20 @@ def estimate_cells(one: Estimate) -> tuple[str, str, str, str]:
     fitted = with_interval(one.fitted, one.interval)
     return (
         one.path.removeprefix("transmission.").removeprefix("effects."),
-        f"{one.given:.4g}",
-        fitted if one.determined else f"{one.fitted:.4g} (open)",
+        four_digits(one.given),
+        fitted if one.determined else f"{four_digits(one.fitted)} (open)",
         unit_text(one.unit),
     )
 
 
 def open_note(findings: Findings) -> str:
     """What "open" means in a table of fitted numbers, "" where none is."""
+def four_digits(value: float) -> str:
+    """Four digits that count, without an exponent where the number is of everyday size."""
+    everyday = value != 0.0 and 4 <= floor(log10(abs(value))) < 7
+    return f"{value:.0f}" if everyday else f"{value:.4g}"
+
+
     if all(one.determined for one in findings.estimates):
         return ""
     return "open: not determined by these data; any value near what was given would do"
@@ -133,11 +139,11 @@ def addition_sentences(addition: Addition) -> list[str]:
     return sentences
 
 
-def fall_sentences(first: Rung, last: Rung) -> list[str]:
-    """How the error of each signal changed between two steps."""
+def fall_sentences(first: Rung, last: Rung, *, static: bool = False) -> list[str]:
+    """How the error of each signal changed between two steps; `static` : of static curves."""
     sentences = []
     for name, rmse in last.rmse.items():
-        quantity = shown(name)
+        quantity = shown(name, static=static)
         pairs = [(first.rmse[name], rmse)]
         if name in last.heldout_rmse:
             pairs.append((first.heldout_rmse[name], last.heldout_rmse[name]))
