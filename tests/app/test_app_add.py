@@ -82,6 +82,30 @@ def test_errors_have_units() -> None:
     assert alone[1] == versions.UNKNOWN
 
 
+def test_what_comes_next_depends_on_what_is_left() -> None:
+    document, rungs = grown(), friction_found().ladder
+    assert versions.what_next(document.at("1"), rungs, None) is None
+    fitted = versions.what_next(document.at("2"), rungs[:-1], None)
+    assert (fitted.search, fitted.done) == ("Search for what is missing", False)
+    assert "times the noise" in fitted.words
+    added = document.adding(
+        document.version.model_copy(
+            update={"title": "+ Coulomb friction", "change": COULOMB, "added": (COULOMB,)}
+        )
+    )
+    done = versions.what_next(added, rungs, None)
+    assert done.words.startswith("Coulomb friction is in the model. What is left is about")
+    assert (done.search, done.done) == ("Search again for what else is missing", True)
+    searched = added.with_search(added.current, added.data_key())
+    found = versions.what_next(searched, rungs, friction_found().rounds[-1])
+    assert (found.search, found.done) == ("", True)
+    assert "go to Take away" in found.words
+
+
+def test_a_model_as_given_is_told_by_its_name() -> None:
+    assert [row.model for row in versions.tree(grown())] == [MODEL.name, "", "", ""]
+
+
 def test_a_step_is_told_with_what_speaks_against_it() -> None:
     before, after = friction_found().ladder[-2:]
     assert after.added == COULOMB

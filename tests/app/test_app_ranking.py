@@ -7,6 +7,7 @@ from elastic_tendon.app import ranking, walk
 from elastic_tendon.app.document import Version, new_document
 from elastic_tendon.app.results import Compared
 from elastic_tendon.parameters import load_model
+from elastic_tendon.signature import signature
 from hand_made_diagnosis import COULOMB, friction_found
 
 MODEL = load_model("biorob_x4_joint_3")
@@ -50,12 +51,23 @@ def test_an_effect_that_a_model_cannot_take_is_not_offered() -> None:
     assert "gear_backlash" in offered
 
 
-def test_the_suggestion_is_looked_at_first() -> None:
-    document, one = new_document(MODEL), first_round()
-    assert ranking.first_choice(document, None) == next(iter(effects.BY_ID))
-    assert ranking.first_choice(document, one) == COULOMB
-    undecided = replace(one, chosen=None, candidates=one.candidates[1:])
-    assert ranking.first_choice(document, undecided) == "lugre_friction"
+def test_only_what_the_search_names_is_looked_at_unasked() -> None:
+    one = first_round()
+    assert ranking.first_choice(None) is None
+    assert ranking.first_choice(one) == COULOMB
+    assert ranking.first_choice(replace(one, chosen=None)) is None
+
+
+def test_small_odds_of_none_of_them_are_no_sign_of_an_effect() -> None:
+    undecided = replace(first_round(), chosen=None, reason="no effect is surely there")
+    assert "does not make the others likely" in ranking.suggestion(undecided)
+    assert "others likely" not in ranking.suggestion(friction_found().rounds[-1])
+
+
+def test_the_picture_of_an_effect_names_its_machine_and_size() -> None:
+    told = ranking.signature_words(signature(effects.BY_ID[COULOMB], MODEL))
+    assert told.startswith("On biorob_x4_joint_3, typical: torque")
+    assert told.endswith("N·m.")
 
 
 def test_a_try_says_whether_its_numbers_were_fitted() -> None:
@@ -67,4 +79,4 @@ def test_a_try_says_whether_its_numbers_were_fitted() -> None:
     assert not any("score test" in one for one in ranking.tried_sentences(tried, fitted))
     told = ranking.tried_sentences(tried, unlikely)
     assert any("score test" in one for one in told)
-    assert told[-1].endswith("nothing was added.")
+    assert told[-1] == "Nothing was added."

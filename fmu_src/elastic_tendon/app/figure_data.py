@@ -66,8 +66,9 @@ def figures(
             yield _table(f"{name}_error_maps", partial(error_maps, file, found))
         for signal in file.signals:
             yield _table(f"{name}_shares_{signal}", partial(shares, file, found, signal))
+    static = all(file.measurement.static for file in fitted.files)
     for signal in rungs[0].rmse:
-        yield _table(f"ladder_{signal}", partial(ladder, rungs, signal))
+        yield _table(f"ladder_{signal}", partial(ladder, rungs, signal, static=static))
     for one in rounds:
         if one.candidates:
             yield _table("candidates", partial(candidates, one))

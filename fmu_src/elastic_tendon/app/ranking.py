@@ -8,11 +8,14 @@ from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.add import check_welcome
 from elastic_tendon.parameters import Model
+from elastic_tendon.quantity import unit_text
+from elastic_tendon.report.diagnosis_tables import NONE, none_of_them, percent
 from elastic_tendon.report.tables import fall_sentences
+from elastic_tendon.signature import Signature
 
 SEARCH = "Find which effect is missing"
 SEARCH_AGAIN = "Find what else is missing"
-BUSY = "Something is being computed already; wait for it, or cancel it below."
+LIKELY = 0.5  # probability from which on an answer seems to be one
 
 
 def refitted(one: Round) -> list[tuple[Candidate, ...]]:
@@ -43,8 +46,19 @@ def unlikely(one: Round) -> list[Candidate]:
 def suggestion(one: Round) -> str:
     """What the search would do next, and why."""
     if one.chosen is None:
-        return f"Nothing is surely missing: {one.reason}."
+        return f"Nothing is surely missing: {one.reason}.{_no_more_than_chance(one)}"
     return f"{one.reason}, and is surely there. The choice is yours."
+
+
+def _no_more_than_chance(one: Round) -> str:
+    """What to make of a small probability of `NONE` where nothing was to be taken."""
+    none = none_of_them(one)
+    if none >= LIKELY or not one.candidates:
+        return ""
+    return (
+        f" That “{NONE}” gets only {percent(none)} does not make the others likely: their gains "
+        "are no more than chance may bring, or do not hold on other data; below each stands which."
+    )
 
 
 def search_words(document: Document) -> tuple[str, str]:
@@ -77,7 +91,7 @@ def refusal(model: Model, effect: Effect) -> str:
 def why_not_tried(one: Round | None) -> str:
     """Why an effect that is no candidate of the round cannot be tried."""
     if one is None:
-        return "It can be tried once it was searched which effect is missing."
+        return "Try is available after the search."
     return "The search knows no numbers for it on this model; adding it has it fitted."
 
 
@@ -90,14 +104,9 @@ def choices(model: Model | None = None) -> list[dict[str, str]]:
     ]
 
 
-def first_choice(document: Document, one: Round | None) -> str:
-    """The effect that is looked at first: what is suggested, else the likeliest, else any."""
-    if one is not None:
-        if one.chosen is not None:
-            return one.chosen
-        if one.candidates:
-            return one.candidates[0].id
-    return next((one["value"] for one in choices(document.version.loaded())), "")
+def first_choice(one: Round | None) -> str | None:
+    """The effect that is looked at first: what the search names; none where it names none."""
+    return None if one is None else one.chosen
 
 
 def tried_sentences(found: walk.Tried, one: Candidate) -> list[str]:
@@ -111,4 +120,15 @@ def tried_sentences(found: walk.Tried, one: Candidate) -> list[str]:
     sentences = fall_sentences(found.before, found.after)
     if one.heldout_gain is None:
         sentences.append("These are the numbers that the score test expects; adding fits them.")
-    return [*sentences, "The curves are below; nothing was added."]
+    return [*sentences, "Nothing was added."]
+
+
+def signature_words(found: Signature) -> str:
+    """What the picture of an effect shows, and on which machine."""
+    units = {one.name: unit_text(one.unit) for one in found.effect.parameters}
+    numbers = ", ".join(
+        f"{name} {value:.3g}" + ("" if units[name] == "1" else f" {units[name]}")
+        for name, value in found.numbers.items()
+    )
+    size = "typical" if found.times_typical == 1.0 else f"{found.times_typical:g} times typical"
+    return f"On {found.example}, {size}: {numbers}."

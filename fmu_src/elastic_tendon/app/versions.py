@@ -8,10 +8,12 @@ from elastic_tendon.app import walk
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared
 from elastic_tendon.app.view import SIGNAL
+from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.identify.ladder import Rung
 from elastic_tendon.report.tables import alias_sentences, distrust_sentences, fall_sentences
 from elastic_tendon.report.units import noise_ratio, shown
 
+NOISE = 1.1  # times the noise, up to which an error is taken for noise
 UNKNOWN = "-"  # where a version was not compared with these data yet
 
 
@@ -20,7 +22,8 @@ class Row:
     """A version in the tree: `depth` below its root, whether it is the `current` one.
 
     `fitted`, `heldout` : error with its unit, and `ratio` times the noise; `below` : how many
-    versions were made from it. `deletable` : it is not the only root.
+    versions were made from it. `deletable` : it is not the only root. `model` : name of a root's
+    model, which those below it share; else "".
     """
 
     version: Version
@@ -28,6 +31,7 @@ class Row:
     current: bool
     below: int
     deletable: bool
+    model: str = ""
     fitted: str = UNKNOWN
     heldout: str = UNKNOWN
     ratio: str = UNKNOWN
@@ -46,13 +50,14 @@ def _branch(document: Document, version: Version, depth: int, roots: int) -> Ite
         for row in _branch(document, child, depth + 1, roots)
     ]
     deletable = version.parent is not None or roots > 1
-    yield Row(version, depth, version.id == document.current, len(rows), deletable)
+    name = "" if version.parent is not None else version.loaded().name
+    yield Row(version, depth, version.id == document.current, len(rows), deletable, name)
     yield from rows
 
 
 def errors_of(found: Compared, signal: str) -> tuple[str, str, str]:
     """Error on fitted and on held-out data with unit, and the former over the noise."""
-    quantity = shown(signal)
+    quantity = shown(signal, static=is_static(found))
     heldout = found.heldout.rmse() if found.heldout is not None else {}
     return (
         quantity.error(found.fitted.rmse()[signal]),
@@ -61,22 +66,72 @@ def errors_of(found: Compared, signal: str) -> tuple[str, str, str]:
     )
 
 
+def is_static(found: Compared) -> bool:
+    """Whether all that is fitted are static curves, whose joint position is a deflection."""
+    return all(file.measurement.static for file in found.fitted.files)
+
+
 def told_signal(found: Compared) -> str:
     """The signal whose error stands in the tree."""
     signals = list(found.fitted.rmse())
     return SIGNAL if SIGNAL in signals else signals[0]
 
 
-def step_sentences(rungs: Sequence[Rung]) -> list[str]:
-    """What the last step of the way did; none where there was no step."""
+def step_sentences(rungs: Sequence[Rung], *, static: bool = False) -> list[str]:
+    """What the last step of the way did; none where there was no step.
+
+    Parameters
+    ----------
+    rungs : the way to the current version
+    static : of static curves alone
+    """
     if len(rungs) < 2:
         return []
     before, last = rungs[-2:]
-    sentences = fall_sentences(before, last)
+    sentences = fall_sentences(before, last, static=static)
     if last.added is not None:
         sentences += distrust_sentences(before, last)
         sentences += alias_sentences(effects.BY_ID[last.added])
     return sentences
+
+
+@dataclass(frozen=True)
+class Next:
+    """What comes next, in words; the name of the button that searches, "" where that was done.
+
+    `done` : nothing more is to be added, as far as is known.
+    """
+
+    words: str
+    search: str
+    done: bool
+
+
+def what_next(document: Document, rungs: Sequence[Rung], found: Round | None) -> Next | None:
+    """What to do after a version was fitted; None where it was not, or its errors are not known.
+
+    Parameters
+    ----------
+    document : Document
+    rungs : the way to the current version
+    found : what the search found from there, None where it was not asked
+    """
+    version = document.version
+    if len(rungs) < 2 or not walk.is_fitted(document, version):
+        return None
+    done = f"{version.title.removeprefix('+ ')} is in the model. " if version.change else ""
+    if found is not None and found.chosen is None:
+        return Next(f"{done}The search found nothing more to add; go to Take away.", "", True)
+    if walk.was_searched(document, version):
+        return Next(f"{done}What else the search found stands in Which effect.", "", False)
+    search = f"Search {'again ' if version.added else ''}for what {'else ' * bool(version.added)}"
+    search += "is missing"
+    if max(rungs[-1].noise_ratio.values()) < NOISE:
+        words = "What is left is about the noise: most likely there is nothing more to add."
+        return Next(f"{done}{words}", search, True)
+    ratio = noise_ratio(max(rungs[-1].noise_ratio.values()))
+    words = f"What is left is {ratio} times the noise: something may still be missing."
+    return Next(f"{done}{words}", search, False)
 
 
 def refit_words(document: Document) -> str:

@@ -14,8 +14,11 @@ from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import Data, Outcome, look
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.ladder import REFIT, Rung, Step, climb
+from elastic_tendon.parameters import load_model
+from elastic_tendon.signature import Signature, signature
 
 REFITTED_AGAIN = "refitted to other data"
+EXAMPLE = "biorob_x4_joint_3"  # bundled model on which effects are shown
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,18 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
 
 def _step(title: str, found: Compared) -> Step:
     return Step(title, None, 0, 0.0, found.fitted, found.heldout)
+
+
+def shows(effect_id: str) -> Result[Signature]:
+    """How an effect shows on the bundled `EXAMPLE`, at its typical size."""
+    effect = effects.BY_ID[effect_id]
+
+    def compute(_shelf: Shelf, report: Report) -> Signature:
+        compiled.library_path((effect_id,), report)
+        report(f"drawing how {effect.title} shows", 0.5)
+        return signature(effect, load_model(EXAMPLE))
+
+    return Result(("shows", effect_id), f"drawing how {effect.title} shows", compute)
 
 
 def concluded(document: Document, files: Files) -> Result[Diagnosis]:

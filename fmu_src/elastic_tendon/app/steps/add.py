@@ -8,7 +8,7 @@ from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
 from elastic_tendon import effects
-from elastic_tendon.app import ranking, results, versions, walk
+from elastic_tendon.app import busy, ranking, results, versions, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Compared, Files
@@ -36,10 +36,13 @@ HEAD = 40  # above figures, which have headings of the page, pixels
 
 def _layout() -> Sequence[Component]:
     return [
+        busy.store("add"),
         dcc.Store(id="add-deleting"),  # the version whose deletion was asked for once
         _controls(),
         html.P(id="add-sentence", className="sentence", role="alert"),
+        html.P(id="add-waits", className="quiet"),
         html.Div(id="add-done", role="status"),
+        _next(),
         html.H3("Versions"),
         html.Div(id="add-versions"),
         html.Div([html.Div(id="add-ladder"), html.Div(id="add-numbers")], id="add-columns"),
@@ -64,8 +67,21 @@ def _controls() -> Component:
     )
 
 
-def _tree(rows: Sequence[versions.Row], signal: str, deleting: str | None) -> Component:
-    words = shown(signal).words
+def _next() -> Component:
+    """What comes after a step that was made."""
+    return html.Div(
+        [
+            html.P(id="add-next-words"),
+            html.Button("Go to Take away", id="add-next-take", className="plain"),
+            html.Button(id="add-next-search", className="plain"),
+        ],
+        id="add-next",
+        className="row",
+        hidden=True,
+    )
+
+
+def _tree(rows: Sequence[versions.Row], words: str, deleting: str | None) -> Component:
     heads = ["Version", f"{words}: RMS error", "held out", "times noise", ""]
     head = [
         html.Th(text, scope="col", className="figure" if 0 < index < 4 else "")
@@ -89,10 +105,11 @@ def _row(row: versions.Row, deleting: str | None) -> Component:
         ],
         style={"marginLeft": f"{INDENT * row.depth}rem"},
     )
+    model = [html.Span(row.model, className="quiet")] if row.model else []
     figures = (row.fitted, row.heldout, row.ratio)
     return html.Tr(
         [
-            html.Th(title, scope="row"),
+            html.Th([title, *model], scope="row"),
             *(html.Td(text, className="figure") for text in figures),
             html.Td(_buttons(row, sure=deleting == name), className="buttons"),
         ],
@@ -118,10 +135,12 @@ def _buttons(row: versions.Row, *, sure: bool) -> list[Component]:
     ]
 
 
-def _ladders(rungs: Sequence[Rung], theme: Theme) -> list[Component]:
+def _ladders(rungs: Sequence[Rung], static: bool, theme: Theme) -> list[Component]:
     heading = html.H3("Error after each step")
     figures = [
-        ladder(rungs, signal, theme=theme).update_layout(title=None, margin={"t": HEAD})
+        ladder(rungs, signal, static=static, theme=theme).update_layout(
+            title=None, margin={"t": HEAD}
+        )
         for signal in rungs[0].rmse
     ]
     return [heading, *(dcc.Graph(figure=figure, config=FIGURES) for figure in figures)]
@@ -186,8 +205,11 @@ def _rungs(session: Session) -> tuple[Rung, ...]:
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
+    busy.register(app, "add")
     _register_controls(app, workspace)
+    _register_waiting(app)
     _register_versions(app, workspace)
+    _register_next(app, workspace)
     _register_results(app, workspace)
     _register_work(app, workspace)
     _register_changes(app, workspace)
@@ -222,6 +244,61 @@ def _register_controls(app: Dash, workspace: Workspace) -> None:
         )
 
 
+def _register_waiting(app: Dash) -> None:
+    @app.callback(
+        Output("add-add", "disabled"),
+        Output("add-refit", "disabled"),
+        Output("add-next-search", "disabled"),
+        Output("add-waits", "children"),
+        Input("add-busy", "data"),
+        Input("add-choice", "value"),
+    )
+    def wait(waits: bool, chosen: str | None) -> tuple[bool, bool, bool, str]:
+        return waits or not chosen, waits, waits, busy.WORDS if waits else ""
+
+
+def _register_next(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("add-next", "hidden"),
+        Output("add-next-words", "children"),
+        Output("add-next-search", "children"),
+        Output("add-next-search", "hidden"),
+        Output("add-next-search", "className"),
+        Output("add-next-take", "className"),
+        Input("session", "data"),
+        Input("open", "data"),
+    )
+    def show(stored: Any, opened: str) -> tuple[Any, ...]:
+        if not stored or opened != "add":
+            return (no_update,) * 6
+        session = workspace.open(stored)
+        found = versions.what_next(session.document, _rungs(session), walk.round_of(session))
+        if found is None:
+            return True, "", "", True, "plain", "plain"
+        looks = ("plain", "") if found.done else ("", "plain")
+        return False, found.words, found.search, not found.search, *looks
+
+    @app.callback(
+        Output("open", "data", allow_duplicate=True),
+        Output("pulse", "data", allow_duplicate=True),
+        Output("add-sentence", "children", allow_duplicate=True),
+        Input("add-next-take", "n_clicks"),
+        Input("add-next-search", "n_clicks"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def go(takes: int | None, searches: int | None, stored: Any) -> tuple[Any, Any, str]:
+        if not stored or not ctx.triggered[0]["value"]:
+            return no_update, no_update, ""
+        if ctx.triggered_id == "add-next-take":
+            return "take_away", no_update, ""
+        session = workspace.open(stored)
+        words = "finding which effect is missing"
+        if not session.start("effect", words, walk.searching(session)):
+            return no_update, no_update, busy.WORDS
+        return "effect", ["next", takes, searches], ""
+
+
 def _register_versions(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("add-versions", "children"),
@@ -235,7 +312,8 @@ def _register_versions(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         now = compared_now(session)
         signal = SIGNAL if now is None else versions.told_signal(now)
-        return _tree(_rows(session, signal), signal, deleting)
+        static = now is not None and versions.is_static(now)
+        return _tree(_rows(session, signal), shown(signal, static=static).words, deleting)
 
 
 def _register_results(app: Dash, workspace: Workspace) -> None:
@@ -256,9 +334,12 @@ def _register_results(app: Dash, workspace: Workspace) -> None:
         found = None
         if walk.is_fitted(document, document.version):
             found = session.shelf.find(walk.answer(document, document.version, session.files))
-        figures = _ladders(rungs, THEMES[theme]) if len(rungs) > 1 else []
+        now = compared_now(session)
+        static = now is not None and versions.is_static(now)
+        figures = _ladders(rungs, static, THEMES[theme]) if len(rungs) > 1 else []
         numbers = _numbers(found.result.findings) if isinstance(found, Answer) else []
-        return [html.P(text) for text in versions.step_sentences(rungs)], figures, numbers
+        done = [html.P(text) for text in versions.step_sentences(rungs, static=static)]
+        return done, figures, numbers
 
 
 def _register_work(app: Dash, workspace: Workspace) -> None:
@@ -282,7 +363,7 @@ def _register_work(app: Dash, workspace: Workspace) -> None:
             started = session.start("add", words, walk.adding(session, chosen))
         else:
             return no_update, "Choose an effect to add."
-        return ["add", adds, refits], "" if started else ranking.BUSY
+        return ["add", adds, refits], "" if started else busy.WORDS
 
 
 def _register_changes(app: Dash, workspace: Workspace) -> None:

@@ -3,17 +3,17 @@
 from collections.abc import Sequence
 from typing import Any
 
-from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
+from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
 from elastic_tendon import effects
-from elastic_tendon.app import ranking, results, walk
+from elastic_tendon.app import busy, ranking, results, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
 from elastic_tendon.app.view import compared_now, recordings, view_of
-from elastic_tendon.app.workspace import Result, Session, Work, Workspace
+from elastic_tendon.app.workspace import Failure, Result, Session, Work, Workspace
 from elastic_tendon.diagnosis.by_hand import decided
 from elastic_tendon.diagnosis.result import Candidate, Round
 from elastic_tendon.report.diagnosis_tables import (
@@ -27,9 +27,11 @@ from elastic_tendon.report.diagnosis_tables import (
 from elastic_tendon.report.effects import effect_sections
 from elastic_tendon.report.interactive.candidates import candidates
 from elastic_tendon.report.interactive.overlay import Run, overlay
+from elastic_tendon.report.interactive.signature import signature_figure
 from elastic_tendon.report.interactive.theme import CONFIG, THEMES
 
 FIGURES: Any = CONFIG | {"scrollZoom": False}  # a wheel that turns over a figure moves the page
+TRIED = 340  # height of what was tried, so that the page of the effect is in sight too, pixels
 HEAD = 48  # above figures, which have headings of the page, pixels
 GAINS = (
     "Gain: share by which the squared error falls; held out: on samples that no fit has seen, "
@@ -43,6 +45,7 @@ HEADS = ("Effect", "Probability", "Gain, fitted", "Gain, held out")
 
 def _layout() -> Sequence[Component]:
     return [
+        busy.store("effect"),
         dcc.Store(id="effect-seen"),  # the round whose suggestion was put forward
         html.Div(
             [
@@ -53,8 +56,8 @@ def _layout() -> Sequence[Component]:
             id="effect-search-row",
         ),
         html.P(id="effect-sentence", className="sentence", role="alert"),
-        html.Div([html.Div(id="effect-list"), _page()], id="effect-columns"),
         html.Div(id="effect-tried"),
+        html.Div([html.Div(id="effect-list"), _page()], id="effect-columns"),
         html.Div(id="effect-evidence"),
     ]
 
@@ -62,17 +65,25 @@ def _layout() -> Sequence[Component]:
 def _page() -> Component:
     return html.Div(
         [
-            choice("effect-choice", "Effect", options=ranking.choices(), clearable=False),
+            choice(
+                "effect-choice",
+                "Effect",
+                options=ranking.choices(),
+                clearable=False,
+                placeholder="read about an effect",
+            ),
             html.Div(
                 [
                     html.Button("Try", id="effect-try", className="plain"),
-                    html.Button("Add", id="effect-add"),
+                    html.Button("Add", id="effect-add", className="plain"),
                 ],
                 className="row",
+                id="effect-buttons",
+                hidden=True,
             ),
             html.P(id="effect-refusal", className="quiet"),
             html.Div(id="effect-tried-words", role="status"),
-            html.Div(id="effect-page", tabIndex="0"),
+            html.Div([html.Div(id="effect-shows"), html.Div(id="effect-page")], tabIndex="0"),
         ],
         className="card",
         id="effect-card",
@@ -153,29 +164,41 @@ def _tried(session: Session, effect_id: str) -> walk.Tried | None:
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
+    busy.register(app, "effect")
     _register_list(app, workspace)
     _register_choice(app, workspace)
     _register_page(app, workspace)
+    _register_signature(app, workspace)
     _register_figures(app, workspace)
     _register_work(app, workspace)
 
 
 def _register_list(app: Dash, workspace: Workspace) -> None:
     @app.callback(
-        Output("effect-search", "children"),
-        Output("effect-search-row", "hidden"),
-        Output("effect-search-words", "children"),
         Output("effect-list", "children"),
         Input("session", "data"),
         Input("open", "data"),
     )
-    def show(stored: Any, opened: str) -> tuple[Any, ...]:
+    def show(stored: Any, opened: str) -> Any:
+        if not stored or opened != "effect":
+            return no_update
+        found = walk.round_of(workspace.open(stored))
+        return _list(found) if found else []
+
+    @app.callback(
+        Output("effect-search", "children"),
+        Output("effect-search", "disabled"),
+        Output("effect-search-row", "hidden"),
+        Output("effect-search-words", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("effect-busy", "data"),
+    )
+    def show_search(stored: Any, opened: str, waits: bool) -> tuple[Any, ...]:
         if not stored or opened != "effect":
             return (no_update,) * 4
-        session = workspace.open(stored)
-        name, words = ranking.search_words(session.document)
-        found = walk.round_of(session)
-        return name, not words, words, _list(found) if found else []
+        name, words = ranking.search_words(workspace.open(stored).document)
+        return name, waits, not words, busy.WORDS if waits else words
 
 
 def _register_choice(app: Dash, workspace: Workspace) -> None:
@@ -198,44 +221,105 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         now = [session.document.current, found is not None]
         if now == seen:
             return no_update, no_update
-        return ranking.first_choice(session.document, found), now
+        return ranking.first_choice(found), now
 
 
 def _register_page(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("effect-page", "children"),
-        Output("effect-try", "children"),
-        Output("effect-try", "disabled"),
-        Output("effect-add", "children"),
-        Output("effect-add", "disabled"),
-        Output("effect-refusal", "children"),
         Input("session", "data"),
         Input("open", "data"),
         Input("effect-choice", "value"),
     )
-    def show(stored: Any, opened: str, chosen: str | None) -> tuple[Any, ...]:
+    def show(stored: Any, opened: str, chosen: str | None) -> Any:
         effect = effects.BY_ID.get(chosen or "")
-        if not stored or opened != "effect" or effect is None:
-            return (no_update,) * 6
-        session = workspace.open(stored)
-        model = session.document.version.loaded()
-        found = walk.round_of(session)
-        known = found is not None and effect.id in {one.id for one in found.candidates}
-        refused = ranking.refusal(model, effect)
-        words = refused or ("" if known else ranking.why_not_tried(found))
-        sections = [
+        if not stored or opened != "effect":
+            return no_update
+        if effect is None:
+            return []
+        model = workspace.open(stored).document.version.loaded()
+        return [
             part
             for heading, texts in effect_sections(effect, model)
             for part in (html.H3(heading), *map(html.P, texts))
         ]
+
+    @app.callback(
+        Output("effect-buttons", "hidden"),
+        Output("effect-try", "children"),
+        Output("effect-try", "disabled"),
+        Output("effect-add", "children"),
+        Output("effect-add", "disabled"),
+        Output("effect-add", "className"),
+        Output("effect-refusal", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("effect-choice", "value"),
+        Input("effect-busy", "data"),
+    )
+    def show_buttons(stored: Any, opened: str, chosen: str | None, waits: bool) -> tuple[Any, ...]:
+        effect = effects.BY_ID.get(chosen or "")
+        if not stored or opened != "effect":
+            return (no_update,) * 7
+        if effect is None:
+            return True, "Try", True, "Add", True, "plain", ""
+        session = workspace.open(stored)
+        found = walk.round_of(session)
+        known = found is not None and effect.id in {one.id for one in found.candidates}
+        refused = ranking.refusal(session.document.version.loaded(), effect)
+        words = refused or ("" if known else ranking.why_not_tried(found))
         return (
-            sections,
+            False,
             f"Try {effect.title}",
-            not known or bool(refused),
+            waits or not known or bool(refused),
             f"Add {effect.title}",
-            bool(refused),
-            words,
+            waits or bool(refused),
+            "" if found is not None and found.chosen == effect.id else "plain",
+            busy.WORDS if waits else words,
         )
+
+
+def _register_signature(app: Dash, workspace: Workspace) -> None:
+    # begun here and shown below: Dash leaves out what would come round to the same callback
+    @app.callback(
+        Output("pulse", "data", allow_duplicate=True),
+        Input("effect-choice", "value"),
+        Input("effect-busy", "data"),
+        State("open", "data"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def draw(chosen: str | None, waits: bool, opened: str, stored: Any) -> Any:
+        if not stored or opened != "effect" or waits or chosen not in effects.BY_ID:
+            return no_update
+        session, result = workspace.open(stored), walk.shows(str(chosen))
+        if session.shelf.find(result) is None and session.compute("effect", result):
+            return ["shows", chosen]
+        return no_update
+
+    @app.callback(
+        Output("effect-shows", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("effect-choice", "value"),
+        Input("theme", "data"),
+    )
+    def show(stored: Any, opened: str, chosen: str | None, theme: str) -> Any:
+        if not stored or opened != "effect":
+            return no_update
+        if chosen not in effects.BY_ID:
+            return []
+        session = workspace.open(stored)
+        found = session.shelf.find(walk.shows(str(chosen)))
+        if found is None or isinstance(found, Failure):  # the page tells why
+            return []
+        narrow = walk.round_of(session) is not None  # the ranked list stands beside it
+        figure = signature_figure(found, telling_only=narrow, theme=THEMES[theme])
+        return [
+            html.H3(f"How {found.effect.title} shows"),
+            dcc.Graph(figure=figure, config=FIGURES),
+            html.P(ranking.signature_words(found), className="quiet"),
+        ]
 
 
 def _register_figures(app: Dash, workspace: Workspace) -> None:
@@ -263,12 +347,19 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
             for title, found in ((tried.before.title, now), (tried.after.title, tried.compared))
         ]
         figure = overlay(runs, looked_at.signal, theme=THEMES[theme])
-        figure.update_layout(title=None, margin={"t": HEAD})
+        figure.update_layout(title=None, margin={"t": HEAD}, height=TRIED)
         file = runs[0].file.measurement.name
         title = html.H3(f"{file} with {effects.BY_ID[chosen].title}, tried and not added")
         one = next(candidate for candidate in found.candidates if candidate.id == chosen)
         words = [html.P(text) for text in ranking.tried_sentences(tried, one)]
         return [title, dcc.Graph(figure=figure, config=FIGURES)], words
+
+    app.clientside_callback(
+        ClientsideFunction("elastic_tendon_effect", "show"),
+        Output("effect-tried", "data-shown"),
+        Input("effect-tried", "children"),
+        State("effect-try", "n_clicks"),
+    )
 
     @app.callback(
         Output("effect-evidence", "children"),
@@ -309,7 +400,7 @@ def _register_work(app: Dash, workspace: Workspace) -> None:
         asked = str(ctx.triggered_id)
         step, words, work = _asked(session, asked, chosen)
         if not session.start(step, words, work):
-            return no_update, no_update, ranking.BUSY
+            return no_update, no_update, busy.WORDS
         return [asked, ctx.triggered[0]["value"]], step if step != "effect" else no_update, ""
 
 

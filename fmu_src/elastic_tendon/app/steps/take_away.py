@@ -9,7 +9,7 @@ from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 from flask import Response, make_response, send_file
 
-from elastic_tendon.app import takeaway
+from elastic_tendon.app import busy, takeaway
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
@@ -21,8 +21,20 @@ from elastic_tendon.compiler import PLATFORMS, host_platform
 from elastic_tendon.errors import BuildError, ElasticTendonError
 
 ID = "take_away"
-BUSY = "Something else is under way; wait until it is done, or cancel it."
 GONE = "This file is no longer there; build it again."
+
+# names of `PLATFORMS` in words
+IN_WORDS = {
+    "x86_64-linux": "Linux, x86-64",
+    "aarch64-linux": "Linux, ARM",
+    "x86_64-windows": "Windows, x86-64",
+    "x86_64-darwin": "macOS, Intel",
+    "aarch64-darwin": "macOS, Apple silicon",
+}
+PATIENCE = (
+    "Binaries for platforms other than this one can take minutes the first time; after that they "
+    "are kept."
+)
 
 
 @dataclass(frozen=True)
@@ -82,8 +94,9 @@ OFFERS = (
 
 def _layout() -> Sequence[Component]:
     return [
+        busy.store(ID),
         html.P(id=f"{ID}-version"),
-        html.P(id=f"{ID}-busy", className="sentence", role="alert"),
+        html.P(id=f"{ID}-waits", className="quiet"),
         html.Div(
             [html.Div([_card(one) for one in column]) for column in (OFFERS[:2], OFFERS[2:])],
             className="offers",
@@ -135,6 +148,7 @@ def _fmu_options() -> Sequence[Component]:
                 persistence=True,
                 persistence_type="session",
             ),
+            html.P(PATIENCE, className="quiet"),
         ),
         _group(
             "For other platforms",
@@ -149,14 +163,14 @@ def _fmu_options() -> Sequence[Component]:
     ]
 
 
-def _group(legend: str, control: Component) -> Component:
-    return html.Fieldset([html.Legend(legend), control])
+def _group(legend: str, *inside: Component) -> Component:
+    return html.Fieldset([html.Legend(legend), *inside])
 
 
 def _platforms() -> list[dict[str, str]]:
     here = _here()
     named = [
-        {"label": f"{name} (this one)" if name in here else name, "value": name}
+        {"label": IN_WORDS[name] + (" (this one)" if name in here else ""), "value": name}
         for name in PLATFORMS
     ]
     return [*named, {"label": "all of these", "value": EVERY_PLATFORM}]
@@ -219,6 +233,8 @@ def _begin(session: Session, result: Result[Built]) -> bool:
 
 def _register(app: Dash, workspace: Workspace) -> None:
     depot = Depot(workspace)
+    busy.register(app, ID)
+    _register_waiting(app)
     _register_files(app, depot)
     options = (
         (f"{ID}-fmi", "value"),
@@ -251,7 +267,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
 
     @app.callback(
         Output("pulse", "data", allow_duplicate=True),
-        Output(f"{ID}-busy", "children"),
+        Output(f"{ID}-waits", "children", allow_duplicate=True),
         Input({f"{ID}-make": ALL}, "n_clicks"),
         State("session", "data"),
         *(State(*one) for one in options),
@@ -263,7 +279,17 @@ def _register(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         found = offered(session.document, session.files, choice_of(*chosen), depot)
         begun = _begin(session, found[ctx.triggered_id[f"{ID}-make"]])
-        return sum(click or 0 for click in clicks), "" if begun else BUSY
+        return sum(click or 0 for click in clicks), no_update if begun else busy.WORDS
+
+
+def _register_waiting(app: Dash) -> None:
+    @app.callback(
+        Output({f"{ID}-make": ALL}, "disabled"),
+        Output(f"{ID}-waits", "children"),
+        Input(f"{ID}-busy", "data"),
+    )
+    def wait(waits: bool) -> tuple[list[bool], str]:
+        return [waits] * len(OFFERS), busy.WORDS if waits else ""
 
 
 def _register_files(app: Dash, depot: Depot) -> None:

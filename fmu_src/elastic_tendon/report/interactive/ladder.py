@@ -17,20 +17,23 @@ MOST_LABELS = 8
 _ROOM = 0.35  # beside the first and the last step, in steps
 
 
-def ladder(rungs: Sequence[Rung], signal: str, *, theme: Theme = LIGHT) -> go.Figure:
+def ladder(
+    rungs: Sequence[Rung], signal: str, *, static: bool = False, theme: Theme = LIGHT
+) -> go.Figure:
     """RMS error after each step, on fitted and held-out data, beside the noise floor.
 
     Parameters
     ----------
     rungs : entries of the ladder, the model as given first
     signal : name of the signal
+    static : the errors are those of static curves
     theme : Theme
 
     Returns
     -------
     plotly.graph_objects.Figure
     """
-    quantity = shown(signal)
+    quantity = shown(signal, static=static)
     fitted = [quantity.small * one.rmse[signal] for one in rungs]
     held = [quantity.small * one.heldout_rmse[signal] for one in rungs if one.heldout_rmse]
     heldout = held if len(held) == len(rungs) else []
