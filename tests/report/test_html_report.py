@@ -19,6 +19,7 @@ from elastic_tendon.identify.compare import Comparison, compare
 from elastic_tendon.identify.locate import locate
 from elastic_tendon.measurement import Measurement, read_measurement
 from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.report.comparison_tables import repeats
 from elastic_tendon.report.html import answers
 from elastic_tendon.report.html.document import comparison_document, diagnosis_document
 from elastic_tendon.report.html.origin import Origin, origin_of
@@ -187,7 +188,80 @@ def test_a_sound_model_has_one_run_and_no_equations() -> None:
     assert "Nothing is missing" in page.text
     assert "No effect was added" in page.text
     names = [trace.get("name", "") for figure in page.figures()[:1] for trace in figure["data"]]
-    assert [one.split(":")[0] for one in names if "RMSE" in one] == ["as given"]
+    assert [one.split(":")[0] for one in names if ": RMS " in one] == ["as given"]
+
+
+def test_the_verdict_has_the_falling_error_beside_it() -> None:
+    first = friction().figures()[0]
+    assert "fitted data" in [trace.get("name") for trace in first["data"]]
+    assert first["layout"]["yaxis"]["title"]["text"] == "RMS error (mrad)"
+    assert first["layout"]["height"] < 300
+
+
+def test_numbers_of_the_model_are_for_people() -> None:
+    model = friction().text.partition("as model.toml, to six digits")[2].partition("What was")[0]
+    assert "[transmission]" in model
+    assert not re.search(r"\d\.\d{10,}", model)
+
+
+def test_signals_that_repeat_each_other_are_drawn_and_told_once() -> None:
+    model = load_model(demo.DATA / "demo_model.toml")
+    whole = recording().window(0.0, 2.0)
+    moved = simulate(model, whole.time, whole.motor_position)
+    both = ("joint_torque", "motor_torque")
+    torques = {name: 1.1 * moved[name] for name in both}
+    found = comparison_of(replace(whole, signals={**whole.signals, **torques}))
+    assert repeats(found.files) == {"joint_position": [], "joint_torque": ["motor_torque"]}
+    page = Page(comparison_document(found, locate(found), origin()))
+    assert "The motor torque repeats the joint torque at a fixed ratio" in page.text
+    assert "Motor torque: " not in page.text
+    titles = [one["layout"].get("yaxis", {}).get("title", {}) for one in page.figures()]
+    drawn = [one.get("text") for one in titles]
+    assert "joint torque (N·m)" in drawn
+    assert "motor torque (N·m)" not in drawn
+
+
+def test_an_error_that_the_noise_hides_is_not_drawn_alone() -> None:
+    found = friction_found()
+    last = found.steps[-1]
+    hidden = replace(
+        last, **{kind: _ten_times_noise(getattr(last, kind)) for kind in ("comparison", "heldout")}
+    )
+    page = Page(document_of(replace(found, steps=(*found.steps[:-1], hidden))))
+    assert "lost in the noise and not drawn alone" in page.text
+    assert "improved alone" in friction().text
+    assert "improved alone" not in page.text
+
+
+def _ten_times_noise(comparison: Comparison) -> Comparison:
+    """The same, as if the noise were far above the error."""
+    return Comparison(
+        comparison.model,
+        tuple(
+            replace(
+                file,
+                signals={
+                    name: replace(error, noise_ratio=0.05) for name, error in file.signals.items()
+                },
+            )
+            for file in comparison.files
+        ),
+    )
+
+
+def test_a_round_that_added_nothing_says_why_it_did_not() -> None:
+    first = friction_found().rounds[0]
+    nothing = replace(first, chosen=None, reason="no effect is surely there")
+    page = Page(document_of(friction_found(rounds=(nothing,))))
+    assert "Nothing was added although only 0 % are left for none of them" in page.text
+    assert "Nothing was added although" not in friction().text
+
+
+def test_long_tables_may_break_on_paper() -> None:
+    kinds = [
+        one["class"] for one in friction().of("div") if (one.get("class") or "")[:6] == "scroll"
+    ]
+    assert {"scroll", "scroll long"} == set(kinds)
 
 
 def test_a_learned_term_is_offered_with_its_law() -> None:

@@ -108,6 +108,15 @@ def test_bars_are_the_candidates_the_chosen_one_stands_out() -> None:
     assert fitted.x[2] is None  # it was not refitted
 
 
+@pytest.mark.parametrize("gain", [None, 1e-9])
+def test_without_any_gain_there_is_one_panel(gain: float | None) -> None:
+    first = friction_found().rounds[0]
+    unknown = [replace(one, gain=gain, heldout_gain=None) for one in first.candidates]
+    figure = candidates(replace(first, candidates=tuple(unknown)))
+    assert len(figure.data) == 1
+    assert len(list(figure.select_xaxes())) == 1
+
+
 def test_ruined_held_out_data_do_not_hide_the_rest() -> None:
     first = friction_found().rounds[0]
     ruined = replace(first.candidates[0], heldout_gain=-40.0)

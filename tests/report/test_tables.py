@@ -5,7 +5,7 @@ import io
 from rich.console import Console
 
 from elastic_tendon.identify.determinability import Estimate, Findings, Ratio
-from elastic_tendon.report.tables import estimates_table, ratios_table
+from elastic_tendon.report.tables import estimates_table, ratios_table, with_interval
 
 LONG = "effects.tendon_guide_friction.wrap_friction_coefficient"
 FINDINGS = Findings(
@@ -42,3 +42,10 @@ def test_ratios_are_whole() -> None:
     for figure in ("1.23e-06 (1e-07 to 2.34e-06)", "N·m·s/(rad·kg·m²)"):
         assert figure in text
     assert "…" not in text
+
+
+def test_a_number_without_noise_is_told_to_six_digits() -> None:
+    surely = 0.312659999999
+    assert with_interval(surely, (surely - 1.2e-11, surely + 1.2e-11)) == "0.312660 ± <1e-06"
+    assert with_interval(12158.4, (12158.4 - 1e-5, 12158.4 + 1e-5)) == "12158.4 ± <0.1"
+    assert with_interval(0.35, (0.3497, 0.3503)) == "0.35000 ± 0.00030"

@@ -10,6 +10,7 @@ from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import Comparison, ErrorFigures, FileComparison
 from elastic_tendon.identify.locate import FileLocation
 from elastic_tendon.identify.places import by_concentration
+from elastic_tendon.identify.residuals import Array
 from elastic_tendon.report.units import (
     Shown,
     noise_in_words,
@@ -66,11 +67,14 @@ def noise_sentence(file: FileComparison) -> str:
 
 def sentences(file: FileComparison, location: FileLocation) -> list[str]:
     """How large the noise is, how each signal fails, and what was hard to find out."""
-    failing = []
-    for name, sentence in location.in_words.items():
-        words = shown(name, static=file.measurement.static).words
-        failing.append(f"{words[0].upper()}{words[1:]}: {sentence}.")
+    failing = [failing_sentence(file, location, name) for name in location.in_words]
     return [noise_sentence(file), *failing, *location.missing_torque.notes]
+
+
+def failing_sentence(file: FileComparison, location: FileLocation, signal: str) -> str:
+    """How one signal of a recording fails."""
+    words = shown(signal, static=file.measurement.static).words
+    return f"{words[0].upper()}{words[1:]}: {location.in_words[signal]}."
 
 
 def summary_sentences(comparison: Comparison) -> list[str]:
@@ -142,6 +146,42 @@ def _alike(bins: Mapping[str, Sequence[Bin]]) -> dict[str, list[str]]:
         else:
             found[name] = []
     return found
+
+
+def repeats(files: Sequence[FileComparison]) -> dict[str, list[str]]:
+    """Signals of all recordings, each with those that repeat it at a fixed ratio.
+
+    Unlike signals that are off in the same places, these are the same curve in another unit.
+    """
+    found: dict[str, list[str]] = {}
+    for name in dict.fromkeys(name for file in files for name in file.signals):
+        for other in found:
+            if all(_repeats(file, name, other) for file in files):
+                found[other].append(name)
+                break
+        else:
+            found[name] = []
+    return found
+
+
+def _repeats(file: FileComparison, name: str, other: str) -> bool:
+    """Whether both were measured and simulated at a fixed ratio, or neither in this recording."""
+    if name not in file.signals or other not in file.signals:
+        return name not in file.signals and other not in file.signals
+    measured = file.measurement.signals
+    simulated = {one: file.trajectory[file.trajectory.measured(one)] for one in (name, other)}
+    return all(
+        _proportional(of[other], of[name])
+        for of in (measured, {one: simulated[one] - measured[one] for one in simulated})
+    )
+
+
+def _proportional(one: Array, other: Array) -> bool:
+    squares = float(one @ one)
+    if squares == 0.0:
+        return False
+    left = other - one * (float(one @ other) / squares)
+    return float(left @ left) < SAME_SHARE * float(other @ other)
 
 
 def _same_places(some: Sequence[Bin], others: Sequence[Bin]) -> bool:

@@ -28,6 +28,7 @@ from elastic_tendon.report.units import number, shown, times_noise
 CANDIDATES = 5
 CHANCE = 0.05  # probability from which on a dependence is not told as one
 NONE = "none of them"
+LIKELY = 0.5  # probability from which on it needs no word that nothing was added
 SMALLEST = 0.005  # shares below it are shown as "<1 %"
 
 
@@ -284,6 +285,19 @@ def round_title(number_of_round: int, one: Round) -> str:
     """What a round decided, and why."""
     decided = "Nothing" if one.chosen is None else called(one.chosen)
     return f"Round {number_of_round}: {one.reason}. {decided} was added."
+
+
+def unsure_sentence(one: Round) -> str:
+    """Why a round added nothing, though its probabilities leave little for that; "" elsewhere."""
+    nothing = none_of_them(one)
+    if one.chosen is not None or not one.candidates or nothing >= LIKELY:
+        return ""
+    best = one.candidates[0]
+    return (
+        f"Nothing was added although only {percent(nothing)} are left for {NONE}: probabilities "
+        "are shared out by the fit alone, and no gain is surely more than chance. The likeliest, "
+        f"{called(best.id)}: {best.verdict}."
+    )
 
 
 def candidates_table(one: Round, *, every: bool = False) -> Table | None:

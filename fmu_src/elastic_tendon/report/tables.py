@@ -17,6 +17,8 @@ from elastic_tendon.report.units import noise_ratio, number, shown, times_noise
 
 # relative change of a held-out error that is worth a word
 NOTICEABLE = 1e-3
+# of a number, the half width of its interval from which on its sixth digit is not sure
+SURE = 1e-6
 
 NEXT_AFTER_DEMO = """
 Try next, with your own recording (columns time_s, motor_position_rad, joint_position_rad):
@@ -88,14 +90,14 @@ def estimate_cells(one: Estimate) -> tuple[str, str, str, str]:
     )
 
 
-def open_note(findings: Findings) -> str:
-    """What "open" means in a table of fitted numbers, "" where none is."""
 def four_digits(value: float) -> str:
     """Four digits that count, without an exponent where the number is of everyday size."""
     everyday = value != 0.0 and 4 <= floor(log10(abs(value))) < 7
     return f"{value:.0f}" if everyday else f"{value:.4g}"
 
 
+def open_note(findings: Findings) -> str:
+    """What "open" means in a table of fitted numbers, "" where none is."""
     if all(one.determined for one in findings.estimates):
         return ""
     return "open: not determined by these data; any value near what was given would do"
@@ -117,10 +119,17 @@ def ratios_table(findings: Findings) -> Table:
 
 
 def with_interval(value: float, interval: tuple[float, float]) -> str:
-    """Value and half width with two digits of the latter; both ends where they differ in width."""
+    """Value and half width with two digits of the latter; both ends where they differ in width.
+
+    Of an interval that is narrower than the sixth digit, as of data without noise, only that is
+    said.
+    """
     below, above = value - interval[0], interval[1] - value
     if above <= 0.0 or abs(above - below) > 0.01 * above:
         return f"{value:.3g} ({interval[0]:.3g} to {interval[1]:.3g})"
+    if above < SURE * abs(value):
+        sixth = 10.0 ** (floor(log10(abs(value))) - 5)
+        return f"{value:#.6g}".rstrip(".") + f" ± <{sixth:g}"
     decimals = max(0, 1 - floor(log10(above)))
     if decimals > 7:
         return f"{value:.4g} ± {above:.2g}"

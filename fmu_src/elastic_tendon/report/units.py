@@ -36,7 +36,7 @@ _OTHERS = {
     "frequency": "Hz",
 }
 # below this share of the noise an error is told to be no larger than that share
-_SMALL_RATIO = 0.1
+SMALL_RATIO = 0.1
 
 
 def shown(signal: str, *, static: bool = False) -> Shown:
@@ -72,7 +72,7 @@ def number(value: float) -> str:
 
 def noise_ratio(ratio: float) -> str:
     """Error over noise floor; without noise, digits below a tenth would mean nothing."""
-    return f"<{_SMALL_RATIO:g}" if ratio < _SMALL_RATIO else number(ratio)
+    return f"<{SMALL_RATIO:g}" if ratio < SMALL_RATIO else number(ratio)
 
 
 def times_noise(ratio: float) -> str:

@@ -1,7 +1,11 @@
 """What a diagnosis leaves: the improved model's numbers, what was added, its linear models."""
 
+import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
+
+import tomli_w
 
 from elastic_tendon.diagnosis.learned import learned_effect
 from elastic_tendon.diagnosis.result import Diagnosis
@@ -35,9 +39,17 @@ def numbers(diagnosis: Diagnosis) -> Iterator[Block]:
         yield as_table(estimates_table(findings))
     if findings.ratios:
         yield as_table(ratios_table(findings))
-    yield Code(
-        f"The improved model, {diagnosis.model.name}, as model.toml", diagnosis.model.to_toml()
-    )
+    text = tomli_w.dumps(_rounded(tomllib.loads(diagnosis.model.to_toml())))
+    yield Code(f"The improved model, {diagnosis.model.name}, as model.toml, to six digits", text)
+
+
+def _rounded(tree: Any) -> Any:
+    """The same tree with numbers that people can read."""
+    if isinstance(tree, dict):
+        return {key: _rounded(value) for key, value in tree.items()}
+    if isinstance(tree, list):
+        return [_rounded(value) for value in tree]
+    return float(f"{tree:.6g}") if isinstance(tree, float) else tree
 
 
 # ---- what was added ----------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from rich.text import Text
 from elastic_tendon.report.interactive.theme import DARK, LIGHT, Theme
 
 Draw = Callable[[Theme], go.Figure]
+HEAD = 64  # pixels, above a figure; a legend of two rows has room in it
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,16 @@ class Plot:
     dark: str
 
 
-Block = Heading | Paragraphs | Listing | Code | Table | Plot
+@dataclass(frozen=True)
+class Beside:
+    """Sentences with a figure to their right, or below them where there is no room."""
+
+    kind: ClassVar[str] = "beside"
+    sentences: Paragraphs
+    figure: Plot
+
+
+Block = Heading | Paragraphs | Listing | Code | Table | Plot | Beside
 
 
 @dataclass(frozen=True)
@@ -86,23 +96,24 @@ class Section:
     blocks: tuple[Block, ...]
 
 
-def plot(draw: Draw, words: str) -> Plot:
+def plot(draw: Draw, words: str, head: int = HEAD) -> Plot:
     """A figure in both themes.
 
     Parameters
     ----------
     draw : makes the figure in a theme
     words : what it shows, with its main number, for whom does not see it
+    head : pixels above its axes, for a legend
     """
     figure = draw(LIGHT)
-    light, dark = (_tree(one) for one in (figure, draw(DARK)))
+    light, dark = (_tree(one, head) for one in (figure, draw(DARK)))
     changed = _changes(light, dark)
     return Plot(words, int(figure.layout.height or 450), *map(_script_safe, (light, changed)))
 
 
-def _tree(figure: go.Figure) -> Any:
-    # headings and words tell what it is; above is room for a legend of two rows
-    return json.loads(figure.update_layout(title=None, margin={"t": 64}).to_json())
+def _tree(figure: go.Figure, head: int) -> Any:
+    # headings and words tell what it is
+    return json.loads(figure.update_layout(title=None, margin={"t": head}).to_json())
 
 
 def _changes(one: Any, other: Any) -> Any:

@@ -1,16 +1,18 @@
 """The report of a diagnosis and that of a comparison: which sections, in which order."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.identify.add import Report
 from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.locate import Location
-from elastic_tendon.report.comparison_tables import summary_sentences
+from elastic_tendon.report.comparison_tables import repeats, summary_sentences
 from elastic_tendon.report.diagnosis_tables import doubt_sentences, verdict_sentences
 from elastic_tendon.report.html import papers
 from elastic_tendon.report.html.answers import equations, linear_models, numbers
 from elastic_tendon.report.html.blocks import (
+    Beside,
     Block,
     Code,
     Heading,
@@ -19,10 +21,10 @@ from elastic_tendon.report.html.blocks import (
     Section,
     Table,
 )
-from elastic_tendon.report.html.evidence import rounds, steps
+from elastic_tendon.report.html.evidence import glance, rounds, steps
 from elastic_tendon.report.html.origin import Origin
 from elastic_tendon.report.html.page import page
-from elastic_tendon.report.html.recordings import Recording, facts, overlays, places, torque
+from elastic_tendon.report.html.recordings import Alike, Recording, facts, overlays, places, torque
 from elastic_tendon.report.interactive.overlay import Run
 
 Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
@@ -49,12 +51,17 @@ def diagnosis_document(
     str, an HTML file
     """
     used = _recordings(diagnosis)
+    alike = repeats([one.runs[0].file for one in used])
     parts: tuple[Part, ...] = (
-        ("verdict", "Verdict", lambda: _verdict(diagnosis, origin)),
-        ("overlay", "Measured and simulated", lambda: overlays(used)),
-        ("where", "Where the model as given fails", lambda: _where(diagnosis, where)),
+        ("verdict", "Verdict", lambda: _verdict(diagnosis, origin, alike)),
+        ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
+        ("where", "Where the model as given fails", lambda: _where(diagnosis, where, alike)),
         ("effects", "What would explain it", lambda: rounds(diagnosis)),
-        ("ladder", "The error after each step", lambda: steps(diagnosis.ladder)),
+        (
+            "ladder",
+            "The error after each step",
+            lambda: steps(diagnosis.ladder, alike, static=_static(diagnosis)),
+        ),
         ("parameters", "Numbers of the improved model", lambda: numbers(diagnosis)),
         ("equations", "What was added", lambda: equations(diagnosis)),
         ("linear", "Linear models", lambda: linear_models(diagnosis)),
@@ -82,6 +89,7 @@ def comparison_document(
     """
     model = comparison.model
     used = [Recording("", (Run(model.name, file),)) for file in comparison.files]
+    alike = repeats(comparison.files)
     sentences = tuple(summary_sentences(comparison))
     literature = (
         papers.MODEL,
@@ -91,8 +99,8 @@ def comparison_document(
     )
     parts: tuple[Part, ...] = (
         ("verdict", "Verdict", lambda: [Paragraphs(sentences, "verdict")]),
-        ("overlay", "Measured and simulated", lambda: overlays(used)),
-        ("where", "Where the model fails", lambda: places(comparison, where)),
+        ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
+        ("where", "Where the model fails", lambda: places(comparison, where, alike)),
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [Listing(literature)]),
     )
@@ -111,13 +119,33 @@ def _written(title: str, parts: Sequence[Part], origin: Origin, report: Report) 
 # ---- of a diagnosis ----------------------------------------------------------------------------
 
 
-def _verdict(diagnosis: Diagnosis, origin: Origin) -> Iterator[Block]:
-    yield Paragraphs(tuple(verdict_sentences(diagnosis)), "verdict")
-    if doubts := doubt_sentences(diagnosis):
+def _told_once(diagnosis: Diagnosis, alike: Alike) -> Diagnosis:
+    """The same without the errors of signals that repeat others."""
+    rungs = tuple(
+        replace(rung, rmse={name: error for name, error in rung.rmse.items() if name in alike})
+        for rung in diagnosis.ladder
+    )
+    remaining = {name: one for name, one in diagnosis.remaining.items() if name in alike}
+    return replace(diagnosis, ladder=rungs, remaining=remaining)
+
+
+def _verdict(diagnosis: Diagnosis, origin: Origin, alike: Alike) -> Iterator[Block]:
+    once = _told_once(diagnosis, alike)
+    verdict = Paragraphs(tuple(verdict_sentences(once)), "verdict")
+    # how far the error fell, at a glance
+    if len(once.ladder) > 1:
+        yield Beside(verdict, glance(once.ladder, static=_static(diagnosis)))
+    else:
+        yield verdict
+    if doubts := doubt_sentences(once):
         yield Paragraphs(tuple(doubts))
     if origin.advice:
         yield Heading("What to do next")
         yield Paragraphs(origin.advice)
+
+
+def _static(diagnosis: Diagnosis) -> bool:
+    return all(file.measurement.static for file in diagnosis.comparison.files)
 
 
 def _recordings(diagnosis: Diagnosis) -> list[Recording]:
@@ -137,8 +165,8 @@ def _recordings(diagnosis: Diagnosis) -> list[Recording]:
     return found
 
 
-def _where(diagnosis: Diagnosis, where: Location) -> Iterator[Block]:
-    yield from places(diagnosis.steps[0].comparison, where)
+def _where(diagnosis: Diagnosis, where: Location, alike: Alike) -> Iterator[Block]:
+    yield from places(diagnosis.steps[0].comparison, where, alike)
     if len(diagnosis.steps) > 1 and any(one.significant for one in diagnosis.remaining.values()):
         yield Heading("What the improved model still lacks")
         yield torque(diagnosis.comparison.files[0], diagnosis.location.files[0])

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
+import plotly.graph_objects as go
+
 from elastic_tendon.diagnosis.explained import (
     Explained,
     explained_by_effect,
@@ -11,21 +13,31 @@ from elastic_tendon.diagnosis.explained import (
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.identify.ladder import Rung
-from elastic_tendon.report.diagnosis_tables import called, candidates_table, round_title
+from elastic_tendon.report.diagnosis_tables import (
+    called,
+    candidates_table,
+    round_title,
+    unsure_sentence,
+)
 from elastic_tendon.report.html.blocks import Block, Heading, Paragraphs, Plot, as_table, plot
+from elastic_tendon.report.html.recordings import Alike
 from elastic_tendon.report.interactive.candidates import candidates
 from elastic_tendon.report.interactive.experiment import experiment
 from elastic_tendon.report.interactive.explained import explained
 from elastic_tendon.report.interactive.ladder import ladder
+from elastic_tendon.report.interactive.theme import Theme
 from elastic_tendon.report.tables import ladder_table
 from elastic_tendon.report.units import shown, times_noise
+
+GLANCE = 240  # height of a ladder beside sentences, pixels
 
 
 def rounds(diagnosis: Diagnosis) -> Iterator[Block]:
     """Answers that each round considered, what those added explain, and the next experiment."""
     for number, one in enumerate(diagnosis.rounds, start=1):
         yield Heading(f"Round {number}")
-        yield Paragraphs((round_title(number, one),))
+        unsure = unsure_sentence(one)
+        yield Paragraphs((round_title(number, one), *([unsure] if unsure else [])))
         if (table := candidates_table(one, every=True)) is not None:
             yield _bars(number, one)
             yield as_table(table, f"Answers of round {number}, the likeliest first")
@@ -64,19 +76,40 @@ def _explains(name: str, find: Callable[[], Explained]) -> Iterator[Block]:
     )
 
 
-def steps(rungs: Sequence[Rung]) -> Iterator[Block]:
-    """The ladder of each signal, and its numbers."""
-    for signal in rungs[0].rmse:
-        yield _ladder(rungs, signal)
+def steps(rungs: Sequence[Rung], alike: Alike, *, static: bool) -> Iterator[Block]:
+    """The ladder of each signal that repeats no other, and the numbers of all.
+
+    `static` : the errors are those of static curves.
+    """
+    for signal in alike:
+        yield _falling(rungs, signal, static=static)
     yield as_table(ladder_table(rungs))
 
 
-def _ladder(rungs: Sequence[Rung], signal: str) -> Plot:
-    quantity = shown(signal)
+def glance(rungs: Sequence[Rung], *, static: bool) -> Plot:
+    """The ladder of the first signal, small enough to stand beside sentences; see `steps`."""
+    signal = next(iter(rungs[0].rmse))
+
+    def draw(theme: Theme) -> go.Figure:
+        figure = ladder(rungs, signal, static=static, theme=theme)
+        figure.update_layout(height=GLANCE)
+        return figure.update_yaxes(title=f"RMS error ({shown(signal).small_unit})")
+
+    return plot(draw, _words_of(rungs, signal, static=static), head=36)
+
+
+def _falling(rungs: Sequence[Rung], signal: str, *, static: bool) -> Plot:
+    return plot(
+        lambda theme: ladder(rungs, signal, static=static, theme=theme),
+        _words_of(rungs, signal, static=static),
+    )
+
+
+def _words_of(rungs: Sequence[Rung], signal: str, *, static: bool) -> str:
+    quantity = shown(signal, static=static)
     first, last = (quantity.error(one.rmse[signal]) for one in (rungs[0], rungs[-1]))
     ratio = times_noise(rungs[-1].noise_ratio[signal])
-    return plot(
-        lambda theme: ladder(rungs, signal, theme=theme),
+    return (
         f"RMS error of the {quantity.words} after each step, beside the noise floor: from {first} "
-        f"to {last}, {ratio}.",
+        f"to {last}, {ratio}."
     )

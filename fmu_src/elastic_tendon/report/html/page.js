@@ -3,6 +3,8 @@
 "use strict";
 (() => {
   const PAPER = 920; // width in pixels; the style shrinks it to what lies between margins of A4
+  const LOW = 0.75; // of the height of a tall figure, so that more of them share a sheet
+  const TALL = 300; // pixels
   const NEAR = "300px";
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const holders = [...document.querySelectorAll(".drawing")];
@@ -30,6 +32,9 @@
     if (printing) {
       figure.layout.width = PAPER;
     }
+    const { height } = holder.dataset;
+    figure.layout.height = height * (printing && height > TALL ? LOW : 1);
+    holder.style.height = `${figure.layout.height}px`;
     drawn.add(holder);
     Plotly.react(holder, figure.data, figure.layout, CONFIG);
   }

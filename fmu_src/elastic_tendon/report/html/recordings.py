@@ -1,7 +1,7 @@
 """What a report says of recordings: the overlay, where the model fails, how they were read."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import tomli_w
@@ -31,8 +31,10 @@ from elastic_tendon.report.interactive.overlay import Run, overlay
 from elastic_tendon.report.interactive.places import error_maps
 from elastic_tendon.report.interactive.residual import residual
 from elastic_tendon.report.interactive.torque import missing_torque
-from elastic_tendon.report.units import number, shown, times_noise
+from elastic_tendon.report.units import SMALL_RATIO, number, shown, times_noise
 
+# signals that are drawn, each with those that repeat it at a fixed ratio
+Alike = Mapping[str, Sequence[str]]
 MOST = 8  # recordings that are drawn; neither the file nor who reads it bears many more
 
 
@@ -57,26 +59,55 @@ class Recording:
         return f"{name} ({self.used} data)" if self.used else name
 
 
-def overlays(recordings: Sequence[Recording]) -> Iterator[Block]:
+def overlays(recordings: Sequence[Recording], alike: Alike) -> Iterator[Block]:
     """Every recording with its simulations and their errors, a figure for each signal."""
+    if told := _repeating(alike):
+        yield Paragraphs(told)
     for one in recordings[:MOST]:
         yield Heading(one.title)
-        for signal in one.file.signals:
+        for signal in alike:
+            if signal not in one.file.signals:
+                continue
             yield _overlay(one, signal)
-            if len(one.runs) > 1:  # the error as given is so much larger that it hides the other
+            # the error as given is so much larger that it hides the other
+            if len(one.runs) > 1 and not _hidden(one, signal):
                 yield _residual(one, signal)
     yield from _left_out(len(recordings) - MOST)
+
+
+def _repeating(alike: Alike) -> tuple[str, ...]:
+    """A sentence for each signal that is drawn for others, too."""
+    told = []
+    for name, others in alike.items():
+        if others:
+            words = " and ".join(shown(other).words for other in others)
+            repeat = "repeats" if len(others) == 1 else "repeat"
+            told.append(
+                f"The {words} {repeat} the {shown(name).words} at a fixed ratio; what is drawn and "
+                "said of that holds for both."
+            )
+    return tuple(told)
+
+
+def _hidden(recording: Recording, signal: str) -> bool:
+    """Whether the last model's error is a flat line within the noise."""
+    return recording.file.signals[signal].noise_ratio < SMALL_RATIO
 
 
 def _overlay(recording: Recording, signal: str) -> Plot:
     runs = recording.runs
     quantity = shown(signal, static=recording.file.measurement.static)
-    sizes = [f"{quantity.error(run.file.signals[signal].rmse)} {run.label}" for run in runs]
+    sizes = [quantity.error(run.file.signals[signal].rmse) for run in runs]
     ratio = times_noise(recording.file.signals[signal].noise_ratio)
+    error = f"the RMS error is {sizes[-1]}, {ratio}."
+    if len(runs) > 1:
+        error = f"the RMS error is {sizes[0]} {runs[0].label} and {sizes[-1]} {runs[-1].label}, "
+        error += f"{ratio}."
+        if _hidden(recording, signal):
+            error += " The latter is lost in the noise and not drawn alone."
     return plot(
         lambda theme: overlay(runs, signal, theme=theme),
-        f"{recording.title}: measured and simulated {quantity.words}, and the error below; "
-        f"RMS error {', '.join(sizes)}, {ratio}.",
+        f"{recording.title}: measured and simulated {quantity.words}, and the error below; {error}",
     )
 
 
@@ -100,12 +131,13 @@ def _left_out(count: int) -> Iterator[Block]:
 # ---- where a model fails -----------------------------------------------------------------------
 
 
-def places(comparison: Comparison, location: Location) -> Iterator[Block]:
+def places(comparison: Comparison, location: Location, alike: Alike) -> Iterator[Block]:
     """Where a model fails in each recording: in words, on maps, in bins, as a missing torque."""
     located = list(zip(comparison.files, location.files, strict=True))
     for file, found in located[:MOST]:
         yield Heading(file.measurement.name)
-        yield Paragraphs(tuple(sentences(file, found)))
+        told = {name: words for name, words in found.in_words.items() if name in alike}
+        yield Paragraphs(tuple(sentences(file, replace(found, in_words=told))))
         yield as_table(error_table(comparison, file))
         yield _maps(file, found)
         for table in bin_tables(file, found):

@@ -6,7 +6,13 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from elastic_tendon.diagnosis.result import Candidate, Round
-from elastic_tendon.report.diagnosis_tables import NONE, called, none_of_them, percent
+from elastic_tendon.report.diagnosis_tables import (
+    NONE,
+    SMALLEST,
+    called,
+    none_of_them,
+    percent,
+)
 from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, plain
 
 BARS = 8  # candidates of a round that are drawn
@@ -24,14 +30,16 @@ def candidates(one: Round, *, theme: Theme = LIGHT) -> go.Figure:
 
     Returns
     -------
-    plotly.graph_objects.Figure; two panels that share the answers
+    plotly.graph_objects.Figure; two panels that share the answers, one where none gains anything
     """
     drawn = one.candidates[:BARS]
     names = [plain(called(candidate.id)) for candidate in drawn]
     colours = [theme.ink if each.id == one.chosen else theme.quiet for each in drawn]
     likely = [100.0 * candidate.probability for candidate in drawn] + [100.0 * none_of_them(one)]
     empty = blank(theme, height=140 + 34 * (len(drawn) + 1), barmode="group", bargap=0.3)
-    figure = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.04, figure=empty)
+    gaining = any(map(_gains, drawn))
+    columns = 2 if gaining else 1
+    figure = make_subplots(1, columns, shared_yaxes=True, horizontal_spacing=0.04, figure=empty)
     figure.add_bar(
         x=likely,
         y=[*names, NONE],
@@ -45,10 +53,11 @@ def candidates(one: Round, *, theme: Theme = LIGHT) -> go.Figure:
         row=1,
         col=1,
     )
-    for (kind, label), colour in zip(_KINDS, (theme.after, theme.before), strict=True):
+    kinds = zip(_KINDS, (theme.after, theme.before), strict=True) if gaining else ()
+    for (kind, label), colour in kinds:
         gains = [getattr(candidate, kind) for candidate in drawn]
         if all(gain is None for gain in gains):
-            continue  # nothing was refitted
+            continue
         figure.add_bar(
             x=[None if gain is None else max(100.0 * gain, WORST) for gain in gains],
             y=names,
@@ -62,10 +71,16 @@ def candidates(one: Round, *, theme: Theme = LIGHT) -> go.Figure:
     figure.update_xaxes(
         title="probability (%)", range=[0, 112], tickvals=[0, 25, 50, 75, 100], row=1, col=1
     )
-    figure.update_xaxes(title="squared error explained (%)", range=_span(drawn), row=1, col=2)
+    if gaining:
+        figure.update_xaxes(title="squared error explained (%)", range=_span(drawn), row=1, col=2)
     figure.update_xaxes(zeroline=True, zerolinecolor=theme.muted)
     figure.update_yaxes(autorange="reversed", showgrid=False)
     return figure
+
+
+def _gains(one: Candidate) -> bool:
+    """Whether an answer has a gain to be drawn: from a refit, or one that can be seen."""
+    return one.heldout_gain is not None or abs(one.gain or 0.0) >= SMALLEST
 
 
 def _span(drawn: Sequence[Candidate]) -> list[float]:
