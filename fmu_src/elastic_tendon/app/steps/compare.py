@@ -12,7 +12,11 @@ from elastic_tendon.app.document import Document
 from elastic_tendon.app.readings import (
     FORMULAS,
     NO_CURSORS,
+    Window,
+    beyond,
+    chosen_samples,
     cursor_rows,
+    decimals,
     error_heads,
     error_rows,
     in_order,
@@ -24,6 +28,7 @@ from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
+    View,
     before_of,
     compared_now,
     fingerprint,
@@ -37,8 +42,9 @@ from elastic_tendon.app.view import (
     view_of,
     while_waiting,
 )
-from elastic_tendon.app.workspace import Result, Workspace
-from elastic_tendon.report.interactive.loop import torque_loop
+from elastic_tendon.app.workspace import Result, Session, Workspace
+from elastic_tendon.report.comparison_tables import failing_sentence
+from elastic_tendon.report.interactive.loop import torque_loop, torque_words
 from elastic_tendon.report.interactive.overlay import overlay
 from elastic_tendon.report.interactive.theme import CONFIG, THEMES, blank
 from elastic_tendon.report.units import shown
@@ -52,6 +58,9 @@ GESTURES: Any = CONFIG | {
 }
 HEIGHT = 430  # of the curves and of the loop, pixels
 HEAD = 56  # of the curves, whose recording is named above, pixels
+MODE_BAR = 32  # plotly's own buttons above the loop, pixels
+# a legend above would lie below plotly's own buttons where the figure is narrow
+BELOW = {"font": {"size": 11}, "y": -0.2, "yanchor": "top"}
 BUCKETS, DOTS = 800, 1500  # of curves and loop; more than these panels can tell apart
 EMPTY = (None, "")  # fields of numbers
 SHOW = {"recording": "Recording", "signal": "Signal"}
@@ -73,6 +82,7 @@ def _layout() -> Sequence[Component]:
         html.Div(
             [
                 html.Div([*choosers("compare"), _before()], className="row"),
+                html.P(id="compare-sentence"),
                 html.Div([_curves(), _loop()], className="compare-figures"),
                 html.Div([_errors(), _readings()], className="compare-tables"),
             ],
@@ -114,6 +124,7 @@ def _loop() -> Component:
         [
             html.P(id="compare-loop-waiting", className="quiet"),
             dcc.Graph(id="compare-loop", config=GESTURES, style={"height": HEIGHT}),
+            html.P(id="compare-loop-words", className="quiet"),
         ]
     )
 
@@ -121,9 +132,9 @@ def _loop() -> Component:
 def _errors() -> Component:
     return html.Div(
         [
-            html.H3("Errors"),
+            html.H3("Errors over the whole recording"),
             html.Div(id="compare-errors"),
-            html.Details([html.Summary("What these figures mean"), html.P(FORMULAS)]),
+            html.Details([html.Summary("What these numbers mean"), html.P(FORMULAS)]),
         ]
     )
 
@@ -240,15 +251,17 @@ def _register_window(app: Dash, workspace: Workspace) -> None:
         Input("compare-to", "value"),
         Input("compare-reset", "n_clicks"),
         Input("where-reset", "n_clicks"),
+        Input("where-mark", "data"),
         Input("compare-view", "data"),
         State("compare-window", "data"),
         State("session", "data"),
         prevent_initial_call=True,
     )
     def zoom(here: Any, there: Any, low: Any, high: Any, *others: Any) -> Any:
-        view, seen, stored = others[2:]
-        found = compared_now(workspace.open(stored)) if stored else None
-        if found is None:
+        marked, view, seen, stored = others[2:]
+        session = workspace.open(stored) if stored else None
+        found = compared_now(session) if session else None
+        if session is None or found is None:
             return no_update, no_update, no_update
         look = view_of(view, found)
         measurement = recordings(found)[look.recording].measurement
@@ -258,6 +271,7 @@ def _register_window(app: Dash, workspace: Workspace) -> None:
         asked = seen or {}
         was = asked.get("window") if asked.get("recording") == look.recording else None
         window = tuple(was) if was else None
+        undone = False
         if ctx.triggered_id == "compare-overlay":
             window = zoomed(here, window)
         elif ctx.triggered_id == "where-overlay":
@@ -265,12 +279,24 @@ def _register_window(app: Dash, workspace: Workspace) -> None:
         elif ctx.triggered_id in ("compare-from", "compare-to"):
             first, last = float(time[0]), float(time[-1])
             window = (first if low in EMPTY else low, last if high in EMPTY else high)
-        elif ctx.triggered_id in ("compare-reset", "where-reset"):
+        elif ctx.triggered_id == "where-mark":
+            undone = _out_of_sight(session, look, marked, window)
+        if undone or ctx.triggered_id in ("compare-reset", "where-reset"):
             window = None
         window = within(window, time)
-        now = {"recording": look.recording, "window": window and list(window)}
-        ends = [round(one, 6) for one in window] if window else ["", ""]
+        # `undone`: reset by a mark, which the step Where tells
+        now = {"recording": look.recording, "window": window and list(window), "undone": undone}
+        ends = [round(one, decimals(time)) for one in window] if window else ["", ""]
         return (now if now != seen else no_update), *ends
+
+
+def _out_of_sight(session: Session, look: View, marked: Any, window: Window | None) -> bool:
+    """Whether samples were marked of which none lies in the stretch of time that is seen."""
+    location = location_of(session, look)
+    if location is None or not marked or marked["recording"] != look.recording:
+        return False
+    chosen = chosen_samples(location, marked["mark"])
+    return chosen is not None and beyond(chosen, location.variables["time"], window)
 
 
 def _register_cursors(app: Dash) -> None:
@@ -385,6 +411,7 @@ def responsive(figure: Any, height: int, seen: Any) -> Any:
 
 def _register_tables(app: Dash, workspace: Workspace) -> None:
     @app.callback(
+        Output("compare-sentence", "children"),
         Output("compare-errors", "children"),
         Output("compare-readings", "children"),
         Input("session", "data"),
@@ -394,20 +421,22 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
     )
     def tell(stored: Any, opened: str, view: Any, held: Any) -> Any:
         if not stored or opened != "compare":
-            return no_update, no_update
+            return (no_update,) * 3
         session = workspace.open(stored)
         found = compared_now(session)
         if found is None:
-            return no_update, no_update
+            return (no_update,) * 3
         chosen = view_of(view, found)
-        runs = runs_of(session, chosen)
+        runs, located = runs_of(session, chosen), location_of(session, chosen)
+        failing = failing_sentence(runs[-1].file, located, chosen.signal) if located else ""
         quantity = shown(chosen.signal, static=runs[0].file.measurement.static)
-        errors = table(error_heads(quantity), error_rows(runs, chosen.signal))
+        caption = f"By slack state: {runs[-1].label}" if len(runs) > 1 else ""
+        errors = table(error_heads(quantity), error_rows(runs, chosen.signal), caption)
         cursors = cursor_rows(runs, chosen.signal, cursors_of(held, chosen.recording))
         if not cursors:
             words = "Click in the curves to set A, then B; or type their times."
-            return errors, html.P(words, className="quiet")
-        return errors, table(["", "A", "B", "B − A"], cursors)
+            return failing, errors, html.P(words, className="quiet")
+        return failing, errors, table(["", "A", "B", "B − A"], cursors)
 
 
 def _register_loop(app: Dash, workspace: Workspace) -> None:
@@ -415,6 +444,7 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         Output("compare-loop", "figure"),
         Output("compare-loop", "style"),
         Output("compare-loop-waiting", "children"),
+        Output("compare-loop-words", "children"),
         Output("compare-loop-drawn", "data"),
         Input("session", "data"),
         Input("open", "data"),
@@ -425,33 +455,30 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
     )
     def draw(stored: Any, opened: str, look: str, view: Any, seen: Any, drawn: Any) -> Any:
         if not stored or opened != "compare":
-            return (no_update,) * 4
+            return (no_update,) * 5
         session = workspace.open(stored)
         found = compared_now(session)
         if found is None:
-            return no_update, no_update, "", None
+            return no_update, no_update, "", "", None
         chosen = view_of(view, found)
         rests_on = _needs(session.document, session.files)
         now = fingerprint(session, rests_on, look, chosen.recording, seen)
         if now == drawn:
-            return (no_update,) * 4
+            return (no_update,) * 5
         located = location_of(session, chosen)
         if located is None:
             words = "The loop of torque and deflection comes once the missing torque is found."
             words = while_waiting(session, rests_on, words)
-            return blank(THEMES[look]), {"height": HEIGHT, "display": "none"}, words, now
+            return blank(THEMES[look]), {"height": HEIGHT, "display": "none"}, words, "", now
+        shows = (session.document.version.loaded(), recordings(found)[chosen.recording], located)
         figure = torque_loop(
-            session.document.version.loaded(),
-            recordings(found)[chosen.recording],
-            located,
+            *shows,
             theme=THEMES[look],
             window=window_of(seen, chosen.recording),
             dots=DOTS,
         )
-        figure.update_layout(
-            height=HEIGHT, title=None, margin={"t": 2 * HEAD}, legend={"font": {"size": 11}}
-        )
-        return figure, {"height": HEIGHT}, "", now
+        figure.update_layout(height=HEIGHT, title=None, margin={"t": MODE_BAR}, legend=BELOW)
+        return figure, {"height": HEIGHT}, "", torque_words(*shows), now
 
 
 STEP = Step(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)
