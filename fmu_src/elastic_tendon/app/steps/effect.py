@@ -168,8 +168,10 @@ def _register(app: Dash, workspace: Workspace) -> None:
     _register_list(app, workspace)
     _register_choice(app, workspace)
     _register_page(app, workspace)
+    _register_buttons(app, workspace)
     _register_signature(app, workspace)
     _register_figures(app, workspace)
+    _register_evidence(app, workspace)
     _register_work(app, workspace)
 
 
@@ -244,6 +246,8 @@ def _register_page(app: Dash, workspace: Workspace) -> None:
             for part in (html.H3(heading), *map(html.P, texts))
         ]
 
+
+def _register_buttons(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("effect-buttons", "hidden"),
         Output("effect-try", "children"),
@@ -361,6 +365,8 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         State("effect-try", "n_clicks"),
     )
 
+
+def _register_evidence(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("effect-evidence", "children"),
         Input("session", "data"),
