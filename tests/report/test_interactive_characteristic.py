@@ -45,7 +45,10 @@ def test_without_a_boundary_within_the_limits_both_tendons_are_taut_everywhere()
 
 def test_the_curve_as_loaded_is_dashed_where_it_differs() -> None:
     stiffer = MODEL.with_values({"transmission.upper_spring.stiffness": 3e4})
-    assert "as loaded" in traces(characteristic(stiffer, given=MODEL))
+    figure = characteristic(stiffer, given=MODEL)
+    loaded = traces(figure)["as loaded"]
+    for axis, values in ((figure.layout.xaxis, loaded.x), (figure.layout.yaxis, loaded.y)):
+        assert axis.range[0] < np.min(values) < np.max(values) < axis.range[1]
     heavier = MODEL.with_values({"link.inertia": 0.05})
     assert "as loaded" not in traces(characteristic(heavier, given=MODEL))
 

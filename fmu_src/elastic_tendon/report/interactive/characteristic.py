@@ -4,12 +4,14 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import NDArray
 
 from elastic_tendon.design import CharacteristicCurve, characteristic_curves
 from elastic_tendon.parameters import Model
 from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, broken
 from elastic_tendon.transmission import SlackState
 
+MARGIN = 0.07  # on each side of the curves, share of their range
 TINT = 0.13  # opacity of what lies behind a slack state
 WIDE = 0.19  # share of the deflections; a slack state that takes less has no room for its words
 HOVER = "%{x:.4g} rad, %{customdata:.3g}°: %{y:.4g} N·m<extra></extra>"
@@ -39,14 +41,22 @@ def characteristic(
         **layout,
     )
     _draw_states(figure, curve, theme)
-    if given is not None:
-        before = _curve(given)
-        if not _alike(before, curve):
-            dashed = {"color": theme.before, "width": 1.6, "dash": "4px,2px"}
-            _draw_line(figure, before, "as loaded", dashed)
+    before = curve if given is None else _curve(given)
+    if not _alike(before, curve):
+        dashed = {"color": theme.before, "width": 1.6, "dash": "4px,2px"}
+        _draw_line(figure, before, "as loaded", dashed)
     _draw_line(figure, curve, "now", {"color": theme.after, "width": 2.6})
     _draw_marks(figure, curve, theme)
+    figure.update_xaxes(range=_with_margin(before.deflection, curve.deflection))
+    figure.update_yaxes(range=_with_margin(before.torque, curve.torque))
     return figure
+
+
+def _with_margin(*drawn: NDArray[np.float64]) -> list[float]:
+    """Ends of an axis; by itself plotly lets lines without marks run into the edge."""
+    low, high = min(map(np.min, drawn)), max(map(np.max, drawn))
+    margin = MARGIN * (high - low)
+    return [float(low - margin), float(high + margin)]
 
 
 def _curve(model: Model) -> CharacteristicCurve:
