@@ -294,7 +294,7 @@ def unsure_sentence(one: Round) -> str:
         return ""
     best = one.candidates[0]
     return (
-        f"Nothing was added although only {percent(nothing)} are left for {NONE}: probabilities "
+        f"Nothing was added although only {percent(nothing)} are left for “{NONE}”: probabilities "
         "are shared out by the fit alone, and no gain is surely more than chance. The likeliest, "
         f"{called(best.id)}: {best.verdict}."
     )

@@ -84,7 +84,7 @@ def _repeating(alike: Alike) -> tuple[str, ...]:
             repeat = "repeats" if len(others) == 1 else "repeat"
             told.append(
                 f"The {words} {repeat} the {shown(name).words} at a fixed ratio; what is drawn and "
-                "said of that holds for both."
+                "said of the latter holds for the former, too."
             )
     return tuple(told)
 
