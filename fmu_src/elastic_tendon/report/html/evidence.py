@@ -56,8 +56,8 @@ def _bars(number: int, one: Round) -> Plot:
     first = one.candidates[0]
     return plot(
         lambda theme: candidates(one, theme=theme),
-        f"Round {number}: probability of the likeliest answers, and what they gain; {called(first.id)} "
-        f"has {100.0 * first.probability:.0f} %.",
+        f"Round {number}: probability of the likeliest answers, and what they gain; "
+        f"{called(first.id)} has {100.0 * first.probability:.0f} %.",
     )
 
 
