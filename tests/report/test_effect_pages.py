@@ -42,7 +42,12 @@ def test_page_has_all_that_is_declared(effect, example):
     for text in (*texts, effect.cure, effect.magnitude, effect.reference, ACTS_ON[effect.slot]):
         assert text in page
     for one in effect.parameters:
-        unit = one.unit.replace(".", "·").replace("m2", "m²").replace("rad2", "rad²").replace("s2", "s²")
+        unit = (
+            one.unit.replace(".", "·")
+            .replace("m2", "m²")
+            .replace("rad2", "rad²")
+            .replace("s2", "s²")
+        )
         assert f"effects.{effect.id}.{one.name} ({unit})" in page
         assert f"typical {typical_value(example, one):.3g}, default {one.null:g}" in page
         assert one.meaning in page

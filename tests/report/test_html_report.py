@@ -104,9 +104,10 @@ def recording() -> Measurement:
     return read_measurement(str(demo.DATA / "demo_fit.csv"))
 
 
-def expect_in_order(text: str, *words: str) -> None:
+def in_order(text: str, *words: str) -> bool:
+    """Whether a text says all of these, one after the other; missing ones raise ValueError."""
     places = [text.index(one) for one in words]
-    assert places == sorted(places), words
+    return places == sorted(places)
 
 
 # ---- what is in it -----------------------------------------------------------------------------
@@ -123,7 +124,7 @@ def test_sections_stand_in_the_order_in_which_one_asks() -> None:
 
 
 def test_the_answer_comes_first_and_the_evidence_after_it() -> None:
-    expect_in_order(
+    assert in_order(
         friction().text,
         "What is missing: Coulomb friction, torque 0.3",
         "These data cannot tell apart",
@@ -266,7 +267,7 @@ def test_long_tables_may_break_on_paper() -> None:
 
 def test_a_learned_term_is_offered_with_its_law() -> None:
     page = Page(document_of(something_unknown()))
-    expect_in_order(
+    assert in_order(
         page.text,
         "Something is missing that no known effect explains",
         "What the improved model still lacks",
@@ -314,7 +315,7 @@ def test_a_comparison_has_the_sections_that_apply() -> None:
     page = Page(document_of_comparison(recording()))
     anchors = [one["id"] for one in page.of("h2")]
     assert anchors == ["verdict", "overlay", "where", "data", "papers"]
-    expect_in_order(
+    assert in_order(
         page.text,
         "The joint position error of demo_actuator is 37.5 mrad RMS",
         "the fit is 95.1 %",
