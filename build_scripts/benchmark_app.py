@@ -20,7 +20,8 @@ import numpy as np
 # what drives the browser belongs to the tests and is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from app_driver import PATIENCE, Walk, browser, served
+from app_driver import PATIENCE, Walk, browser
+from app_process import served
 from benchmarking import Row, at_most, print_table
 from elastic_tendon.compiled import simulate
 from elastic_tendon.parameters import load_model

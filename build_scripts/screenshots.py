@@ -19,7 +19,8 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 from playwright.sync_api import Browser
 
-from app_driver import SIZE, Theme, Walk, browser, served
+from app_driver import SIZE, Theme, Walk, browser
+from app_process import served
 
 ROOT = Path(__file__).resolve().parents[1]
 THEMES: tuple[Theme, ...] = ("light", "dark")

@@ -3,9 +3,6 @@
 import json
 import re
 import shutil
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,7 +22,6 @@ from playwright.sync_api import (
 
 CHROMIUM = shutil.which("chromium")
 PATIENCE = 180_000  # ms that a condition is waited for; machines of CI are slow and busy
-ENDING = 30.0  # s that the app is given to end
 SIZE: ViewportSize = {"width": 1280, "height": 800}
 # what the browser keeps for a reload, as text
 KEPT = "Object.values(sessionStorage).find(one => one.includes('document'))"
@@ -46,32 +42,6 @@ QUIET = 600  # ms without a request, more than the page waits between looks at w
 SETTLED = f"""() => document.getElementById("work").hidden
   && window.asked.waiting === 0 && performance.now() - window.asked.at > {QUIET}"""
 Theme = Literal["light", "dark"]
-
-
-@contextmanager
-def served(*words: str | Path, folder: Path | None = None) -> Iterator[str]:
-    """The app as a process of its own; its URL.
-
-    Parameters
-    ----------
-    words : after ``elastic-tendon app --no-browser``
-    folder : in which it is started
-    """
-    command = [sys.executable, "-m", "elastic_tendon.cli", "app", "--no-browser", *map(str, words)]
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
-    try:
-        assert process.stdout is not None
-        line = process.stdout.readline()
-        found = re.search(r"http\S+", line)
-        assert found is not None, f"the app did not start: {line}{process.stdout.read()}"
-        yield found.group()
-    finally:
-        process.send_signal(signal.SIGINT)  # so that it deletes what was uploaded
-        try:
-            process.communicate(timeout=ENDING)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.communicate()
 
 
 @contextmanager

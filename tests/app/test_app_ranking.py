@@ -60,7 +60,7 @@ def test_only_what_the_search_names_is_looked_at_unasked() -> None:
 
 def test_small_odds_of_none_of_them_are_no_sign_of_an_effect() -> None:
     undecided = replace(first_round(), chosen=None, reason="no effect is surely there")
-    assert "does not make the others likely" in ranking.suggestion(undecided)
+    assert "no gain is surely more than chance" in ranking.suggestion(undecided)
     assert "others likely" not in ranking.suggestion(friction_found().rounds[-1])
 
 

@@ -12,7 +12,8 @@ from fmpy import simulate_fmu
 pytest.importorskip("playwright")
 pytest.importorskip("dash")
 
-from app_driver import CHROMIUM, Walk, browser, served
+from app_driver import CHROMIUM, Walk, browser
+from app_process import served
 from benchmark_app import MODEL, Watched, walk_through, write_recording
 from benchmarking import print_table
 from elastic_tendon.demo import DATA

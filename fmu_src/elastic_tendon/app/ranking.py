@@ -9,13 +9,12 @@ from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.add import check_welcome
 from elastic_tendon.parameters import Model
 from elastic_tendon.quantity import unit_text
-from elastic_tendon.report.diagnosis_tables import NONE, none_of_them, percent
+from elastic_tendon.report.diagnosis_tables import unsure_sentence
 from elastic_tendon.report.tables import fall_sentences
 from elastic_tendon.signature import Signature
 
 SEARCH = "Find which effect is missing"
 SEARCH_AGAIN = "Find what else is missing"
-LIKELY = 0.5  # probability from which on an answer seems to be one
 
 
 def refitted(one: Round) -> list[tuple[Candidate, ...]]:
@@ -46,19 +45,8 @@ def unlikely(one: Round) -> list[Candidate]:
 def suggestion(one: Round) -> str:
     """What the search would do next, and why."""
     if one.chosen is None:
-        return f"Nothing is surely missing: {one.reason}.{_no_more_than_chance(one)}"
+        return f"Nothing is surely missing: {one.reason}. {unsure_sentence(one)}".rstrip()
     return f"{one.reason}, and is surely there. The choice is yours."
-
-
-def _no_more_than_chance(one: Round) -> str:
-    """What to make of a small probability of `NONE` where nothing was to be taken."""
-    none = none_of_them(one)
-    if none >= LIKELY or not one.candidates:
-        return ""
-    return (
-        f" That “{NONE}” gets only {percent(none)} does not make the others likely: their gains "
-        "are no more than chance may bring, or do not hold on other data; below each stands which."
-    )
 
 
 def search_words(document: Document) -> tuple[str, str]:

@@ -169,7 +169,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> No
         sentences = {opened: sentence}
         if job is not None and job.state == "failed":
             told = by_id[job.step].tells_failures and job.result is not None
-            sentences[job.step] = "" if told else in_app_words(job.sentence)
+            sentences[job.step] = "" if told else _elsewhere(job.sentence)
         return (
             not busy and not news,
             session.stored() if news else no_update,
@@ -204,4 +204,9 @@ def _begin_next(session: Session, step: Step) -> str:
                 break
     if step.tells_failures:
         return ""
-    return in_app_words(sentence).replace(" below", " in the step Data")
+    return _elsewhere(sentence)
+
+
+def _elsewhere(sentence: str) -> str:
+    """A sentence with advice for the command line, where there are no columns to choose."""
+    return in_app_words(sentence).replace("column below", "column in the step Data")

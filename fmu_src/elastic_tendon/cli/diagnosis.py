@@ -318,6 +318,8 @@ def _show_round(index: int, one: "Round", every: bool) -> None:
     output.print(words.round_title(index, one), highlight=False, markup=False)
     if table := words.candidates_table(one, every=every):
         output.print(table)
+    if sentence := words.unsure_sentence(one):
+        output.print(sentence, highlight=False, markup=False)
 
 
 def _say(sentences: Sequence[str]) -> None:

@@ -40,7 +40,7 @@ from elastic_tendon.cli.shared import (
     save_picture,
     sources,
 )
-from elastic_tendon.output import check_folder, check_writable, write_text
+from elastic_tendon.output import check_folder, write_text
 
 if TYPE_CHECKING:
     from elastic_tendon.identify.add import Addition, Report
