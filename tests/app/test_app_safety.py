@@ -53,6 +53,19 @@ def test_the_printed_url_is_answered(app: str) -> None:
     assert "unsafe-eval" not in headers["Content-Security-Policy"]
 
 
+def test_a_browser_keeps_scripts_and_nothing_of_the_user(app: str) -> None:
+    own = urlsplit(app).path
+    kept = {
+        path: ask(app, own + path)[2]["Cache-Control"]
+        for path in ("", "_dash-layout", "assets/session.js")
+    }
+    assert kept == {
+        "": "no-store",
+        "_dash-layout": "no-store",
+        "assets/session.js": "private, max-age=86400",
+    }
+
+
 def test_it_listens_on_one_address_of_loopback_only(app: str) -> None:
     assert urlsplit(app).hostname == "127.0.0.1"
     with pytest.raises(ConnectionRefusedError):  # who listens on all addresses is heard here too

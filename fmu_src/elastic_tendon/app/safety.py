@@ -20,8 +20,9 @@ _HEADERS = {
     "Referrer-Policy": "no-referrer",  # the URL holds the token
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
-    "Cache-Control": "no-store",
 }
+# scripts and styles are the same as long as the app runs; all else may hold a user's data
+_KEPT = ("_dash-component-suites", "assets")
 
 
 def policy(script_hashes: Collection[str]) -> str:
@@ -73,6 +74,9 @@ def protect(
     @server.after_request
     def harden(response: Response) -> Response:
         response.headers.update(_HEADERS)
+        _, _, part, *_ = f"{request.path}//".split("/")
+        lasting = request.method == "GET" and part in _KEPT
+        response.headers["Cache-Control"] = "private, max-age=86400" if lasting else "no-store"
         response.headers["Content-Security-Policy"] = policy(script_hashes())
         return response
 
