@@ -185,3 +185,26 @@ def test_the_browser_goes_back_to_the_step_before(walk: Walk) -> None:
     walk.page.reload()
     walk.heading("Data").wait_for()
     assert walk.heading("Data").is_visible()
+
+
+def test_what_is_looked_at_survives_a_reload(walk: Walk) -> None:
+    seen = "#compare-recording, #compare-from, #compare-a"
+
+    def shown() -> list[str]:
+        fields = walk.page.locator(seen)
+        return fields.evaluate_all("all => all.map(one => one.value || one.innerText)")
+
+    walk.step("Compare")
+    walk.settle()
+    walk.choose("Recording", "demo_validate.csv (held out)")
+    walk.settle()
+    for field, text in (("#compare-from", "5"), ("#compare-a", "6.5")):
+        walk.page.fill(field, text)
+        walk.page.keyboard.press("Tab")
+        walk.settle()
+    before = shown()
+    assert before == ["demo_validate.csv (held out)", "5", "6.5"]
+    walk.page.reload()
+    walk.heading("Compare").wait_for()
+    walk.settle()
+    assert shown() == before

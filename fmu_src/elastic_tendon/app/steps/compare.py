@@ -71,10 +71,10 @@ SHOW = {"recording": "Recording", "signal": "Signal"}
 
 def _layout() -> Sequence[Component]:
     return [
-        # what is looked at is shared with the step Where; a reload begins anew
-        dcc.Store(id="compare-view"),
-        dcc.Store(id="compare-window"),
-        dcc.Store(id="compare-cursors"),
+        # what is looked at is shared with the step Where; it is kept for a reload
+        dcc.Store(id="compare-view", storage_type="session"),
+        dcc.Store(id="compare-window", storage_type="session"),
+        dcc.Store(id="compare-cursors", storage_type="session"),
         # what the figures show now
         dcc.Store(id="compare-drawn"),
         dcc.Store(id="compare-loop-drawn"),
@@ -314,6 +314,8 @@ def _register_cursors(app: Dash) -> None:
     )
     def place(clicked: Any, a: Any, b: Any, _clear: Any, view: Any, held: Any) -> Any:
         recording = (view or {}).get("recording")
+        if recording is None:  # nothing is seen yet
+            return no_update, no_update, no_update
         asked = held or {}
         cursors: Mapping[str, float | None] = NO_CURSORS
         if asked.get("recording") == recording:
