@@ -264,6 +264,8 @@ def _register_window(app: Dash, workspace: Workspace) -> None:
         if session is None or found is None:
             return no_update, no_update, no_update
         look = view_of(view, found)
+        if str(ctx.triggered_id).startswith("where") and not is_fitted(look.recording):
+            look = view_of(None, found)  # Where knows the recordings that are fitted
         measurement = recordings(found)[look.recording].measurement
         if measurement.static:
             return no_update, no_update, no_update  # it has no time to zoom into
