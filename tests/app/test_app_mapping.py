@@ -98,4 +98,3 @@ def test_advice_for_the_command_line_is_told_in_words_of_the_page() -> None:
     )
     missing = "there is no column time_s; name the right one with --map time=COLUMN"
     assert in_app_words(missing) == "there is no column time_s; choose its column below"
-    assert in_app_words("the window holds 1 samples and needs 4").endswith("1 sample and needs 4")

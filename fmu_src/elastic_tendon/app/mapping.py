@@ -214,7 +214,6 @@ def shifted(found: Measurement | None) -> tuple[str, ...]:
 
 DECLARE = "; if the file is right, add --as-declared"  # what `refuse_suspicious` ends with
 _CHOOSE = re.compile(r"(name the right one|name it|choose) with --map \w+=COLUMN")
-_ONE = re.compile(r"(?<![\w.])1 samples ")
 # one or more options in a sentence, up to where it goes on
 ADVICE = re.compile(r"(?:--map \w+=.+?(?: (?=--map )|(?=; |, | or |$)))+")
 _OPTIONS = {
@@ -229,7 +228,6 @@ _OPTIONS = {
 def in_app_words(sentence: str) -> str:
     """A sentence with advice for the command line as the page says it."""
     plain = _CHOOSE.sub("choose its column below", sentence.removesuffix(DECLARE))
-    plain = _ONE.sub("1 sample ", plain)
     plain = ADVICE.sub(_advice_in_words, plain).replace("read it with ", "read ")
     for option, said in _OPTIONS.items():
         plain = plain.replace(option, said)

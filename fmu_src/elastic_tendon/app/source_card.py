@@ -18,6 +18,7 @@ from elastic_tendon.app.results import split_up
 from elastic_tendon.app.workspace import Failure
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.recording import samples_text
 from elastic_tendon.report.interactive.preview import preview
 from elastic_tendon.report.interactive.theme import CONFIG, Theme
 from elastic_tendon.report.units import noise_in_words, number, shown
@@ -218,7 +219,7 @@ def facts(seen: Seen) -> str:
     if not read:
         return "" if seen.sentence() else "is being read…"
     samples = sum(len(one.time) for one in read)
-    counted = "1 sample" if samples == 1 else f"{samples} samples"
+    counted = samples_text(samples)
     pieces = "" if len(read) == 1 else f" in {len(read)} recordings"
     if read[0].static:
         return f"a static curve of {counted}"

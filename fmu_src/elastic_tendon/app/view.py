@@ -64,6 +64,12 @@ def view_of(stored: Mapping[str, Any] | None, found: Compared) -> View:
     return View(recording, signal, bool(chosen.get("before", True)))
 
 
+def fitted_view(stored: Mapping[str, Any] | None, found: Compared) -> View:
+    """As `view_of`; the first recording that is fitted where one is looked at that is held out."""
+    view = view_of(stored, found)
+    return view if is_fitted(view.recording) else view_of(None, found)
+
+
 def _one_of(names: Iterable[str], *wanted: str | None) -> str:
     """The first that is wanted and among the names, else the first of these."""
     held = list(names)

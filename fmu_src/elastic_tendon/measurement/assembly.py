@@ -15,7 +15,12 @@ from elastic_tendon.measurement.preparation import (
     check_preparation,
     preparation_json,
 )
-from elastic_tendon.measurement.recording import MINIMUM_SAMPLES, Measurement, window_text
+from elastic_tendon.measurement.recording import (
+    MINIMUM_SAMPLES,
+    Measurement,
+    samples_text,
+    window_text,
+)
 from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Label, Run
 from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
 
@@ -159,14 +164,13 @@ def _too_short(run: Run, reading: Reading) -> MeasurementError:
         )
     if run.cut:
         return MeasurementError(
-            f"{name}: the window holds {count} samples and needs {MINIMUM_SAMPLES}; the recording "
-            f"runs from {run.span[0]:.15g} s to {run.span[1]:.15g} s"
+            f"{name}: the window holds {samples_text(count)} and needs {MINIMUM_SAMPLES}; the "
+            f"recording runs from {run.span[0]:.15g} s to {run.span[1]:.15g} s"
         )
     step = reading.preparation.resample
     after = "" if step is None else f" after resampling to {step:g} s"
-    return MeasurementError(
-        f"{name}: it holds {count or 'no'} samples{after} and needs at least {MINIMUM_SAMPLES}"
-    )
+    left = samples_text(count) if count else "no samples"
+    return MeasurementError(f"{name}: it holds {left}{after} and needs at least {MINIMUM_SAMPLES}")
 
 
 def _resolved(column: Column, track: Track) -> SignalColumn:

@@ -22,6 +22,11 @@ Array = NDArray[np.float64]
 MINIMUM_SAMPLES = 10
 
 
+def samples_text(count: int) -> str:
+    """A number of samples in words."""
+    return f"{count} sample{'' if count == 1 else 's'}"
+
+
 def window_text(start: float | None, end: float | None) -> str:
     """Write ``[start:end]``, s, so that reading it cuts out the same samples; None: left open."""
     # 15 digits suffice for times since 1970, unless they round to the wrong side of a sample
@@ -125,10 +130,11 @@ class Measurement:
         lower = self.time[0] - min(0.0, *late.values())
         upper = self.time[-1] - max(0.0, *late.values())
         keep = (self.time >= lower) & (self.time <= upper)
-        if np.count_nonzero(keep) < MINIMUM_SAMPLES:
+        count = int(np.count_nonzero(keep))
+        if count < MINIMUM_SAMPLES:
             raise MeasurementError(
                 f"{self.name}: shifted by {max(map(abs, late.values())):g} s, signals have "
-                f"{np.count_nonzero(keep)} samples in common and need {MINIMUM_SAMPLES}"
+                f"{samples_text(count)} in common and need {MINIMUM_SAMPLES}"
             )
         at = self.time[keep]
         moved = {
@@ -170,10 +176,10 @@ class Measurement:
         lower = self.time[0] if start is None else start
         upper = self.time[-1] if end is None else end
         keep = (self.time >= lower) & (self.time <= upper)
-        text = window_text(start, end)
-        if np.count_nonzero(keep) < MINIMUM_SAMPLES:
+        text, count = window_text(start, end), int(np.count_nonzero(keep))
+        if count < MINIMUM_SAMPLES:
             raise MeasurementError(
-                f"{self.name}{text}: the window holds {np.count_nonzero(keep)} samples and needs "
+                f"{self.name}{text}: the window holds {samples_text(count)} and needs "
                 f"{MINIMUM_SAMPLES}; the recording runs from {self.time[0]:.15g} s "
                 f"to {self.time[-1]:.15g} s"
             )

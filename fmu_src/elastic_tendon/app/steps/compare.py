@@ -32,7 +32,7 @@ from elastic_tendon.app.view import (
     before_of,
     compared_now,
     fingerprint,
-    is_fitted,
+    fitted_view,
     located_heldout,
     location_of,
     recording_options,
@@ -221,7 +221,7 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
             if f"{name}.value" in ctx.triggered_prop_ids and value:
                 changed[name.split("-")[1]] = value
         view = view_of(changed, found)
-        fitted = view_of(changed if is_fitted(view.recording) else None, found)
+        fitted = fitted_view(changed, found)
         files = recordings(found)
         return (
             # what did not change must not draw all figures again
@@ -263,9 +263,9 @@ def _register_window(app: Dash, workspace: Workspace) -> None:
         found = compared_now(session) if session else None
         if session is None or found is None:
             return no_update, no_update, no_update
-        look = view_of(view, found)
-        if str(ctx.triggered_id).startswith("where") and not is_fitted(look.recording):
-            look = view_of(None, found)  # Where knows the recordings that are fitted
+        # Where shows recordings that are fitted only
+        view_in = fitted_view if str(ctx.triggered_id).startswith("where") else view_of
+        look = view_in(view, found)
         measurement = recordings(found)[look.recording].measurement
         if measurement.static:
             return no_update, no_update, no_update  # it has no time to zoom into

@@ -26,11 +26,10 @@ from elastic_tendon.app.view import (
     View,
     compared_now,
     fingerprint,
-    is_fitted,
+    fitted_view,
     location_of,
     recordings,
     runs_of,
-    view_of,
     while_waiting,
 )
 from elastic_tendon.app.workspace import Result, Session, Workspace
@@ -119,9 +118,7 @@ def _seen(session: Session, view: Any) -> tuple[View, FileLocation] | None:
     found = compared_now(session)
     if found is None:
         return None
-    chosen = view_of(view, found)
-    if not is_fitted(chosen.recording):
-        chosen = view_of(None, found)
+    chosen = fitted_view(view, found)
     location = location_of(session, chosen)
     return None if location is None else (chosen, location)
 
