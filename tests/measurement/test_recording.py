@@ -5,6 +5,7 @@ import pytest
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement, Preparation
+from elastic_tendon.measurement.recording import samples_text
 
 
 @pytest.fixture
@@ -85,3 +86,8 @@ def test_noise_is_that_of_each_signal(recording: Measurement) -> None:
 def test_recording_made_by_hand_was_not_prepared(recording: Measurement) -> None:
     assert recording.preparation == Preparation()
     assert not recording.static
+
+
+@pytest.mark.parametrize(("count", "told"), [(0, "0 samples"), (1, "1 sample"), (7, "7 samples")])
+def test_samples_are_counted_in_words(count: int, told: str) -> None:
+    assert samples_text(count) == told
