@@ -32,3 +32,7 @@ class EffectError(ElasticTendonError):
 
 class LinearisationError(ElasticTendonError):
     """There is no linear model as asked for; the message says what to ask for instead."""
+
+
+class SweepError(ElasticTendonError):
+    """A sweep that cannot begin or go on; the message says what to do."""

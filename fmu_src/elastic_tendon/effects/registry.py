@@ -31,6 +31,7 @@ class Registry(dict[str, Effect]):
         super().__init__((effect.id, effect) for effect in catalogue)
         self._catalogue = tuple(self)
         self._sources: dict[str, Source] = {}
+        self._own: set[str] = set()  # ids of those that the user's files brought
 
     def load(self, path: str | Path) -> Effect:
         """Run a Python file and register the effect that it defines as ``EFFECT``.
@@ -58,6 +59,7 @@ class Registry(dict[str, Effect]):
                 return self[effect_id]
         effect = _checked(source.run(), source)
         self._check_free(effect.id, source)
+        self._own.add(effect.id)
         return self._add(effect, source)
 
     def find(self, effect_id: str) -> Effect | None:
@@ -88,6 +90,11 @@ class Registry(dict[str, Effect]):
         """The Python file from which an effect was loaded, as it was then."""
         source = self._sources.get(effect.id)
         return source.content if source else Path(getfile(effect.equations)).read_bytes()
+
+    def own_files(self, effect_ids: Iterable[str]) -> tuple[tuple[str, bytes], ...]:
+        """Name and content of the user's files from which some of these effects were loaded."""
+        own = [self._sources[one] for one in effect_ids if one in self._own]
+        return tuple((source.path.name, source.content) for source in own)
 
     def _import(self, entries: tuple[EntryPoint, ...]) -> None:
         entry = entries[0]
