@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from elastic_tendon.linear.linearise import linearise
     from elastic_tendon.linear.result import Drive, LinearModel, OperatingPoint
     from elastic_tendon.parameters import Model, bundled_models, load_model
+    from elastic_tendon.sweeps.sweep import sweep
 
 _HOME = {
     "Drive": "linear.result",
@@ -30,6 +31,7 @@ _HOME = {
     "load_model": "parameters",
     "sensitivities": "compiled",
     "simulate": "compiled",
+    "sweep": "sweeps.sweep",
 }
 
 __all__ = [
@@ -47,6 +49,7 @@ __all__ = [
     "load_model",
     "sensitivities",
     "simulate",
+    "sweep",
 ]
 
 

@@ -142,6 +142,10 @@ def library_path(effect_ids: tuple[str, ...], progress: "Progress | None" = None
 def _load(effect_ids: tuple[str, ...]) -> ctypes.CDLL:
     library = ctypes.CDLL(str(library_path(effect_ids)))
     library.elastic_tendon_simulate.argtypes = [ctypes.POINTER(_Simulation)]
+    library.elastic_tendon_simulate_many.argtypes = [
+        ctypes.POINTER(_Simulation),
+        ctypes.POINTER(_Runs),
+    ]
     library.elastic_tendon_outcome.restype = ctypes.c_char_p
     return library
 
@@ -180,6 +184,20 @@ class _Simulation(ctypes.Structure):
         ("event_capacity", ctypes.c_longlong),
         ("statistics", _Statistics),
         ("failure_time", ctypes.c_double),
+    ]
+
+
+class _Runs(ctypes.Structure):
+    """Mirror of `Runs` in runtime/simulate.c."""
+
+    _fields_ = [
+        ("n_runs", ctypes.c_longlong),
+        ("parameters", ctypes.c_void_p),
+        ("n_kept", ctypes.c_longlong),
+        ("kept", ctypes.c_void_p),
+        ("outputs", ctypes.c_void_p),
+        ("outcome", ctypes.c_void_p),
+        ("failure_time", ctypes.c_void_p),
     ]
 
 
@@ -233,6 +251,20 @@ class Sensitivities:
     def of(self, output: str) -> Array:
         """Derivatives (n, m) of one output."""
         return self.output_derivatives[:, self.trajectory.output_names.index(output), :]
+
+
+@dataclass(frozen=True)
+class Many:
+    """Chosen outputs of k runs of one motion, each with its own parameters.
+
+    `time` (n,), s; `outputs` (k, n_outputs, n) in the order of `output_names`, NaN of a run that
+    failed; `failures` : k reasons, "" where the run went well.
+    """
+
+    time: Array
+    outputs: Array
+    output_names: tuple[str, ...]
+    failures: tuple[str, ...]
 
 
 def _samples(name: str, values: ArrayLike | None, n: int) -> Array:
@@ -294,64 +326,105 @@ def _initial_state(model: Model, given: Mapping[str, float] | None) -> Array:
     return np.array([np.nan if value is None else value for value in start])  # NaN: calculated
 
 
+@dataclass(frozen=True)
+class _Motion:
+    """What drives a simulation, as the library takes it; the arrays stay alive with it."""
+
+    time: Array
+    position: Array
+    load: Array
+    slopes: tuple[Array | None, ...]
+    interpolation: int
+    start: Array
+    tolerance: float
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        time: ArrayLike,
+        motor_position: ArrayLike,
+        load_torque: ArrayLike | None,
+        initial_state: Mapping[str, float] | None,
+        interpolation: Interpolation,
+        tolerance: float,
+    ) -> "_Motion":
+        """Checked arguments of `simulate`; raises ValueError."""
+        time = _time(time)
+        position = _samples("motor_position", motor_position, time.size)
+        load = _samples("load_torque", load_torque, time.size)
+        if interpolation not in _INTERPOLATIONS:
+            raise ValueError(
+                f"interpolation {interpolation!r} is none of {', '.join(_INTERPOLATIONS)}"
+            )
+        if not 1e-14 <= tolerance <= 1e-2:
+            raise ValueError(f"tolerance {tolerance} is outside 1e-14 to 1e-2")
+        cubic = interpolation == "cubic"
+        return cls(
+            time=time,
+            position=position,
+            load=load,
+            slopes=tuple(_slopes(time, one) if cubic else None for one in (position, load)),
+            interpolation=_INTERPOLATIONS.index(interpolation),
+            start=_initial_state(model, initial_state),
+            tolerance=tolerance,
+        )
+
+    def call(self, states: Array, outputs: Array) -> _Simulation:
+        """A call of the library that fills `states` and `outputs`; its parameters are not set."""
+        return _Simulation(
+            n_samples=self.time.size,
+            time=_address(self.time),
+            motor_position=_address(self.position),
+            load_torque=_address(self.load),
+            position_slope=_address(self.slopes[0]),
+            load_slope=_address(self.slopes[1]),
+            interpolation=self.interpolation,
+            initial_state=_address(self.start),
+            tolerance=self.tolerance,
+            states=_address(states),
+            outputs=_address(outputs),
+        )
+
+
+def _parameters(model: Model, as_measured: bool) -> Array:
+    """Parameters of the library: the model's numbers, and the settings of a call."""
+    settings = [float(as_measured)] if interface(model.effect_ids).reads_signals else []
+    return np.array([*model.values().values(), *settings])
+
+
+def _reason(library: ctypes.CDLL, outcome: int, time: float) -> str:
+    """Why a simulation stopped."""
+    reason: bytes = library.elastic_tendon_outcome(outcome)
+    return f"stopped at {time:.6g} s: {reason.decode()}"
+
+
 def _run(
-    model: Model,
-    time: ArrayLike,
-    motor_position: ArrayLike,
-    load_torque: ArrayLike | None,
-    directions: Sequence[int],
-    initial_state: Mapping[str, float] | None,
-    interpolation: Interpolation,
-    tolerance: float,
-    as_measured: bool,
+    model: Model, motion: _Motion, directions: Sequence[int], as_measured: bool
 ) -> tuple[Trajectory, Array]:
     variables = interface(model.effect_ids)
-    time = _time(time)
-    n, m = time.size, len(directions)
-    position = _samples("motor_position", motor_position, n)
-    load = _samples("load_torque", load_torque, n)
-    if interpolation not in _INTERPOLATIONS:
-        raise ValueError(f"interpolation {interpolation!r} is none of {', '.join(_INTERPOLATIONS)}")
-    if not 1e-14 <= tolerance <= 1e-2:
-        raise ValueError(f"tolerance {tolerance} is outside 1e-14 to 1e-2")
-    cubic = interpolation == "cubic"
-    slopes = [_slopes(time, samples) if cubic else None for samples in (position, load)]
-    settings = [float(as_measured)] if variables.reads_signals else []
-    parameters = np.array([*model.values().values(), *settings])
-    start = _initial_state(model, initial_state)
+    n, m = motion.time.size, len(directions)
+    parameters = _parameters(model, as_measured)
     direction = np.array(directions, dtype=np.int32)
     states = np.empty((n, len(variables.states)))
     outputs = np.empty((n, len(variables.outputs)))
     derivatives = np.empty((n, len(variables.outputs), m))
     event_time = np.empty(_EVENT_CAPACITY)
-    call = _Simulation(
-        n_samples=n,
-        time=_address(time),
-        motor_position=_address(position),
-        load_torque=_address(load),
-        position_slope=_address(slopes[0]),
-        load_slope=_address(slopes[1]),
-        interpolation=_INTERPOLATIONS.index(interpolation),
-        parameters=_address(parameters),
-        initial_state=_address(start),
-        tolerance=tolerance,
-        n_directions=m,
-        direction=_address(direction),
-        states=_address(states),
-        outputs=_address(outputs),
-        output_derivatives=_address(derivatives),
-        event_time=_address(event_time),
-        event_capacity=_EVENT_CAPACITY,
-    )
+    call = motion.call(states, outputs)
+    call.parameters = _address(parameters)
+    call.n_directions = m
+    call.direction = _address(direction)
+    call.output_derivatives = _address(derivatives)
+    call.event_time = _address(event_time)
+    call.event_capacity = _EVENT_CAPACITY
     library = _load(model.effect_ids)
     outcome = library.elastic_tendon_simulate(ctypes.byref(call))
     if outcome != 0:
-        reason = library.elastic_tendon_outcome(outcome).decode()
-        raise SimulationError(f"{model.name}: stopped at {call.failure_time:.6g} s: {reason}")
+        raise SimulationError(f"{model.name}: {_reason(library, outcome, call.failure_time)}")
     statistics = {name: int(getattr(call.statistics, name)) for name in _STATISTICS}
     names = (variables.state_names, variables.output_names)
     event_times = event_time[: statistics["events"]].copy()
-    return Trajectory(time, states, outputs, *names, event_times, statistics), derivatives
+    return Trajectory(motion.time, states, outputs, *names, event_times, statistics), derivatives
 
 
 def simulate(
@@ -391,10 +464,9 @@ def simulate(
     ValueError
         where an argument has the wrong shape or is not finite
     """
-    trajectory, _ = _run(
-        *(model, time, motor_position, load_torque, (), initial_state),
-        *(interpolation, tolerance, as_measured),
-    )
+    inputs = (time, motor_position, load_torque)
+    motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
+    trajectory, _ = _run(model, motion, (), as_measured)
     return trajectory
 
 
@@ -444,7 +516,94 @@ def sensitivities(
         raise ValueError(f"a name stands twice among {', '.join(names)}")
     directions = [index[p] for p in parameters] + [states[s] for s in initial_states]
     inputs = (time, motor_position, load_torque)
-    trajectory, derivatives = _run(
-        *(model, *inputs, directions, initial_state, interpolation, tolerance, as_measured)
-    )
+    motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
+    trajectory, derivatives = _run(model, motion, directions, as_measured)
     return Sensitivities(trajectory, derivatives, names)
+
+
+def simulate_many(
+    model: Model,
+    parameters: Mapping[str, ArrayLike],
+    time: ArrayLike,
+    motor_position: ArrayLike,
+    load_torque: ArrayLike | None = None,
+    *,
+    outputs: Sequence[str],
+    initial_state: Mapping[str, float] | None = None,
+    interpolation: Interpolation = "linear",
+    tolerance: float = DEFAULT_TOLERANCE,
+    as_measured: bool = False,
+) -> Many:
+    """Simulate one motion with many sets of parameters, in one call of the library.
+
+    Other threads of Python go on meanwhile. Values are not checked against the bounds of
+    model.toml: what the solver cannot integrate fails, alone.
+
+    Parameters
+    ----------
+    parameters : (k,) arrays by the dotted paths of those that vary, SI; the others are the model's
+    outputs : names of the outputs to keep; 8 n k bytes each
+    model, time, motor_position, load_torque, initial_state, interpolation, tolerance,
+    as_measured : as in `simulate`
+
+    Returns
+    -------
+    Many
+
+    Raises
+    ------
+    ValueError
+        as `simulate`; also for a path or output that the model does not have, and for arrays of
+        different lengths
+    """
+    variables = interface(model.effect_ids)
+    motion = _Motion.of(
+        *(model, time, motor_position, load_torque, initial_state, interpolation, tolerance)
+    )
+    sets = _parameter_sets(model, parameters, as_measured)
+    unknown = [name for name in outputs if name not in variables.output_names]
+    if unknown:
+        raise ValueError(f"the model has no output {', '.join(unknown)}")
+    k, n = len(sets), motion.time.size
+    kept = np.array([variables.output_names.index(name) for name in outputs], dtype=np.int32)
+    found = np.empty((k, len(kept), n))
+    outcome = np.empty(k, dtype=np.int32)
+    stopped = np.empty(k)
+    states = np.empty((n, len(variables.states)))
+    every = np.empty((n, len(variables.outputs)))
+    runs = _Runs(
+        n_runs=k,
+        parameters=_address(sets),
+        n_kept=len(kept),
+        kept=_address(kept),
+        outputs=_address(found),
+        outcome=_address(outcome),
+        failure_time=_address(stopped),
+    )
+    library = _load(model.effect_ids)
+    call = motion.call(states, every)
+    if library.elastic_tendon_simulate_many(ctypes.byref(call), ctypes.byref(runs)) != 0:
+        raise SimulationError(f"{model.name}: memory is short")
+    failures = [""] * k
+    for i in np.flatnonzero(outcome):
+        failures[i] = _reason(library, int(outcome[i]), stopped[i])
+    return Many(motion.time, found, tuple(outputs), tuple(failures))
+
+
+def _parameter_sets(model: Model, varied: Mapping[str, ArrayLike], as_measured: bool) -> Array:
+    """All parameters of each run, (k, n_parameters)."""
+    paths = interface(model.effect_ids).parameter_names
+    columns = {path: np.asarray(values, dtype=np.float64) for path, values in varied.items()}
+    unknown = [path for path in columns if path not in paths]
+    if unknown:
+        raise ValueError(f"the model has no {', '.join(unknown)}")
+    shapes = {column.shape for column in columns.values()}
+    if len(shapes) != 1 or len(next(iter(shapes))) != 1:
+        raise ValueError(
+            "one row of values of each parameter is needed, all of one length, not of shapes "
+            + ", ".join(map(str, sorted(shapes)))
+        )
+    sets = np.tile(_parameters(model, as_measured), (next(iter(shapes))[0], 1))
+    for path, column in columns.items():
+        sets[:, paths.index(path)] = column
+    return sets

@@ -183,8 +183,13 @@ static Outcome run(Solver *s, Simulation *sim, double *slope) {
   return SOLVED;
 }
 
-/* Returns an Outcome, or -1 where memory is short. */
-EXPORT int elastic_tendon_simulate(Simulation *sim) {
+/* Doubles that a simulation works with. */
+static size_t memory_of(const Simulation *sim) {
+  const size_t m = (size_t)sim->n_directions;
+  return SOLVER_MEMORY(m) + m;
+}
+
+static Outcome simulate(Simulation *sim, double *memory) {
   const int m = (int)sim->n_directions;
   double p[N_PREPARED];
   memcpy(p, sim->parameters, sizeof(double) * N_PARAMETERS);
@@ -193,19 +198,64 @@ EXPORT int elastic_tendon_simulate(Simulation *sim) {
               .tolerance = sim->tolerance,
               .n_directions = m,
               .direction = sim->direction,
+              .vector = memory,
               .event_time = sim->event_time,
               .event_capacity = sim->event_capacity};
-  s.vector = calloc(SOLVER_MEMORY((size_t)m) + (size_t)m, sizeof(double));
-  if (!s.vector) return -1;
+  memset(memory, 0, sizeof(double) * memory_of(sim));
   memcpy(s.motion.x, sim->initial_state, sizeof s.motion.x);
   for (int j = 0; j < m; j++)
     if (s.direction[j] < N_STATES) s.vector[LENGTH(j) + s.direction[j]] = 1.0;
   solver_restart(&s, sim->time[0]);
-  const Outcome outcome = run(&s, sim, s.vector + SOLVER_MEMORY((size_t)m));
+  const Outcome outcome = run(&s, sim, memory + SOLVER_MEMORY((size_t)m));
   sim->statistics = s.statistics;
   sim->failure_time = s.motion.time;
-  free(s.vector);
+  return outcome;
+}
+
+/* Returns an Outcome, or -1 where memory is short. */
+EXPORT int elastic_tendon_simulate(Simulation *sim) {
+  double *memory = malloc(sizeof(double) * memory_of(sim));
+  if (!memory) return -1;
+  const Outcome outcome = simulate(sim, memory);
+  free(memory);
   return (int)outcome;
+}
+
+/* ---- many runs ---------------------------------------------------------------------------------
+ *
+ * One motion, again and again with other parameters. Mirrored by compiled.py.
+ */
+typedef struct {
+  long long n_runs;
+  const double *parameters; /* n_runs x N_PARAMETERS */
+  long long n_kept;
+  const int *kept;          /* indices of the outputs that are kept */
+  double *outputs;          /* out: n_runs x n_kept x n_samples, NaN of a run that failed */
+  int *outcome;             /* out: an Outcome for each run */
+  double *failure_time;     /* out: n_runs, s */
+} Runs;
+
+/* Kept outputs, each in one row, from all outputs sample by sample. */
+static void keep(const Simulation *sim, const Runs *runs, Outcome outcome, double *kept) {
+  for (long long k = 0; k < runs->n_kept; k++)
+    for (long long i = 0; i < sim->n_samples; i++)
+      *kept++ = outcome == SOLVED ? sim->outputs[i * N_OUTPUTS + runs->kept[k]] : NAN;
+}
+
+/* `sim` says all but the parameters; its states and outputs are work, written anew by each run.
+ * Returns 0, or -1 where memory is short. */
+EXPORT int elastic_tendon_simulate_many(Simulation *sim, const Runs *runs) {
+  double *memory = malloc(sizeof(double) * memory_of(sim));
+  if (!memory) return -1;
+  for (long long i = 0; i < runs->n_runs; i++) {
+    sim->parameters = runs->parameters + i * N_PARAMETERS;
+    const Outcome outcome = simulate(sim, memory);
+    runs->outcome[i] = (int)outcome;
+    runs->failure_time[i] = sim->failure_time;
+    keep(sim, runs, outcome, runs->outputs + i * runs->n_kept * sim->n_samples);
+  }
+  free(memory);
+  return 0;
 }
 
 EXPORT const char *elastic_tendon_outcome(int outcome) {
