@@ -11,7 +11,7 @@ import pandas as pd
 from elastic_tendon.compiled import Trajectory, simulate
 from elastic_tendon.excitation import default_excitation
 from elastic_tendon.identify.initial_state import estimate_initial_state
-from elastic_tendon.identify.residuals import Array, simulate_measurement
+from elastic_tendon.identify.residuals import Array, InitialState, simulate_measurement
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 from elastic_tendon.variables import INPUTS, interface
@@ -37,10 +37,7 @@ def default_table(model: Model) -> pd.DataFrame:
 
 
 def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
-    """Simulate the motor motion and load of a measurement.
-
-    The initial state is estimated on the first 0.1 s; where the joint was not measured it is
-    at rest in equilibrium under the first load.
+    """Simulate the motor motion and load of a measurement, from its `initial_state`.
 
     Parameters
     ----------
@@ -51,6 +48,30 @@ def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
     -------
     DataFrame; SI units, as the columns' suffixes say
     """
+    initial = initial_state(model, measurement)
+    trajectory = simulate_measurement(model, measurement, initial)
+    return _table(model, trajectory, measurement.motor_position, measurement.load_torque)
+
+
+def initial_state(model: Model, measurement: Measurement) -> InitialState:
+    """State of the joint at the first sample, also where its position was not measured.
+
+    Estimated on the first 0.1 s; where the joint was not measured it is at rest in equilibrium
+    under the first load.
+
+    Parameters
+    ----------
+    model : Model
+    measurement : Measurement
+
+    Returns
+    -------
+    InitialState, rad and rad/s
+
+    Raises
+    ------
+    SimulationError : the solver could not go on
+    """
     transmission = model.transmission
     started = measurement
     if "joint_position" not in measurement.signals:
@@ -58,9 +79,7 @@ def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
         ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius  # 1/n_t, (10)
         unloaded = {"joint_position": ratio * measurement.motor_position}
         started = replace(measurement, signals=unloaded, static=True)
-    initial = estimate_initial_state(model, started)
-    trajectory = simulate_measurement(model, measurement, initial)
-    return _table(model, trajectory, measurement.motor_position, measurement.load_torque)
+    return estimate_initial_state(model, started)
 
 
 def _table(
