@@ -117,7 +117,6 @@ def _pieces(path: Path) -> Iterator[pd.DataFrame]:
         path,
         chunksize=_rows_of_piece(len(names)),
         dtype={RUN: np.int64, FAILURE: str},
-        float_precision="round_trip",
         low_memory=False,
     ) as pieces:
         for piece in pieces:
