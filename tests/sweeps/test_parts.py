@@ -1,0 +1,156 @@
+"""What is done so far, on disk."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from elastic_tendon.errors import SweepError
+from elastic_tendon.output import OutputError
+from elastic_tendon.sweeps import parts as module
+from elastic_tendon.sweeps.execution import Done
+from elastic_tendon.sweeps.parts import (
+    Parts,
+    add,
+    check_output,
+    done_before,
+    finish,
+    open_parts,
+)
+from sweep_tasks import Draws, read
+
+TASK = Draws(12, raising=(7,))
+
+
+def _add(parts: Parts, start: int, stop: int) -> int:
+    rows = [
+        TASK.failed(run, "it is odd") if run in TASK.raising else TASK.rows(run, run + 1)
+        for run in range(start, stop)
+    ]
+    return add(parts, Done(start, stop, pd.concat(rows, ignore_index=True)))
+
+
+def _filled(output: Path) -> Parts:
+    parts = open_parts(TASK, output, None, force=False)
+    for start, stop in reversed(list(parts.pieces)):
+        _add(parts, start, stop)
+    return parts
+
+
+def test_what_is_done_is_found_again(tmp_path: Path) -> None:
+    parts = open_parts(TASK, tmp_path / "runs.csv", None, force=False)
+    assert list(parts.pieces) == [(0, 5), (5, 10), (10, 12)]
+    assert _add(parts, 5, 10) == 1
+    again = open_parts(TASK, tmp_path / "runs.csv", 3, force=False)
+    assert again == parts  # with the batch of the first time
+    assert done_before(again) == {(5, 10): 1}
+
+
+def test_numbers_are_read_as_they_were(tmp_path: Path) -> None:
+    finish(_filled(tmp_path / "runs.csv"), force=False)
+    table = read(tmp_path / "runs.csv")
+    assert list(table.run) == list(range(12))
+    assert table.value[3] == TASK.rows(3, 4).value[0]
+    assert table.failure[7] == "it is odd"
+    assert not (tmp_path / "runs.csv.parts").exists()
+
+
+def test_parquet_has_the_same_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    monkeypatch.setattr(module, "_ROW_GROUP", 200)
+    finish(_filled(tmp_path / "runs.csv"), force=False)
+    finish(_filled(tmp_path / "runs.parquet"), force=False)
+    table = pd.read_parquet(tmp_path / "runs.parquet")
+    pd.testing.assert_frame_equal(table, read(tmp_path / "runs.csv"), check_dtype=False)
+    assert str(table.run.dtype) == "int64"
+    assert 1 < parquet.ParquetFile(tmp_path / "runs.parquet").num_row_groups < 3
+
+
+@pytest.mark.parametrize("left", [0, -3])
+def test_a_damaged_part_does_not_count(tmp_path: Path, left: int) -> None:
+    parts = _filled(tmp_path / "runs.csv")
+    path = next(parts.folder.glob("*-000000000010-*"))
+    path.write_bytes(path.read_bytes()[:left])
+    assert set(done_before(parts)) == {(0, 5), (10, 12)}
+    with pytest.raises(SweepError, match="parts are missing"):
+        finish(parts, force=False)
+
+
+def test_a_part_is_never_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parts = open_parts(TASK, tmp_path / "runs.csv", None, force=False)
+
+    def full(path: Path, content: bytes) -> None:
+        with path.open("wb") as file:
+            file.write(content[:10])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OutputError, match=r"No space left on device.*is kept"):
+        _add(parts, 0, 5)
+    monkeypatch.undo()
+    assert done_before(parts) == {}
+    _add(parts, 0, 5)
+    assert set(done_before(parts)) == {(0, 5)}
+
+
+def test_parts_of_another_sweep_are_not_mixed_in(tmp_path: Path) -> None:
+    parts = _filled(tmp_path / "runs.csv")
+    other = dataclasses.replace(TASK, seed=2, runs=13)
+    with pytest.raises(SweepError, match=r"another sweep \(runs, seed differ\).*--force"):
+        open_parts(other, tmp_path / "runs.csv", None, force=False)
+    assert len(done_before(parts)) == 3
+    assert done_before(open_parts(other, tmp_path / "runs.csv", None, force=True)) == {}
+
+
+def test_force_goes_on_with_the_same_sweep(tmp_path: Path) -> None:
+    parts = _filled(tmp_path / "runs.csv")
+    assert len(done_before(open_parts(TASK, tmp_path / "runs.csv", None, force=True))) == 3
+    assert parts.folder.is_dir()
+
+
+def test_another_version_is_another_sweep(tmp_path: Path) -> None:
+    path = _filled(tmp_path / "runs.csv").folder / "sweep.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "elastic-tendon": "0.0.9"}))
+    with pytest.raises(SweepError, match=r"\(elastic-tendon differ\)"):
+        open_parts(TASK, tmp_path / "runs.csv", None, force=False)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"identity": 3, "batch": 1}', None])
+def test_parts_of_an_unknown_sweep_are_not_mixed_in(tmp_path: Path, text: str | None) -> None:
+    path = _filled(tmp_path / "runs.csv").folder / "sweep.json"
+    path.unlink()
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(SweepError, match="another sweep"):
+        open_parts(TASK, tmp_path / "runs.csv", None, force=False)
+
+
+def test_a_folder_left_before_its_description_was_written_is_used(tmp_path: Path) -> None:
+    (tmp_path / "runs.csv.parts").mkdir()
+    (tmp_path / "runs.csv.parts" / "sweep.unfinished").write_text("{")
+    parts = open_parts(TASK, tmp_path / "runs.csv", None, force=False)
+    assert done_before(parts) == {}
+
+
+def test_files_that_no_sweep_wrote_are_not_removed(tmp_path: Path) -> None:
+    (tmp_path / "runs.csv.parts").mkdir()
+    (tmp_path / "runs.csv.parts" / "thesis.docx").write_text("all of it")
+    with pytest.raises(OutputError, match="thesis"):
+        open_parts(TASK, tmp_path / "runs.csv", None, force=True)
+    assert (tmp_path / "runs.csv.parts" / "thesis.docx").exists()
+
+
+def test_outputs_that_cannot_be_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(OutputError, match=r"\.csv or \.parquet"):
+        check_output(tmp_path / "runs.xlsx", force=False)
+    (tmp_path / "runs.csv").touch()
+    with pytest.raises(OutputError, match="exists already"):
+        check_output(tmp_path / "runs.csv", force=False)
+    check_output(tmp_path / "runs.csv", force=True)
+    monkeypatch.setattr(module, "find_spec", lambda _name: None)
+    with pytest.raises(OutputError, match=r"elastic-tendon\[formats\]"):
+        check_output(tmp_path / "runs.parquet", force=False)

@@ -1,0 +1,163 @@
+"""Sweeps that are stopped and gone on with give what they would have given at once."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from elastic_tendon.errors import SweepError
+from elastic_tendon.output import OutputError
+from elastic_tendon.sweeps.sweep import Swept, sweep
+from sweep_tasks import Draws, read, runs_in
+
+TESTS = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The file of 40 runs."""
+    path = tmp_path_factory.mktemp("expected") / "runs.csv"
+    path.write_bytes(Draws(40).rows(0, 40).to_csv(index=False).encode())
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("threads", [True, False])
+@pytest.mark.parametrize(("workers", "batch"), [(1, None), (2, 3), (2, 100)])
+def test_workers_and_batches_change_no_byte(
+    tmp_path: Path, expected: bytes, threads: bool, workers: int, batch: int | None
+) -> None:
+    output = tmp_path / "runs.csv"
+    swept = sweep(Draws(40, threads=threads), output, workers=workers, batch=batch)
+    assert swept == Swept(output, 40, 0, 0)
+    assert output.read_bytes() == expected
+    assert list(tmp_path.iterdir()) == [output]
+
+
+@pytest.mark.parametrize("threads", [True, False])
+def test_an_interrupted_sweep_goes_on(tmp_path: Path, expected: bytes, threads: bool) -> None:
+    journal, output = tmp_path / "journal", tmp_path / "runs.csv"
+    task = Draws(40, str(journal), seconds=0.01, threads=threads)
+    said: list[tuple[str, float]] = []
+
+    def interrupt(text: str, share: float) -> None:
+        said.append((text, share))
+        if len(said) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(task, output, workers=2, report=interrupt)
+    assert said[-1] == ("15 of 40 runs, 0 failed", 15 / 40)
+    assert not output.exists()
+    time.sleep(0.2)  # threads cannot be stopped: they end their batch
+    journal.write_text("")
+    swept = sweep(task, output, workers=1)
+    assert swept == Swept(output, 40, 0, 15)
+    assert output.read_bytes() == expected
+    assert len(runs_in(journal)) == 25  # what was done is not done again
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
+def test_a_sweep_whose_process_is_ended_goes_on(
+    tmp_path: Path, expected: bytes, end: signal.Signals
+) -> None:
+    journal, output = tmp_path / "journal", tmp_path / "runs.csv"
+    task = Draws(40, str(journal), seconds=0.02)
+    process = _start(task, output)
+    try:
+        while process.poll() is None and len(list(tmp_path.glob("*/*.csv"))) < 2:
+            time.sleep(0.01)
+        os.killpg(process.pid, end)  # as a terminal does: all processes hear of it
+    finally:
+        _, said = process.communicate(timeout=30)
+    assert process.returncode not in (0, 1)
+    assert said.count("Traceback") == (1 if end == signal.SIGINT else 0)  # none from workers
+    kept = len(list(tmp_path.glob("*/*.csv")))
+    assert 2 <= kept < 8
+    journal.write_text("")
+    assert sweep(task, output, workers=2).resumed == 5 * kept
+    assert output.read_bytes() == expected
+    assert len(runs_in(journal)) == 40 - 5 * kept
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks into /proc")
+def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
+    process = _start(Draws(400, seconds=0.02), tmp_path / "runs.csv")
+    while process.poll() is None and not list(tmp_path.glob("*/*.csv")):
+        time.sleep(0.01)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    workers = [one for one in children if "LokyProcess" in _command(one)]
+    process.kill()
+    process.communicate(timeout=30)
+    deadline = time.monotonic() + 20
+    while any(_command(one) for one in workers) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert len(workers) == 2
+    assert [_command(one) for one in workers] == ["", ""]
+
+
+def _start(task: Draws, output: Path) -> subprocess.Popen[str]:
+    """A sweep in a process of its own, with two workers."""
+    program = (
+        "from sweep_tasks import *; from elastic_tendon.sweeps.sweep import sweep;"
+        f"sweep({task!r}, {str(output)!r}, workers=2)"
+    )
+    return subprocess.Popen(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": str(TESTS)},
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        text=True,
+    )
+
+
+def _command(process: str) -> str:
+    try:
+        return Path(f"/proc/{process}/cmdline").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
+
+
+def test_failures_are_counted_over_interruptions(tmp_path: Path) -> None:
+    task, output = Draws(40, raising=(3, 33), seconds=0.002), tmp_path / "runs.csv"
+
+    def interrupt(_text: str, share: float) -> None:
+        if share > 0.6:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(task, output, workers=1, report=interrupt)
+    said: list[str] = []
+    swept = sweep(task, output, workers=1, report=lambda text, _: said.append(text))
+    assert swept == Swept(output, 40, 2, 25)
+    assert said[-1] == "40 of 40 runs, 2 failed"
+    table = read(output)
+    assert list(table.run[table.failure != ""]) == [3, 33]
+
+
+def test_an_output_that_exists_is_refused_before_any_run(tmp_path: Path) -> None:
+    journal, output = tmp_path / "journal", tmp_path / "runs.csv"
+    output.write_text("mine")
+    with pytest.raises(OutputError, match="exists already"):
+        sweep(Draws(3, str(journal)), output)
+    assert not journal.exists()
+    sweep(Draws(3, str(journal)), output, workers=1, force=True)
+    assert output.read_bytes() != b"mine"
+
+
+@pytest.mark.parametrize(
+    ("task", "settings", "what"),
+    [
+        (Draws(0), {}, "no runs"),
+        (Draws(1), {"workers": 0}, "workers is 0"),
+        (Draws(1), {"batch": -1}, "in a batch is -1"),
+    ],
+)
+def test_sweeps_of_nothing_are_refused(
+    tmp_path: Path, task: Draws, settings: dict[str, int], what: str
+) -> None:
+    with pytest.raises(SweepError, match=what):
+        sweep(task, tmp_path / "runs.csv", **settings)
