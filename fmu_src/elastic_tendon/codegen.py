@@ -78,14 +78,18 @@ def _compiled(
 
     That is evaluated once, by `prepare`, and stands behind the parameters in `p`.
     """
-    found = [expression for _, expression in expressions.values()]
-    reduced, symbols, constants = ca.extract_parametric(found, p, {})
-    prepared = ca.SX.sym("p", p.numel() + len(symbols))
-    names = [p, *symbols]
-    values = [prepared[: p.numel()], *ca.vertsplit(prepared[p.numel() :])]
+    given, rates = expressions["rates"]
+    rates, reciprocals, divisors = _without_division(rates, given)
+    found = [expression for _, expression in (expressions | {"rates": (given, rates)}).values()]
+    known = ca.vertcat(p, reciprocals)
+    reduced, symbols, constants = ca.extract_parametric(found, known, {})
+    constants = [ca.substitute(one, reciprocals, 1.0 / divisors) for one in constants]
+    prepared = ca.SX.sym("p", known.numel() + len(symbols))
+    names = [known, *symbols]
+    values = [prepared[: known.numel()], *ca.vertsplit(prepared[known.numel() :])]
     functions = {
         "prepare": ca.Function(
-            "casadi_prepare", [p], [ca.vertcat(ca.SX(0, 1), *constants)], ["p"], ["result"]
+            "casadi_prepare", [p], [ca.vertcat(1.0 / divisors, *constants)], ["p"], ["result"]
         )
     }
     for (name, (given, _)), expression in zip(expressions.items(), reduced, strict=True):
@@ -95,6 +99,46 @@ def _compiled(
             f"casadi_{name}", list(arguments.values()), [expression], list(arguments), ["result"]
         )
     return functions
+
+
+def _without_division(rates: ca.SX, given: dict[str, ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Rates that multiply by symbols where they divided by what depends on parameters alone.
+
+    Each stage of the solver waits for the rates of the one before, and most of that for a
+    division by the inertia.
+
+    Returns
+    -------
+    the rates; the symbols, columns; what each is the reciprocal of, a function of `p`
+    """
+    names = list(given)
+    function = ca.Function("rates", list(given.values()), [rates])
+    work: dict[int, tuple[ca.SX, bool]] = {}  # value, and whether it depends on p alone
+    symbols: list[ca.SX] = []
+    divisors: list[ca.SX] = []
+    result = ca.SX(rates)
+    for k in range(function.n_instructions()):
+        operation, taken = function.instruction_id(k), function.instruction_input(k)
+        made = function.instruction_output(k)
+        if operation == ca.OP_INPUT:
+            name = names[taken[0]]
+            work[made[0]] = given[name].nz[taken[1]], name == "p"
+        elif operation == ca.OP_CONST:
+            work[made[0]] = ca.SX(function.instruction_constant(k)), True
+        elif operation == ca.OP_OUTPUT:
+            result.nz[made[1]] = work[taken[0]][0]
+        else:
+            values, known = zip(*(work[one] for one in taken), strict=True)
+            if operation == ca.OP_DIV and known == (False, True):
+                symbols.append(ca.SX.sym("reciprocal"))
+                divisors.append(values[1])
+                value = values[0] * symbols[-1]
+            elif len(values) == 1:
+                value = ca.SX.unary(operation, *values)
+            else:
+                value = ca.SX.binary(operation, *values)
+            work[made[0]] = value, all(known)
+    return result, ca.vertcat(ca.SX(0, 1), *symbols), ca.vertcat(ca.SX(0, 1), *divisors)
 
 
 def _wrapper(name: str, function: ca.Function) -> str:

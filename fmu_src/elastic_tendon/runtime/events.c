@@ -65,12 +65,12 @@ static void jump_sensitivities(Solver *s, const double *x_next, const double *r_
   }
 }
 
-/* Whether the modes can be judged: a number that is none would pass for a sign. */
-static int indicators_finite(const Solver *s, const double *u) {
-  double z[N_INDICATORS];
+/* Indicators anew; returns whether the modes can be judged: a number that is none would pass for a
+ * sign. */
+static int look_at_indicators(Solver *s, const double *u) {
   int finite = 1;
-  model_indicators(s->vector, u, s->p, s->motion.mode, z);
-  for (int i = 0; i < N_INDICATORS; i++) finite &= isfinite(z[i]) != 0;
+  model_indicators(s->vector, u, s->p, s->motion.mode, s->indicator);
+  for (int i = 0; i < N_INDICATORS; i++) finite &= isfinite(s->indicator[i]) != 0;
   return finite;
 }
 
@@ -80,7 +80,7 @@ static Outcome settle(Solver *s, int fired, double *dt) {
   double u[N_INPUTS], next[N_MODES], x_next[N_STATES];
   signal_at(&s->signal, s->motion.time, u);
   for (int i = 0; i < MAX_EVENT_ITERATIONS; i++) {
-    if (!indicators_finite(s, u)) return NOT_FINITE;
+    if (!look_at_indicators(s, u)) return NOT_FINITE;
     model_next_modes(s->vector, u, s->p, s->motion.mode, next);
     int same = 1;
     for (int r = 0; r < N_MODES; r++) same &= next[r] == s->motion.mode[r];

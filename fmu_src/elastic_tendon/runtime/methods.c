@@ -115,11 +115,13 @@ ALWAYS_INLINE double dormand_prince(Solver *s, const double *y, int m, double h,
   const Frozen frozen = freeze(s);
 #pragma GCC unroll 6
   for (int stage = 1; stage < 7; stage++) {
+    /* the newest stage comes last and alone: all else is ready before it */
+    const double newest = h * DP_A[stage][stage - 1];
     for (int i = 0; i < n; i++) {
       double sum = 0.0;
-#pragma GCC unroll 6
-      for (int j = 0; j < stage; j++) sum += DP_A[stage][j] * k[j * n + i];
-      y_new[i] = y[i] + h * sum;
+#pragma GCC unroll 5
+      for (int j = 0; j < stage - 1; j++) sum += DP_A[stage][j] * k[j * n + i];
+      y_new[i] = y[i] + h * sum + newest * k[(stage - 1) * n + i];
     }
     rates_at(&frozen, s->direction, s->motion.time + DP_C[stage] * h, y_new, m, k + stage * n);
   }

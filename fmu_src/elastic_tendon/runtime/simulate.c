@@ -126,31 +126,38 @@ static void output_rates_at(const Solver *s, const double *u, const double *nonz
       rate[outputs_jacobian_pattern.rows[k]] += nonzeros[k] * u_rate[j];
 }
 
-static void write_derivatives(const Solver *s, const double *u, const double *slope, int at_motor,
+/* Which outputs of a sample are written: those measured at the joint, at the motor, or both. */
+enum { AT_JOINT = 1, AT_MOTOR = 2 };
+
+static int seen(int output, int where) {
+  return where & (output_at_motor[output] ? AT_MOTOR : AT_JOINT);
+}
+
+static void write_derivatives(const Solver *s, const double *u, const double *slope, int where,
                               double *derivatives) {
   const int m = s->n_directions;
   double nonzeros[N_OUTPUTS_JACOBIAN], column[N_OUTPUTS], rate[N_OUTPUTS] = {0};
   model_outputs_jacobian(s->motion.x, u, s->p, s->motion.mode, nonzeros);
-  if (DELAYED && !at_motor) output_rates_at(s, u, nonzeros, rate);
+  if (DELAYED && where & AT_JOINT) output_rates_at(s, u, nonzeros, rate);
   for (int j = 0; j < m; j++) {
     multiply(&outputs_jacobian_pattern, nonzeros, s->vector + LENGTH(j), s->direction[j], N_OUTPUTS,
              column);
     for (int i = 0; i < N_OUTPUTS; i++)
-      if (output_at_motor[i] == at_motor) derivatives[i * m + j] = column[i] - slope[j] * rate[i];
+      if (seen(i, where))
+        derivatives[i * m + j] = column[i] - (output_at_motor[i] ? 0.0 : slope[j] * rate[i]);
   }
 }
 
-/* Outputs of sample i that are measured at the joint or at the motor. */
-static void write_sample(const Solver *s, long long i, const double *slope, int at_motor,
+static void write_sample(const Solver *s, long long i, const double *slope, int where,
                          Simulation *sim) {
   double u[N_INPUTS], outputs[N_OUTPUTS];
   signal_at(&s->signal, s->motion.time, u);
   model_outputs(s->motion.x, u, s->p, s->motion.mode, outputs);
   for (int k = 0; k < N_OUTPUTS; k++)
-    if (output_at_motor[k] == at_motor) sim->outputs[i * N_OUTPUTS + k] = outputs[k];
-  if (!at_motor) memcpy(sim->states + i * N_STATES, s->motion.x, sizeof s->motion.x);
+    if (seen(k, where)) sim->outputs[i * N_OUTPUTS + k] = outputs[k];
+  if (where & AT_JOINT) memcpy(sim->states + i * N_STATES, s->motion.x, sizeof s->motion.x);
   if (s->n_directions > 0)
-    write_derivatives(s, u, slope, at_motor,
+    write_derivatives(s, u, slope, where,
                       sim->output_derivatives + i * N_OUTPUTS * s->n_directions);
 }
 
@@ -177,8 +184,13 @@ static Outcome run(Solver *s, Simulation *sim, double *slope) {
     if (at_knot) signal_after(sim, motor, delay, &s->signal);
     outcome = solver_settle(s);
     if (outcome != SOLVED) return outcome;
-    if (at_sample) write_sample(s, joint++, slope, 0, sim);
-    if (at_knot) write_sample(s, motor++, slope, 1, sim);
+    if (at_sample && at_knot && joint == motor) {
+      write_sample(s, joint++, slope, AT_JOINT | AT_MOTOR, sim);
+      motor++;
+      continue;
+    }
+    if (at_sample) write_sample(s, joint++, slope, AT_JOINT, sim);
+    if (at_knot) write_sample(s, motor++, slope, AT_MOTOR, sim);
   }
   return SOLVED;
 }

@@ -109,11 +109,10 @@ ALWAYS_INLINE void keep_sensitivities_stable(Solver *s, double h) {
   motion->span = 0.0;
 }
 
-/* The present vector's rates (into k[0]) and indicators, anew. */
-ALWAYS_INLINE Outcome refresh(Solver *s, int m, double *k, double *z) {
+/* The present vector's rates, into k[0], anew. */
+ALWAYS_INLINE Outcome refresh(Solver *s, int m, double *k) {
   const Frozen frozen = freeze(s);
   rates_at(&frozen, s->direction, s->motion.time, s->vector, m, k);
-  indicators_at(s, s->motion.time, s->vector, z);
   s->statistics.rates++;
   for (int i = 0; i < N_STATES; i++)
     if (!isfinite(k[i])) return NOT_FINITE;
@@ -140,7 +139,8 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
   double start[N_INDICATORS], z[N_INDICATORS];
   int at_one_time = 0, events = 0;
   Motion *motion = &s->motion;
-  Outcome outcome = refresh(s, m, k, start);
+  memcpy(start, s->indicator, sizeof start);
+  Outcome outcome = refresh(s, m, k);
   if (motion->step <= 0.0) motion->step = initial_step(y, k);
 
   for (long long count = 0; outcome == SOLVED && motion->time < t_end; count++) {
@@ -176,7 +176,8 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
       if (motion->time > t_end) motion->time = t_end;
       at_one_time = motion->time - before > 1e-13 * (1.0 + fabs(before)) ? 0 : at_one_time + 1;
       if (at_one_time > MAX_EVENTS_AT_ONE_TIME) outcome = EVENTS_DO_NOT_SETTLE;
-      if (outcome == SOLVED) outcome = refresh(s, m, k, start);
+      memcpy(start, s->indicator, sizeof start);
+      if (outcome == SOLVED) outcome = refresh(s, m, k);
       if (s->single_step) return outcome;
       continue;
     }
@@ -184,7 +185,7 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     memcpy(y, trial, sizeof(double) * (size_t)n);
     memcpy(start, z, sizeof z);
     if (implicit)
-      outcome = refresh(s, m, k, start);
+      outcome = refresh(s, m, k);
     else
       memcpy(k, k + 6 * n, sizeof(double) * (size_t)n);
     if (implicit || !to_end) judge_stiffness(s, h);

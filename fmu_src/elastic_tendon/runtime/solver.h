@@ -51,6 +51,7 @@ typedef struct {
   const int *direction; /* for each the index in v, */
   double *vector;       /* and SOLVER_MEMORY(n_directions) doubles, of which the first
                            N_STATES * (1 + n_directions) are x, dx/dv_1, dx/dv_2, ... */
+  double indicator[N_INDICATORS]; /* where the solver has settled */
   int stop_at_events;   /* leave events to the caller */
   int single_step;      /* return after each step */
   /* optional: told of each change of modes, at its time in s */
@@ -74,7 +75,8 @@ static void solver_restart(Solver *s, double time);
  * it after a restart and after every change of these. */
 static Outcome solver_settle(Solver *s);
 
-/* Integrate to exactly t_end, or as far as stop_at_events and single_step let. On failure the motion
+/* Integrate to exactly t_end, or as far as stop_at_events and single_step let, from where the solver
+ * has settled. On failure the motion
  * stays at the last good time. */
 static Outcome solver_advance(Solver *s, double t_end);
 
