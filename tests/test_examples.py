@@ -71,11 +71,35 @@ def _check_controller_design(printed):
     assert heard == pytest.approx(frequency, rel=0.02)
 
 
+def _check_tolerance_study(printed):
+    """The paper's closed form holds on all machines, to first order too; designs are told apart."""
+    moved = dict(re.findall(r"^(deflection|torque) .*?((?: +[+-]\d+\.\d+%){3})$", printed, re.M))
+    shares = {
+        name: [float(one) for one in re.findall(r"[+-][\d.]+", moved[name])] for name in moved
+    }
+    assert shares["deflection"] == pytest.approx([-5.0, 0.0, 10.0], abs=0.1)
+    assert shares["torque"] == pytest.approx([-2.5, 2.5, 10.0], abs=0.1)
+    within = re.findall(r"within (\S+) % of the paper's closed form", printed)
+    assert len(within) == 2
+    assert max(map(float, within)) < 0.2
+    short = float(re.search(r"^(\S+) % of the machines go slack below", printed, re.M)[1])
+    assert 4.0 < short < 7.0
+    assert float(re.search(r"within (\S+) of those that linearise gives", printed)[1]) < 1e-12
+    rows = re.findall(r"^(taut|slack|softer)((?: +\d+\.\d+){5})$", printed, re.M)
+    loops = {name: [float(one) for one in numbers.split()] for name, numbers in rows}
+    assert loops["taut"][0] == pytest.approx(0.077, abs=0.001)  # as in controller_design
+    assert loops["slack"][0] == pytest.approx(0.366, abs=0.001)
+    assert loops["taut"][4] == 100.0
+    assert 0.0 < loops["slack"][4] < 3.0
+    assert loops["softer"][4] == 0.0
+
+
 CHECKS = {
     "controller_design": _check_controller_design,
     "diagnose": _check_diagnose,
     "paper_figures": _check_paper_figures,
     "system_simulation": _check_system_simulation,
+    "tolerance_study": _check_tolerance_study,
 }
 
 
