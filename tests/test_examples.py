@@ -94,9 +94,31 @@ def _check_tolerance_study(printed):
     assert loops["softer"][4] == 0.0
 
 
+def _check_fleet(printed):
+    """Of six robots three differ, each in what the script gave it; one log cannot be read."""
+    told = dict(re.findall(r"^(\w+): (.*)$", printed, re.M))
+    assert told == {
+        "ada": "adequate",
+        "bela": "wrong_parameter",
+        "cora": "wrong_parameter",
+        "dora": "missing_effect",
+        "emil": "adequate",
+        "finn": "not diagnosed",
+    }
+    drifted = re.findall(r"(\S+) \S+ -> (\S+) \S+ \(\S+ to \S+\)", printed)
+    assert [path for path, _ in drifted] == ["link.damping", "transmission.upper_spring.stiffness"]
+    sizes = [float(size) for _, size in drifted]
+    assert sizes == pytest.approx([1.6 * 0.16, 0.85 * 11580.0], rel=0.01)
+    (friction,) = re.findall(r"appeared: coulomb_friction: torque (\S+) N·m", printed)
+    assert float(friction) == pytest.approx(0.3, rel=0.01)
+    assert printed.count("failure: ") == 1
+    assert "failure: finn.csv: there is no column joint_position_rad" in printed
+
+
 CHECKS = {
     "controller_design": _check_controller_design,
     "diagnose": _check_diagnose,
+    "fleet": _check_fleet,
     "paper_figures": _check_paper_figures,
     "system_simulation": _check_system_simulation,
     "tolerance_study": _check_tolerance_study,

@@ -1,0 +1,96 @@
+"""Diagnose a fleet: the logs of six robots against one model, on two workers, in one table.
+
+    python examples/fleet/run.py [FOLDER]
+
+The script makes the logs itself, from machines that differ in ways that the model is not told of:
+two are as they should be, one joint is damped more, one spring has softened, in one joint dry
+friction has appeared, and one log lacks a column. Writes them in logs/, the table in fleet.csv
+and the picture in fleet.png, all in FOLDER (default: here).
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from elastic_tendon import load_model, simulate, sweep
+from elastic_tendon.parameters import Model
+from elastic_tendon.report.comparison_figures import save
+from elastic_tendon.report.fleet_figure import fleet_figure
+from elastic_tendon.sweeps.fleet import (
+    APPEARED,
+    DRIFTED,
+    ROBOT,
+    VERDICT,
+    fleet,
+    fleet_table,
+    robots_of,
+)
+from elastic_tendon.sweeps.task import FAILURE
+
+MODEL = "biorob_x4_joint_3"
+NOISE = 2e-4  # rad, of the joint's encoder
+RATE, DURATION = 500, 8.0  # Hz, s
+UPPER = "transmission.upper_spring.stiffness"
+
+
+def machines(model: Model) -> dict[str, Model]:
+    """The robots as they really are."""
+    damping, stiffness = model.link.damping, model.transmission.upper_spring.stiffness
+    return {
+        "ada": model,
+        "bela": model.with_values({"link.damping": 1.6 * damping}),
+        "cora": model.with_values({UPPER: 0.85 * stiffness}),
+        "dora": model.with_effect("coulomb_friction", {"torque": 0.3}),
+        "emil": model,
+        "finn": model,
+    }
+
+
+def log(machine: Model, seed: int) -> pd.DataFrame:
+    """Slow and fast sines of the motor under a load, as a noisy encoder sees them."""
+    lot = np.random.default_rng(seed)
+    time = np.arange(round(DURATION * RATE)) / RATE
+    rise = np.minimum(time, 1.0)  # from rest
+    frequencies = lot.uniform(0.2, 3.0, 6)[:, None]
+    phases = lot.uniform(0.0, 2.0 * np.pi, (6, 1))
+    motor_position = rise * np.sum(0.15 * np.sin(2.0 * np.pi * frequencies * time + phases), axis=0)
+    load_torque = rise * 5.0 * np.sin(2.0 * np.pi * 0.5 * time + phases[0])
+    motion = simulate(machine, time, motor_position, load_torque)
+    return pd.DataFrame(
+        {
+            "time_s": time,
+            "motor_position_rad": motor_position,
+            "load_torque_Nm": load_torque,
+            "joint_position_rad": motion["joint_position"] + NOISE * lot.standard_normal(len(time)),
+        }
+    )
+
+
+def write_logs(model: Model, folder: Path) -> list[str]:
+    """One CSV file for each robot; finn's encoder was not plugged in."""
+    folder.mkdir(exist_ok=True)
+    for seed, (name, machine) in enumerate(machines(model).items()):
+        table = log(machine, seed)
+        if name == "finn":
+            table = table.drop(columns="joint_position_rad")
+        table.to_csv(folder / f"{name}.csv", index=False)
+    return [str(folder / f"{name}.csv") for name in machines(model)]
+
+
+def main(folder: Path) -> None:
+    model = load_model(MODEL)
+    task = fleet(model, robots_of(write_logs(model, folder / "logs")))
+    done = sweep(task, folder / "fleet.csv", workers=2, force=True)
+    table = fleet_table(done.path)
+    for _, row in table.iterrows():
+        print(f"{row[ROBOT]}: {row[VERDICT] or 'not diagnosed'}")
+        for kind in (DRIFTED, APPEARED, FAILURE):
+            if row[kind]:
+                print(f"  {kind}: {row[kind]}")
+    save(fleet_figure(model, table), folder / "fleet.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent)

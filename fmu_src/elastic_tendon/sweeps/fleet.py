@@ -1,0 +1,391 @@
+"""A fleet: the recordings of many robots, each diagnosed against one model.
+
+A robot is one run of a sweep. Its files are read where the run is done, so on a cluster every
+worker must see them under the same names.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.diagnose import diagnose
+from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.errors import MeasurementError
+from elastic_tendon.identify.belief import believed
+from elastic_tendon.identify.coordinates import free_parameters
+from elastic_tendon.identify.determinability import Estimate
+from elastic_tendon.interpolation import Interpolation
+from elastic_tendon.measurement import Measurement, read_prepared
+from elastic_tendon.measurement.formats import silent
+from elastic_tendon.measurement.reader import split_window
+from elastic_tendon.parameters import Model
+from elastic_tendon.quantity import unit_text
+from elastic_tendon.simulated import SUFFIXES
+from elastic_tendon.sweeps.shipped import ShippedModel
+from elastic_tendon.sweeps.task import FAILURE, RUN
+from elastic_tendon.variables import OUTPUTS
+
+ROBOT, VERDICT, DRIFTED, APPEARED = "robot", "verdict", "drifted", "appeared"
+TEXTS = (ROBOT, VERDICT, DRIFTED, APPEARED, FAILURE)  # columns that hold text
+LOW, HIGH = ".low", ".high"  # after the path of a number: ends of its 95 % interval
+UNKNOWN = "unknown"  # what has appeared where no effect of the catalogue explains it
+SIGNALS = ("joint_position", "joint_torque", "motor_torque")  # that a recording may hold
+SUFFIXES_READ = (
+    *(".csv", ".tsv", ".txt", ".dat", ".parquet", ".h5", ".hdf5"),
+    *(".mat", ".mf4", ".mdf", ".mcap", ".db3"),
+)
+BAG = "metadata.yaml"  # of a folder that is one ROS 2 bag
+DIGITS = 4  # of a number in words
+ABSENT = "absent"
+
+
+@dataclass(frozen=True)
+class Robot:
+    """One robot: what it is called, and its recordings as `read_prepared` takes them."""
+
+    name: str
+    data: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """Diagnoses as a task, see `elastic_tendon.sweeps.task`.
+
+    A row holds, besides the run and its failure,
+
+    * `robot`, and the diagnosis' `verdict`;
+    * `drifted`: numbers of the model that surely moved, each as
+      "link.damping 0.16 -> 0.31 N·m·s/rad (0.29 to 0.33)", joined by "; ";
+    * `appeared`: effects that are missing in the model, each as "coulomb_friction: torque 0.35
+      N·m, not told apart from stribeck_friction", joined by "; ";
+    * for each of `SIGNALS` its error with the model as given (`..._before`) and as improved
+      (`..._after`): over the noise, and RMS in the signal's SI unit; NaN where not measured;
+    * each free number by its dotted path, and `.low` and `.high`, its 95 % interval.
+
+    The options of reading are those of `fleet`. `digests` : SHA-256 of each robot's files.
+    """
+
+    model: ShippedModel
+    robots: tuple[Robot, ...]
+    mapping: tuple[str, ...]
+    resample: float | None
+    time_shift: tuple[tuple[str, float | Literal["auto"]], ...]
+    remove_offset: tuple[str, ...]
+    as_declared: bool
+    interpolation: Interpolation
+    digests: tuple[str, ...]
+
+    @property
+    def runs(self) -> int:
+        """One for each robot."""
+        return len(self.robots)
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """Model, options of reading, names and files of the robots."""
+        own = hashlib.sha256(b"".join(content for _, content in self.model.own_effects))
+        reading = [self.mapping, self.resample, self.time_shift, self.remove_offset]
+        robots = zip(self.robots, self.digests, strict=True)
+        return {
+            "kind": "fleet",
+            "model": self.model.text,
+            "effects": own.hexdigest(),
+            "reading": repr([*reading, self.as_declared, self.interpolation]),
+            "robots": "\n".join(f"{robot.name} {digest}" for robot, digest in robots),
+        }
+
+    @property
+    def threads(self) -> bool:
+        """A diagnosis is mostly Python."""
+        return False
+
+    def batch(self) -> int:
+        """A diagnosis takes seconds."""
+        return 1
+
+    def rows(self, start: int, stop: int) -> pd.DataFrame:
+        """Diagnoses of some robots.
+
+        Raises
+        ------
+        MeasurementError : a file cannot be used, or looks as if it was read wrongly
+        SimulationError : the model cannot be simulated with the motion of a recording
+        """
+        return self._table([(run, self._diagnosed(run)) for run in range(start, stop)])
+
+    def failed(self, run: int, reason: str) -> pd.DataFrame:
+        """A robot that could not be diagnosed."""
+        return self._table([(run, {FAILURE: reason})])
+
+    def _table(self, found: Sequence[tuple[int, Mapping[str, str | float]]]) -> pd.DataFrame:
+        blank: dict[str, str | float] = dict.fromkeys((VERDICT, DRIFTED, APPEARED), "")
+        blank |= dict.fromkeys(_numbers(self.model.model), np.nan)
+        rows = [
+            {RUN: run, ROBOT: self.robots[run].name, **blank, FAILURE: "", **row}
+            for run, row in found
+        ]
+        return pd.DataFrame(rows).astype({RUN: np.int64})
+
+    def _diagnosed(self, run: int) -> dict[str, str | float]:
+        model = self.model.model
+        read = [measurement for data in self.robots[run].data for measurement in self._read(data)]
+        found = diagnose(model, believed(model, read, silent, as_declared=self.as_declared))
+        if found.interrupted:  # half a diagnosis is none
+            raise KeyboardInterrupt
+        return _summary(found)
+
+    def _read(self, data: str) -> list[Measurement]:
+        return read_prepared(
+            *(data, self.mapping),
+            time_shift=dict(self.time_shift),
+            resample=self.resample,
+            remove_offset=self.remove_offset,
+            interpolation=self.interpolation,
+        )
+
+
+def fleet(
+    model: Model,
+    robots: Sequence[Robot],
+    *,
+    mapping: Sequence[str] = (),
+    resample: float | None = None,
+    time_shift: Mapping[str, float | Literal["auto"]] | None = None,
+    remove_offset: Sequence[str] = (),
+    as_declared: bool = False,
+    interpolation: Interpolation = "linear",
+) -> Fleet:
+    """Prepare the diagnoses of many robots against one model.
+
+    Parameters
+    ----------
+    model : Model of a robot that is as it should be; its uncertainties are the prior
+    robots : of different names, see `robots_of`
+    mapping, resample, time_shift, remove_offset, interpolation : of all files alike, see
+        `measurement.read_prepared`; what lies beside a file is taken as well
+    as_declared : take data as they are, even if they look read wrongly
+
+    Returns
+    -------
+    Fleet
+
+    Raises
+    ------
+    MeasurementError : there are no robots, or two of one name
+    """
+    if not robots:
+        raise MeasurementError("a fleet has no robots; name the recordings of at least one")
+    _check_names(robots)
+    here = tuple(replace(one, data=tuple(map(_absolute, one.data))) for one in robots)
+    items = tuple(_absolute(one) if Path(one).is_file() else one for one in mapping)
+    preparations = [item for item in items if Path(item).is_file()]
+    return Fleet(
+        # every effect of the user's own is a candidate
+        model=ShippedModel(model.to_toml(), effects.BY_ID.own_files(effects.BY_ID)),
+        robots=here,
+        mapping=items,
+        resample=resample,
+        time_shift=tuple((time_shift or {}).items()),
+        remove_offset=tuple(remove_offset),
+        as_declared=as_declared,
+        interpolation=interpolation,
+        digests=tuple(_digest([*one.data, *preparations]) for one in here),
+    )
+
+
+# ---- robots ------------------------------------------------------------------------------------
+
+
+def robots_of(paths: Sequence[str]) -> tuple[Robot, ...]:
+    """The robots that files and folders stand for.
+
+    A file is a robot that is called as the file without its suffix; it may have a window,
+    ``file.csv[1:5]``. A folder is a robot that is called as the folder, with all recordings in it,
+    known by their suffix. A folder that is a ROS 2 bag counts as a file.
+
+    Parameters
+    ----------
+    paths : of files and folders
+
+    Returns
+    -------
+    tuple of Robot, in the order given
+
+    Raises
+    ------
+    MeasurementError : nothing is there or in a folder, or two robots have one name
+    """
+    robots = tuple(map(_robot, paths))
+    _check_names(robots)
+    return robots
+
+
+def _robot(data: str) -> Robot:
+    path, window = split_window(data)
+    if not path.is_dir():
+        if not path.exists():
+            raise MeasurementError(f"{path}: there is no such file or folder; check the name")
+        return Robot(path.stem, (data,))
+    name = path.resolve().name
+    if _is_bag(path):
+        return Robot(name, (data,))
+    if window is not None:
+        raise MeasurementError(f"{data}: a folder has no window; name the file and its window")
+    found = sorted(str(one) for one in path.iterdir() if _is_recording(one))
+    if not found:
+        raise MeasurementError(
+            f"{path}: no recordings are in this folder (none ends on {', '.join(SUFFIXES_READ)}); "
+            "name the files, or a folder for each robot"
+        )
+    return Robot(name, tuple(found))
+
+
+def _is_bag(path: Path) -> bool:
+    return (path / BAG).is_file()
+
+
+def _is_recording(path: Path) -> bool:
+    hidden = path.name.startswith(".")
+    return not hidden and (_is_bag(path) or path.suffix.lower() in SUFFIXES_READ)
+
+
+def _check_names(robots: Sequence[Robot]) -> None:
+    first: dict[str, Robot] = {}
+    for one in robots:
+        other = first.setdefault(one.name, one)
+        if other is not one:
+            raise MeasurementError(
+                f"{other.data[0]} and {one.data[0]}: two robots are called {one.name}; rename a "
+                "file, or put all recordings of a robot into one folder"
+            )
+
+
+def _absolute(data: str) -> str:
+    """The same data for a worker that may stand in another folder."""
+    path, window = split_window(data)
+    return f"{path.absolute()}{data[data.rindex('[') :] if window else ''}"
+
+
+def _digest(data: Sequence[str]) -> str:
+    """SHA-256 of all files that some data is read from, and of what is beside them."""
+    digest = hashlib.sha256()
+    for one in data:
+        path, _ = split_window(one)
+        beside = Path(f"{path}.toml")
+        inside = sorted(path.rglob("*")) if path.is_dir() else [path]
+        for file in (*inside, *([beside] if beside.is_file() else [])):
+            digest.update(f"{one} {file.name} {_content(file)}\n".encode())
+    return digest.hexdigest()
+
+
+def _content(file: Path) -> str:
+    try:
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:  # the run of this robot says why
+        return ABSENT
+
+
+# ---- what a row says ---------------------------------------------------------------------------
+
+
+def fleet_table(path: Path) -> pd.DataFrame:
+    """The results of a swept fleet, of a CSV or Parquet file; text that is missing is "" again."""
+    if path.suffix.lower() == ".parquet":
+        return pd.read_parquet(path)
+    # a robot may be called 007 or NA
+    table = pd.read_csv(
+        path, dtype=dict.fromkeys(TEXTS, str), keep_default_na=False, na_values=[""]
+    )
+    return table.fillna(dict.fromkeys(TEXTS, ""))
+
+
+def error_columns(signal: str) -> dict[tuple[str, str], str]:
+    """Columns of a signal's error: ("noise_ratio" or "rmse", "before" or "after") -> name."""
+    unit = {one.name: one.unit for one in OUTPUTS}[signal]
+    suffixes = {"noise_ratio": "", "rmse": SUFFIXES[unit]}
+    return {
+        (kind, when): f"{signal}_{kind}_{when}{suffix}"
+        for kind, suffix in suffixes.items()
+        for when in ("before", "after")
+    }
+
+
+def named(text: str) -> tuple[str, ...]:
+    """Dotted paths in a text of `drifted`, or ids of effects in one of `appeared`."""
+    return tuple(re.split(r"[ :]", one, maxsplit=1)[0] for one in text.split("; ") if one)
+
+
+def _numbers(model: Model) -> Iterator[str]:
+    """Columns of numbers; the same for all robots."""
+    for signal in SIGNALS:
+        yield from error_columns(signal).values()
+    for path in free_parameters(model):
+        yield from (path, path + LOW, path + HIGH)
+
+
+def _summary(found: Diagnosis) -> dict[str, str | float]:
+    estimates = {one.path: one for one in found.findings.estimates}
+    row: dict[str, str | float] = {
+        VERDICT: found.verdict,
+        DRIFTED: "; ".join(_drift(estimates[path]) for path in found.parameters_changed),
+        APPEARED: "; ".join(_appearances(found, estimates)),
+    }
+    ends = {"before": found.ladder[0], "after": found.ladder[-1]}
+    for signal in ends["after"].rmse:
+        for (kind, when), column in error_columns(signal).items():
+            rung = ends[when]
+            row[column] = (rung.rmse if kind == "rmse" else rung.noise_ratio)[signal]
+    for path in free_parameters(found.given):
+        one = estimates[path]
+        row |= {path: one.fitted, path + LOW: one.interval[0], path + HIGH: one.interval[1]}
+    return row
+
+
+def _drift(one: Estimate) -> str:
+    low, high = map(_number, one.interval)
+    moved = f"{one.path} {_number(one.given)} -> {_number(one.fitted)}{_unit(one)}"
+    return f"{moved} ({low} to {high})"
+
+
+def _appearances(found: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterator[str]:
+    """Effects with their numbers, and what would explain these data as well."""
+    for effect_id in found.added:
+        parts = []
+        for name, value in found.model.effects[effect_id].items():
+            one = estimates.get(f"effects.{effect_id}.{name}")
+            unit = "" if one is None else _unit(one)
+            parts.append(f"{name} {_number(value)}{unit}")
+        alike = {
+            other
+            for members in found.indistinguishable
+            if effect_id in members
+            for other in members
+            if other != effect_id
+        }
+        if alike:
+            parts.append(f"not told apart from {' and '.join(sorted(alike))}")
+        yield f"{effect_id}: {', '.join(parts)}"
+    if found.verdict == "unknown_effect":
+        text = f"{UNKNOWN}: no known effect explains the error"
+        if found.learned is not None:
+            text += f", which depends on {', '.join(found.learned.variables)}"
+        yield text
+
+
+def _number(value: float) -> str:
+    """Some digits without an exponent."""
+    return np.format_float_positional(
+        value, precision=DIGITS, unique=False, fractional=False, trim="-"
+    )
+
+
+def _unit(one: Estimate) -> str:
+    return "" if one.unit == "1" else f" {unit_text(one.unit)}"
