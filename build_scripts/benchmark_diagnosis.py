@@ -10,15 +10,14 @@ model without effects once, to 1e-7, on a right-hand side in plain Python.
 
 import os
 import tempfile
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmark_simulate import python_rates
-from benchmarking import Row, at_most, print_table
+from benchmarking import Row, at_most, print_table, seconds
 from elastic_tendon.compiled import clear_cache, simulate
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.candidates import candidates, prepare
@@ -58,13 +57,6 @@ def recording(model: Model, effect_id: str) -> Measurement:
         load_torque=load,
         interpolation="linear",
     )
-
-
-def seconds(call: Callable[[], object]) -> float:
-    """Wall-clock time of one call, s."""
-    begin = time.perf_counter()
-    call()
-    return time.perf_counter() - begin
 
 
 def scipy_seconds(model: Model, measured: Measurement) -> float:

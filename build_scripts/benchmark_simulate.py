@@ -11,7 +11,8 @@ error is at most 1e-7 rad counts.
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from benchmarking import Row, at_least, at_most, fastest, print_table
+from benchmarking import Row, at_least, at_most, fastest, print_table, spoken
 from elastic_tendon import compiler
 from elastic_tendon.compiled import DEFAULT_TOLERANCE, simulate
 from elastic_tendon.fmu.binary import write_sources
@@ -43,9 +44,19 @@ CANDIDATES = [
 ]
 
 
-def motor_motion(measured: bool) -> tuple[Array, Array]:
+@dataclass(frozen=True)
+class Run:
+    """The fastest run of one side that is accurate enough: its time (s), error (rad), settings."""
+
+    seconds: float
+    error: float
+    method: str
+    tolerance: float
+
+
+def motor_motion(measured: bool, duration: float = 12.0) -> tuple[Array, Array]:
     """Time (s) and motor position (rad): two sines through slack."""
-    time = np.arange(int(12 * RATE) + 1) / RATE
+    time = np.arange(int(duration * RATE) + 1) / RATE
     position = 0.3 * np.sin(2 * np.pi * 0.7 * time) + 0.2 * np.sin(2 * np.pi * 2.3 * time)
     if measured:
         position = np.round(position / ENCODER_STEP) * ENCODER_STEP
@@ -54,14 +65,13 @@ def motor_motion(measured: bool) -> tuple[Array, Array]:
 
 def python_rates(model: Model, time: Array, position: Array, cubic: bool) -> Rates:
     """The same equations as a user of scipy would write them for speed."""
-    t, upper = model.transmission, model.transmission.upper_spring
+    t = model.transmission
     radius, inertia, damping = t.joint_pulley_radius, model.link.inertia, model.link.damping
-    stiffness = upper.stiffness * upper.parallel
-    rest = t.pretension_force / stiffness
+    stiff_above, stiff_below = (s.stiffness * s.parallel for s in (t.upper_spring, t.lower_spring))
+    rest_above, rest_below = t.pretension_force / stiff_above, t.pretension_force / stiff_below
     last = time.size - 2
-    spline = CubicSpline(time, position)
     if cubic:
-        rows = [tuple(row) for row in spline.c[::-1].T.tolist()]
+        rows = [tuple(row) for row in CubicSpline(time, position).c[::-1].T.tolist()]
     else:
         slopes = np.diff(position) * RATE
         rows = [
@@ -75,39 +85,40 @@ def python_rates(model: Model, time: Array, position: Array, cubic: bool) -> Rat
         motor = a + since * (b + since * (c + since * d)) if cubic else a + since * b
         angle, velocity = state
         stretch = radius * (angle - motor)
-        above, below = stiffness * (rest - stretch), stiffness * (rest + stretch)
+        above, below = stiff_above * (rest_above - stretch), stiff_below * (rest_below + stretch)
         torque = radius * ((above if above > 0.0 else 0.0) - (below if below > 0.0 else 0.0))
         return [velocity, (torque - damping * velocity) / inertia]
 
     return rates
 
 
-def scipy_fastest(rates: Any, time: Array, reference: Array) -> tuple[float, str]:
-    """Time (s) and name of scipy's fastest run whose error is at most ERROR."""
+def scipy_run(
+    rates: Any, time: Array, method: Any, tolerance: float, start: Sequence[float] = (0.0, 0.0)
+) -> Array:
+    """Joint position (n,), rad, by solve_ivp."""
+    span = (0.0, float(time[-1]))
+    solution = solve_ivp(rates, span, start, method, time, rtol=tolerance, atol=tolerance / 10)
+    return np.asarray(solution.y[0])
+
+
+def scipy_fastest(rates: Any, time: Array, reference: Array) -> Run:
+    """Scipy's fastest run whose error is at most ERROR."""
     runs = []
     for method, tolerance in CANDIDATES:
 
-        def run(method: Any = method, tolerance: float = tolerance) -> Array:
-            solution = solve_ivp(
-                rates,
-                (0.0, time[-1]),
-                [0.0, 0.0],
-                method,
-                time,
-                rtol=tolerance,
-                atol=tolerance / 10,
-            )
-            return np.asarray(solution.y[0])
+        def run(method: str = method, tolerance: float = tolerance) -> Array:
+            return scipy_run(rates, time, method, tolerance)
 
-        if np.abs(run() - reference).max() <= ERROR:
-            runs.append((fastest(run, 2), f"{method} {tolerance:g}"))
-    return min(runs)
+        error = float(np.abs(run() - reference).max())
+        if error <= ERROR:
+            runs.append(Run(fastest(run, 2), error, method, tolerance))
+    return min(runs, key=lambda one: one.seconds)
 
 
 def ours_fastest(
     model: Model, time: Array, position: Array, kind: Interpolation, reference: Array
-) -> tuple[float, float]:
-    """Time (s) and error (rad) of the fastest `simulate` whose error is at most ERROR."""
+) -> Run:
+    """The fastest `simulate` whose error is at most ERROR."""
     runs = []
     for tolerance in OUR_TOLERANCES:
 
@@ -118,8 +129,8 @@ def ours_fastest(
 
         error = float(np.abs(run() - reference).max())
         if error <= ERROR:
-            runs.append((fastest(run, 100), error))
-    return min(runs)
+            runs.append(Run(fastest(run, 100), error, "simulate", tolerance))
+    return min(runs, key=lambda one: one.seconds)
 
 
 def rates_time(model: Model) -> float:
@@ -151,30 +162,53 @@ def rates_time(model: Model) -> float:
     return float(run.stdout) * 1e-9
 
 
-def main() -> None:
-    """Print the table."""
-    model = load_model("biorob_x4_joint_3")
-    rows: list[Row] = []
-    kinds: tuple[tuple[Interpolation, float], ...] = (("linear", 500.0), ("cubic", 100.0))
-    for measured in (True, False):
-        time, position = motor_motion(measured)
-        name = "measured" if measured else "smooth"
-        for kind, target in kinds:
-            exact = simulate(model, time, position, interpolation=kind, tolerance=1e-13)
-            reference = exact["joint_position"]
-            ours, error = ours_fastest(model, time, position, kind, reference)
-            rates = python_rates(model, time, position, kind == "cubic")
-            peer, method = scipy_fastest(rates, time, reference)
-            ratio = f"{name} input, {kind}: times faster than scipy ({method}, {peer:.2f} s)"
-            rows.append(at_least(ratio, peer / ours, target))
-            rows.append(at_most(f"{name} input, {kind}: our error", error, ERROR, "rad"))
-    time, position = motor_motion(measured=True)
+def peer_rows(model: Model, measured: bool, kind: Interpolation, duration: float) -> list[Row]:
+    """Scipy against `simulate` on one motion."""
+    time, position = motor_motion(measured, duration)
+    exact = simulate(model, time, position, interpolation=kind, tolerance=1e-13)
+    reference = exact["joint_position"]
+    ours = ours_fastest(model, time, position, kind, reference)
+    peer = scipy_fastest(python_rates(model, time, position, kind == "cubic"), time, reference)
+    name = f"{'measured' if measured else 'smooth'} input, {kind}"
+    times = (
+        f"{spoken(ours.seconds)} at {ours.tolerance:g}; "
+        f"scipy {peer.method} {spoken(peer.seconds)} at {peer.tolerance:g}"
+    )
+    target = {"linear": 500.0, "cubic": 100.0}[kind]
+    return [
+        at_least(f"{name}: solve_ivp / simulate", peer.seconds / ours.seconds, target, "", times),
+        at_most(f"{name}: our error", ours.error, ERROR, "rad", f"scipy {peer.error:.2g} rad"),
+    ]
+
+
+def overhead_rows(model: Model, duration: float) -> list[Row]:
+    """Time of one right-hand side, and what a run costs beyond all of them."""
+    time, position = motor_motion(True, duration)
     count = simulate(model, time, position).statistics["rates"]
     each = rates_time(model)
     overhead = fastest(lambda: simulate(model, time, position), 200) / (count * each)
-    rows.append(Row("one compiled right-hand side", f"{each * 1e9:.1f} ns"))
-    rows.append(at_most("run time / (right-hand sides x time of one)", overhead, 3.0))
-    print_table("Simulation of 12 s at 500 Hz", rows)
+    return [
+        Row("one compiled right-hand side", spoken(each)),
+        at_most("run time / (right-hand sides x time of one)", overhead, 3.0),
+    ]
+
+
+def rows(duration: float = 12.0) -> list[Row]:
+    """All rows; `duration` is that of the motion, s."""
+    model = load_model("biorob_x4_joint_3")
+    kinds: tuple[Interpolation, ...] = ("linear", "cubic")
+    table = [
+        row
+        for measured in (True, False)
+        for kind in kinds
+        for row in peer_rows(model, measured, kind, duration)
+    ]
+    return table + overhead_rows(model, duration)
+
+
+def main() -> None:
+    """Print the table."""
+    print_table("Simulation of 12 s at 500 Hz", rows())
 
 
 if __name__ == "__main__":

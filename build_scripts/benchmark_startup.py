@@ -1,17 +1,20 @@
-"""Time from model.toml to the first trajectory, imports excluded; prints one table.
+"""Time to the first trajectory, of the first import, and of the help; prints one table.
 
     python build_scripts/benchmark_startup.py
 
-Each figure is taken in a fresh process. "Warm compiler" means that zig has compiled something
-before on this machine, but not this structure; "cached" that the structure is in the cache.
+Each figure is taken in fresh processes. To the first trajectory counts from model.toml on, imports
+excluded; "warm compiler" means that zig has compiled something before on this machine, but not this
+structure; "cached" that the structure is in the cache. Import and help count from the start of the
+process to its end, beside one that imports numpy, scipy.optimize and casadi and does nothing.
 """
 
 import os
 import subprocess
 import sys
 import tempfile
+from functools import partial
 
-from benchmarking import at_most, print_table
+from benchmarking import Row, at_most, in_turn, print_table, spread
 
 _FIRST_TRAJECTORY = """
 import time
@@ -37,18 +40,45 @@ def first_trajectory(cache: str) -> float:
     return float(run.stdout)
 
 
-def main() -> None:
-    """Print the table."""
+def trajectory_rows(repetitions: int = 5) -> list[Row]:
+    """Time to the first trajectory."""
     with tempfile.TemporaryDirectory() as warm_up:
         first_trajectory(warm_up)
     with tempfile.TemporaryDirectory() as cache:
         compiled = first_trajectory(cache)
-        cached = min(first_trajectory(cache) for _ in range(5))
-    rows = [
+        cached = min(first_trajectory(cache) for _ in range(repetitions))
+    return [
         at_most("model.toml to first trajectory, warm compiler", compiled, 3.0, "s"),
         at_most("model.toml to first trajectory, cached library", cached, 0.15, "s"),
     ]
-    print_table("Start-up", rows)
+
+
+def process_rows(repetitions: int = 20) -> list[Row]:
+    """Import and help against the import of what they do without, in processes that take turns."""
+    commands = {
+        "import elastic_tendon": ["-c", "import elastic_tendon"],
+        "elastic-tendon --help": ["-m", "elastic_tendon.cli", "--help"],
+        "import numpy, scipy.optimize, casadi": ["-c", "import numpy, scipy.optimize, casadi"],
+    }
+    calls = [partial(_run, arguments) for arguments in commands.values()]
+    *ours, peer = in_turn(calls, repetitions)
+    *names, other = commands
+    return [
+        at_most(
+            *(f"{name} / {other}", float(times.min() / peer.min()), 1.0, ""),
+            f"{spread(times)}; {spread(peer)}",
+        )
+        for name, times in zip(names, ours, strict=True)
+    ]
+
+
+def _run(arguments: list[str]) -> None:
+    subprocess.run([sys.executable, *arguments], capture_output=True, check=True)
+
+
+def main() -> None:
+    """Print the table."""
+    print_table("Start-up", [*trajectory_rows(), *process_rows()])
 
 
 if __name__ == "__main__":

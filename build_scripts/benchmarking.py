@@ -1,4 +1,4 @@
-"""What the benchmark scripts share: a row with its target, the table, and where it was measured."""
+"""What the benchmark scripts share: rows, ways to time, the table, and where it was measured."""
 
 import platform
 import subprocess
@@ -6,43 +6,94 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+PACKAGES = (
+    *("casadi", "fmpy", "pythonfmu", "numpy", "scipy", "pandas"),
+    *("joblib", "distributed", "ziglang"),
+)
+UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
 
 @dataclass(frozen=True)
 class Row:
-    """One figure beside its target; `met` is None where the figure is only reported."""
+    """One figure beside its target; `met` is None where the figure is only reported.
+
+    `beside` : what the figure is made of, such as the times of both sides of a ratio.
+    """
 
     what: str
     figure: str
     target: str = "reported"
     met: bool | None = None
+    beside: str = ""
 
 
-def at_most(what: str, value: float, limit: float, unit: str = "") -> Row:
+def at_most(what: str, value: float, limit: float, unit: str = "", beside: str = "") -> Row:
     """Row whose figure must not exceed a limit."""
-    return Row(what, f"{value:.3g} {unit}".strip(), f"≤ {limit:g} {unit}".strip(), value <= limit)
+    met = value <= limit
+    return Row(what, f"{value:.3g} {unit}".strip(), f"≤ {limit:g} {unit}".strip(), met, beside)
 
 
-def at_least(what: str, value: float, limit: float, unit: str = "") -> Row:
+def at_least(what: str, value: float, limit: float, unit: str = "", beside: str = "") -> Row:
     """Row whose figure must reach a limit."""
-    return Row(what, f"{value:.3g} {unit}".strip(), f"≥ {limit:g} {unit}".strip(), value >= limit)
+    met = value >= limit
+    return Row(what, f"{value:.3g} {unit}".strip(), f"≥ {limit:g} {unit}".strip(), met, beside)
+
+
+# ---- times ---------------------------------------------------------------------------------------
+
+
+def seconds(call: Callable[[], object]) -> float:
+    """Wall-clock time of one call, s."""
+    begin = time.perf_counter()
+    call()
+    return time.perf_counter() - begin
+
+
+def in_turn(calls: Sequence[Callable[[], object]], repetitions: int) -> Array:
+    """Wall-clock times (calls, repetitions), s, of calls that take turns.
+
+    So whatever slows the machine for a while slows all of them. One untimed call of each warms up.
+    """
+    for call in calls:
+        call()
+    return np.array([[seconds(call) for call in calls] for _ in range(repetitions)]).T
 
 
 def fastest(call: Callable[[], object], repetitions: int) -> float:
     """Shortest wall-clock time of several calls, s; the first, untimed call warms up."""
-    call()
-    times = []
-    for _ in range(repetitions):
-        begin = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - begin)
-    return min(times)
+    return float(in_turn([call], repetitions).min())
+
+
+def spoken(duration: float) -> str:
+    """A time in s, with the unit that suits it."""
+    scale, unit = next((one for one in UNITS if duration >= one[0]), UNITS[-1])
+    return f"{duration / scale:.3g} {unit}"
+
+
+def spread(durations: Array) -> str:
+    """Median of some times in s, with the least and the most."""
+    least, middle, most = (spoken(float(x)) for x in np.quantile(durations, (0.0, 0.5, 1.0)))
+    return f"{middle} ({least} to {most})"
+
+
+# ---- table ---------------------------------------------------------------------------------------
 
 
 def _commit() -> str:
     run = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
+        ["git", "describe", "--always", "--dirty"],
+        cwd=Path(__file__).parent,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     return run.stdout.strip() or "unknown"
 
@@ -55,16 +106,33 @@ def _processor() -> str:
         return platform.processor()
 
 
-def print_table(title: str, rows: Sequence[Row]) -> None:
-    """Print the rows and what they were measured with."""
-    packages = ("numpy", "scipy", "casadi", "fmpy", "ziglang")
-    print(f"\n{title}")
-    print(
-        f"{_processor()}, Python {platform.python_version()}, commit {_commit()}, "
-        + ", ".join(f"{name} {version(name)}" for name in packages)
-    )
+def _version(package: str) -> str:
+    try:
+        return f"{package} {version(package)}"
+    except PackageNotFoundError:  # of an extra
+        return f"no {package}"
+
+
+def print_rows(rows: Sequence[Row]) -> None:
+    """Print rows in columns."""
     width = max(len(row.what) for row in rows)
     for row in rows:
         verdict = {None: "", True: "met", False: "MISSED"}[row.met]
-        print(f"  {row.what:<{width}}  {row.figure:>14}  {row.target:>14}  {verdict}")
+        line = (
+            f"  {row.what:<{width}}  {row.figure:>14}  {row.target:>14}  {verdict:6}  {row.beside}"
+        )
+        print(line.rstrip())
     sys.stdout.flush()
+
+
+def print_provenance() -> None:
+    """Print on what, and with what, the figures are measured."""
+    print(f"{_processor()}, {platform.platform()}, Python {platform.python_version()}")
+    print(f"commit {_commit()}, " + ", ".join(_version(name) for name in PACKAGES))
+
+
+def print_table(title: str, rows: Sequence[Row]) -> None:
+    """Print the rows and what they were measured with."""
+    print(f"\n{title}")
+    print_provenance()
+    print_rows(rows)

@@ -1,6 +1,6 @@
 """What a user would write without elastic-tendon: a pythonfmu slave that integrates with scipy.
 
-The paper's actuator, base model, in SI units. Only `benchmark_fmu.py` uses it, as the peer.
+The paper's actuator, base model, in SI units. Benchmarks use it, as a peer.
 """
 
 import numpy as np

@@ -1,0 +1,109 @@
+"""The benchmark scripts measure what they say, at sizes too small to mean anything."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import benchmark_all
+import benchmark_fit
+import benchmark_fmpy
+import benchmark_simulate
+import benchmark_startup
+import benchmark_sweep
+from benchmarking import Row, at_least, at_most, in_turn, print_rows, spoken, spread
+from elastic_tendon.parameters import load_model
+
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*(e[-+]?\d+)?|inf|nan)")
+
+
+def assert_finite(rows: list[Row]) -> None:
+    """Every row has a figure above zero, and so have the numbers beside it."""
+    assert rows
+    for row in rows:
+        for text in (row.figure, row.beside):
+            figures = [float(found[0]) for found in NUMBER.finditer(text)]
+            assert all(math.isfinite(figure) for figure in figures), row
+        figure = NUMBER.match(row.figure)
+        assert figure is not None, row
+        assert float(figure[0]) > 0.0, row
+
+
+def test_times_are_taken_in_turn_after_one_call_each():
+    calls: list[str] = []
+    times = in_turn([lambda: calls.append("a"), lambda: calls.append("b")], 2)
+    assert "".join(calls) == "ababab"
+    assert times.shape == (2, 2)
+    assert (times >= 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("duration", "text"), [(12.34, "12.3 s"), (1e-3, "1 ms"), (25e-6, "25 µs"), (3e-10, "0.3 ns")]
+)
+def test_a_time_has_the_unit_that_suits_it(duration, text):
+    assert spoken(duration) == text
+
+
+def test_a_spread_is_told_as_median_least_and_most():
+    assert spread(np.array([3e-3, 1e-3, 2e-3])) == "2 ms (1 ms to 3 ms)"
+
+
+def test_a_row_says_whether_its_target_is_met(capsys):
+    print_rows([at_least("fast", 3.0, 2.0, "x", "1 s; 3 s"), at_most("small", 3.0, 2.0)])
+    fast, small = capsys.readouterr().out.splitlines()
+    assert fast.split() == ["fast", "3", "x", "≥", "2", "x", "met", "1", "s;", "3", "s"]
+    assert small.split() == ["small", "3", "≤", "2", "MISSED"]
+
+
+def test_simulate_beside_scipy():
+    model = load_model(benchmark_sweep.MODEL)
+    assert_finite(benchmark_simulate.peer_rows(model, False, "linear", 0.1))
+
+
+def test_the_peer_of_the_fit_finds_the_same_optimum():
+    ratio, apart = benchmark_fit.fit_rows(duration=0.4, repetitions=1)
+    assert_finite([ratio])
+    assert apart.met, apart
+
+
+def test_sensitivities_beside_differences():
+    time, error = benchmark_fit.sensitivity_rows(duration=0.5, repetitions=1)
+    assert_finite([time, error])
+    assert float(error.figure) > 0.1  # derivatives of the same thing, and in the same order
+
+
+def test_fmpy_simulates_the_same_motion():
+    rows = benchmark_fmpy.rows(duration=0.1, repetitions=1)
+    assert_finite(rows)
+    errors = [float(row.beside.split("error ")[1].split()[0]) for row in rows]
+    assert max(errors) < 1e-3
+
+
+def test_many_simulations_beside_scipy():
+    assert_finite(benchmark_sweep.peer_rows(count=20, machines=1))
+
+
+def test_sweeps_over_runs_and_cores():
+    assert_finite(benchmark_sweep.scaling_rows([2, 20]))
+    assert_finite(benchmark_sweep.cores_rows(20, 1))
+
+
+def test_memory_is_that_of_the_runs():
+    [row] = benchmark_sweep.memory_rows(count=3, fewer=2)
+    assert "MB and" in row.beside or row.figure == "not told here"
+
+
+def test_processes_are_told_beside_one_that_imports_numpy():
+    assert_finite(benchmark_startup.process_rows(1))
+
+
+def test_every_group_has_a_heading_of_its_own():
+    titles = [group.title for group in benchmark_all.groups(quick=True)]
+    assert len(set(titles)) == len(titles) > 5
+
+
+def test_a_word_that_no_heading_has_is_told(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["benchmark_all.py", "--only", "quantum"])
+    assert benchmark_all.main() == 1
+    assert "no heading has 'quantum' in it" in capsys.readouterr().err
