@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from elastic_tendon import load_model, simulate
+from elastic_tendon import load_model, simulate, sweep
 from elastic_tendon.errors import SimulationError, SweepError
 from elastic_tendon.excitation import default_excitation
 from elastic_tendon.measurement import Measurement
@@ -21,6 +21,7 @@ from elastic_tendon.sweeps.simulations import (
     measured_motion,
     simulations,
 )
+from elastic_tendon.sweeps.summary import summarise
 
 OUTPUTS = ("joint_position", "joint_torque", "slack_state", "overstretched")
 UNITS = {"joint_position": "rad", "joint_torque": "Nm"}
@@ -206,6 +207,26 @@ def test_memory_does_not_grow_with_the_runs_of_a_batch(model, motion, monkeypatc
         tracemalloc.stop()
     assert peaks[1] < 1.1 * peaks[0] + 3e5
     assert peaks[1] < 4 * module.MEMORY
+
+
+@pytest.mark.parametrize("keep", ["statistics"])
+def test_swept_table_is_the_same_whatever_the_workers_and_summed_up(model, motion, tmp_path, keep):
+    limit = model.transmission.largest_pretension
+    drawn = _drawn(model, 30, "link.damping=0.05:0.5", f"{PRETENSION}=5:{1.5 * limit}")
+    task = simulations(model, drawn, motion=motion, keep=keep)
+    paths = [
+        sweep(task, tmp_path / f"{workers}.csv", workers=workers, batch=batch).path
+        for workers, batch in ((1, 30), (2, 7))
+    ]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    expected = task.rows(0, 30)
+    pd.testing.assert_frame_equal(
+        pd.read_csv(paths[0]).fillna({"failure": ""}), expected, rtol=1e-14, check_dtype=False
+    )
+    found = summarise(paths[0])
+    failed = int((expected["failure"] != "").sum())
+    assert 0 < failed < 30
+    assert (found.runs, found.failed, found.reasons[0].count) == (30, failed, failed)
 
 
 def test_identity_tells_sweeps_apart(model, motion):

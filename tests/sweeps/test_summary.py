@@ -107,13 +107,13 @@ def test_memory_does_not_grow_with_the_number_of_runs(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "PIECE", 3_000)
     monkeypatch.setattr(module, "QUANTILE_ROWS", 1_000)
     peaks = []
-    for count in (5_000, 40_000):
+    for count in (20_000, 80_000):
         path = _write(_table(count), tmp_path / f"{count}.csv")
         tracemalloc.start()
         summarise(path)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-    assert peaks[1] < 1.3 * peaks[0]
+    assert peaks[1] < 1.5 * peaks[0]
 
 
 @pytest.mark.parametrize(
