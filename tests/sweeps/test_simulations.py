@@ -209,7 +209,7 @@ def test_memory_does_not_grow_with_the_runs_of_a_batch(model, motion, monkeypatc
     assert peaks[1] < 4 * module.MEMORY
 
 
-@pytest.mark.parametrize("keep", ["statistics"])
+@pytest.mark.parametrize("keep", ["statistics", "trajectories"])
 def test_swept_table_is_the_same_whatever_the_workers_and_summed_up(model, motion, tmp_path, keep):
     limit = model.transmission.largest_pretension
     drawn = _drawn(model, 30, "link.damping=0.05:0.5", f"{PRETENSION}=5:{1.5 * limit}")

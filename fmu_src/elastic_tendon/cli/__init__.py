@@ -9,6 +9,7 @@ import sys
 
 from elastic_tendon.cli import app as app_command
 from elastic_tendon.cli import diagnosis, linear, measurements, models
+from elastic_tendon.cli import sweep as sweep_command
 from elastic_tendon.cli.shared import INTERRUPTED, app
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "main",
     "measurements",
     "models",
+    "sweep_command",
 ]
 
 # before numpy is imported: a fit's matrices are tall and narrow, and threads that wait for one

@@ -57,6 +57,11 @@ class _Format:
     join: Callable[[list[Path], Path], None]
 
 
+def folder_of(output: Path) -> Path:
+    """Where the parts of a sweep are until all is done."""
+    return output.with_name(f"{output.name}.parts")
+
+
 def check_output(output: Path, *, force: bool) -> None:
     """Refuse, before any work is done, an output that could not be written after it.
 
@@ -90,7 +95,7 @@ def open_parts(task: Task, output: Path, batch: int | None, *, force: bool) -> P
     SweepError : the folder has parts of another sweep, and `force` is not given
     OutputError : the folder cannot be written, or has files that no sweep has put there
     """
-    folder = output.with_name(f"{output.name}.parts")
+    folder = folder_of(output)
     wanted = _description(task)
     if folder.exists():
         found = _found(folder)

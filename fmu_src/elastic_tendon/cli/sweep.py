@@ -1,0 +1,282 @@
+"""The command that does something many times: simulate, fit, diagnose; here or on a cluster."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from elastic_tendon.cli.reading import (
+    AsDeclaredOption,
+    InterpolationOption,
+    MapOption,
+    Reading,
+    RemoveOffsetOption,
+    ResampleOption,
+    ShiftOption,
+)
+from elastic_tendon.cli.shared import (
+    INTERRUPTED,
+    EffectOption,
+    ForceOption,
+    ModelArgument,
+    app,
+    check_outputs,
+    load,
+    notice,
+    output,
+    progress,
+    reporting,
+)
+from elastic_tendon.errors import SweepError
+
+if TYPE_CHECKING:
+    from elastic_tendon.identify.add import Report
+    from elastic_tendon.parameters import Model
+    from elastic_tendon.sweeps.bootstrap import Bootstrap
+    from elastic_tendon.sweeps.points import Points
+    from elastic_tendon.sweeps.sweep import Swept
+    from elastic_tendon.sweeps.task import Task
+
+DRAWN_RUNS = 1000  # of simulations, where their number is not given
+REFITS = 200  # of a bootstrap
+
+
+class Work(StrEnum):
+    """What is done in each run."""
+
+    SIMULATE = "simulate"
+    FIT = "fit"
+    DIAGNOSE = "diagnose"
+
+
+# options that say something of one kind of work only, by their names
+_OF_WORK = {
+    "--vary": {Work.SIMULATE},
+    "--method": {Work.SIMULATE},
+    "--keep": {Work.SIMULATE},
+    "--trajectories": {Work.SIMULATE},
+    "--runs": {Work.SIMULATE, Work.FIT},
+    "--seed": {Work.SIMULATE, Work.FIT},
+}
+
+
+@app.command()
+@reporting
+def sweep(
+    model: ModelArgument,
+    out: Annotated[
+        Path,
+        typer.Option(
+            *("--output", "-o"), metavar="RUNS.csv|.parquet", help="Table of results to write."
+        ),
+    ],
+    data: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[DATA...]", help="Recordings; of a fleet a file or folder for each robot."
+        ),
+    ] = None,
+    work: Annotated[
+        Work,
+        typer.Option("--do", help="In each run: simulate, refit (bootstrap), or diagnose a robot."),
+    ] = Work.SIMULATE,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary",
+            metavar="PATH\\[=...]",
+            help="A number of model.toml: PATH by its uncertainty, PATH=5% Gaussian, "
+            "PATH=LOW:HIGH uniform, PATH=LOW:HIGH:COUNT or PATH=A,B,C these values; repeatable. "
+            "Without: all that stands in \\[uncertainty].",
+        ),
+    ] = None,
+    method: Annotated[
+        Literal["grid", "monte-carlo", "latin-hypercube", "sobol"] | None,
+        typer.Option(help="Without: a grid where all that varies has values, else monte-carlo."),
+    ] = None,
+    runs: Annotated[
+        int | None,
+        typer.Option(min=1, help=f"Without: {DRAWN_RUNS} simulations, {REFITS} refits."),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of what is drawn; the same seed gives the same.")
+    ] = None,
+    keep: Annotated[
+        list[str] | None,
+        typer.Option("--keep", metavar="OUTPUT", help="An output to keep; repeatable."),
+    ] = None,
+    trajectories: Annotated[
+        bool, typer.Option("--trajectories", help="Keep every sample, not statistics of them.")
+    ] = False,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Without: all cores of this machine.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Use the workers of this Dask scheduler, tcp://..."),
+    ] = None,
+    mapping: MapOption = None,
+    resample: ResampleOption = None,
+    shift: ShiftOption = None,
+    remove_offset: RemoveOffsetOption = None,
+    as_declared: AsDeclaredOption = False,
+    interpolation: InterpolationOption = "linear",
+    own_effects: EffectOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Do something many times, on all cores or a cluster: simulate, refit, diagnose a fleet.
+
+    A sweep that is stopped goes on where it was if you type the same command again. A run that
+    fails is recorded with the reason, and the others go on.
+    """
+    asked = {
+        "--vary": bool(vary),
+        "--method": method is not None,
+        "--keep": bool(keep),
+        "--trajectories": trajectories,
+        "--runs": runs is not None,
+        "--seed": seed is not None,
+    }
+    _check_usage(work, data or [], [name for name, given in asked.items() if given])
+    if workers is not None and scheduler is not None:
+        raise typer.BadParameter("the cluster has workers of its own", param_hint="--workers")
+    check_outputs(out, picture=None, force=force, read=[model, *(data or [])])
+    reading = Reading.from_options(
+        mapping, resample, shift, remove_offset, as_declared, interpolation
+    )
+    loaded = load(model, own_effects)
+    from elastic_tendon.sweeps.sweep import sweep as run
+
+    try:
+        with progress() as report:
+            task: Task
+            if work is Work.SIMULATE:
+                points = _points(loaded, vary or [], method, runs, seed or 0)
+                task = _simulations(
+                    loaded, points, data or [], reading, keep or [], trajectories, report
+                )
+            elif work is Work.FIT:
+                task = _refits(loaded, data or [], reading, runs or REFITS, seed or 0, report)
+            else:
+                task = _fleet(loaded, data or [], reading)
+            done = run(
+                *(task, out), workers=workers, scheduler=scheduler, force=force, report=report
+            )
+    except KeyboardInterrupt:
+        _stopped(out)
+    _show(work, loaded, task, done)
+
+
+def _check_usage(work: Work, data: list[str], given: list[str]) -> None:
+    for name in given:
+        if work not in _OF_WORK[name]:
+            raise typer.BadParameter(f"says nothing where --do is {work}", param_hint=name)
+    if work is not Work.SIMULATE and not data:
+        raise typer.BadParameter(f"--do {work} needs recordings", param_hint="DATA")
+    if work is Work.SIMULATE and len(data) > 1:
+        raise typer.BadParameter("one motion is simulated; name one file", param_hint="DATA")
+
+
+def _points(
+    model: "Model", vary: list[str], method: str | None, runs: int | None, seed: int
+) -> "Points":
+    """What varies, and how; what cannot be read or drawn is wrong usage."""
+    from elastic_tendon.sweeps.factors import Values, parse_factor, stated_factors
+    from elastic_tendon.sweeps.points import points
+
+    try:
+        factors = [parse_factor(model, one) for one in vary] or stated_factors(model)
+        if method is None:
+            listed = all(isinstance(one.distribution, Values) for one in factors)
+            method = "grid" if listed and runs is None else "monte-carlo"
+        count = runs if runs is not None or method == "grid" else DRAWN_RUNS
+        return points(factors, method, count, seed)  # type: ignore[arg-type]
+    except SweepError as error:
+        raise typer.BadParameter(str(error), param_hint="--vary") from None
+
+
+def _simulations(
+    model: "Model",
+    points: "Points",
+    data: list[str],
+    reading: Reading,
+    keep: list[str],
+    trajectories: bool,
+    report: "Report",
+) -> "Task":
+    from elastic_tendon import compiled
+    from elastic_tendon.sweeps.simulations import (
+        OUTPUTS,
+        default_motion,
+        measured_motion,
+        simulations,
+    )
+
+    compiled.library_path(model.effect_ids, report)
+    motion = default_motion(model)
+    if data:
+        motion = measured_motion(model, reading.one(model, data[0], report))
+    kept: Literal["statistics", "trajectories"] = "trajectories" if trajectories else "statistics"
+    try:
+        return simulations(model, points, motion=motion, outputs=keep or OUTPUTS, keep=kept)
+    except SweepError as error:
+        raise typer.BadParameter(str(error), param_hint="--keep") from None
+
+
+def _refits(
+    model: "Model", data: list[str], reading: Reading, runs: int, seed: int, report: "Report"
+) -> "Bootstrap":
+    from elastic_tendon.sweeps.bootstrap import bootstrap
+
+    measurements = reading.all(model, data, report)
+    return bootstrap(model, measurements, runs=runs, seed=seed, report=report)
+
+
+def _fleet(model: "Model", data: list[str], reading: Reading) -> "Task":
+    from elastic_tendon.sweeps.fleet import fleet, robots_of
+
+    return fleet(
+        model,
+        robots_of(data),
+        mapping=reading.mapping,
+        resample=reading.resample,
+        time_shift=reading.time_shift,
+        remove_offset=reading.remove_offset,
+        as_declared=reading.as_declared,
+        interpolation=reading.interpolation,
+    )
+
+
+def _stopped(out: Path) -> None:
+    """Say where the work is that was done before the user stopped it."""
+    from elastic_tendon.sweeps.parts import folder_of
+
+    folder = folder_of(out)
+    kept = f"what was done is in {folder}; the same command goes on from there"
+    told = kept if folder.is_dir() else "nothing was written"
+    notice.print(f"elastic-tendon: stopped, {told}", markup=False, soft_wrap=True)
+    raise typer.Exit(INTERRUPTED)
+
+
+def _show(work: Work, model: "Model", task: "Task", done: "Swept") -> None:
+    from elastic_tendon.parameters import quantities
+    from elastic_tendon.report import sweep_tables as words
+    from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals
+    from elastic_tendon.sweeps.fleet import fleet_table
+    from elastic_tendon.sweeps.results import read_results
+    from elastic_tendon.sweeps.summary import summarise
+
+    summary = summarise(done.path)
+    if work is Work.DIAGNOSE:
+        output.print(words.fleet_summary(fleet_table(done.path)))
+    elif isinstance(task, Bootstrap):
+        output.print(words.bootstrap_table(intervals(task, read_results(done.path))))
+    else:
+        units = {one.path: one.unit for one in quantities(model.effect_ids)}
+        output.print(words.statistics_table(summary, units))
+    output.print(words.done_sentence(done), highlight=False, markup=False)
+    for sentence in words.failure_sentences(summary):
+        notice.print(sentence, markup=False, soft_wrap=True)
+    if done.failed == done.runs:
+        raise typer.Exit(1)
