@@ -28,6 +28,5 @@ def read_results(path: Path, texts: Sequence[str] = (FAILURE,)) -> pd.DataFrame:
         dtype=dict.fromkeys(texts, str),
         keep_default_na=False,
         na_values=[""],
-        float_precision="round_trip",
     )
     return table.fillna(dict.fromkeys(texts, ""))
