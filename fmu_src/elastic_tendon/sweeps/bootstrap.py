@@ -136,6 +136,12 @@ def bootstrap(
     and the scatter says nothing of how far wrong numbers make up for what the model lacks; nor of
     a constant error, which is left out. Numbers that the data leave open scatter as the prior.
 
+    On 4 s of machines of an independent simulator the intervals of the refits held the truth in
+    95 % under white noise, 96 % under coloured noise, and 96 % where the data leave the numbers
+    open, at 0.6 to 0.8 of the width of the linear ones. Under an unknown slow torque they held it
+    in 83 % only (the linear ones in 97 %; the pretension in 57 %): what a few moments decide, such
+    as those in which a tendon goes slack, no other order of the errors can show.
+
     Parameters
     ----------
     model : Model as given; its uncertainties are the prior
