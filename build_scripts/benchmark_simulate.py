@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +102,7 @@ def scipy_run(
 
 
 def scipy_fastest(rates: Any, time: Array, reference: Array) -> Run:
-    """Scipy's fastest run whose error is at most ERROR."""
+    """Scipy's fastest run whose error is at most ERROR; the least of five times."""
     runs = []
     for method, tolerance in CANDIDATES:
 
@@ -112,7 +112,9 @@ def scipy_fastest(rates: Any, time: Array, reference: Array) -> Run:
         error = float(np.abs(run() - reference).max())
         if error <= ERROR:
             runs.append(Run(fastest(run, 2), error, method, tolerance))
-    return min(runs, key=lambda one: one.seconds)
+    best = min(runs, key=lambda one: one.seconds)
+    again = fastest(lambda: scipy_run(rates, time, best.method, best.tolerance), 3)
+    return replace(best, seconds=min(again, best.seconds))
 
 
 def ours_fastest(

@@ -51,8 +51,7 @@ SPREAD = 0.2  # of their values, to both sides
 SLOWER = 500.0  # times than us, that scipy is to be
 CALL = 1000  # runs in one call of the library
 MACHINES = 20  # that scipy simulates
-FEWER = 1000  # runs, beside whose memory that of many is put
-GROWTH = 10.0  # MB that are taken for none: allocators round up
+BATCH_OF_MEMORY = 1000  # runs, so that all sizes of a sweep have the same batches
 WORK = 0.05  # s of a run on a cluster
 BATCH = 20  # of these
 WORKERS = 2
@@ -143,7 +142,7 @@ def peer_rows(count: int = 100_000, machines: int = MACHINES) -> list[Row]:
 
 def peak(count: int) -> float:
     """Largest memory of this process after a sweep in batches of one size, MB; Linux tells it."""
-    swept(count, batch=FEWER)
+    swept(count, batch=BATCH_OF_MEMORY)
     status = Path("/proc/self/status").read_text().splitlines()
     [kilobytes] = [line.split()[1] for line in status if line.startswith("VmHWM")]
     return int(kilobytes) / 1024
@@ -162,13 +161,15 @@ def fresh_peak(count: int) -> float:
     return float(run.stdout)
 
 
-def memory_rows(count: int = 100_000, fewer: int = FEWER) -> list[Row]:
-    """Whether memory grows with the number of runs."""
+def memory_rows(counts: Sequence[int] = (1_000, 10_000, 100_000)) -> list[Row]:
+    """Whether memory grows with the number of runs, from the first of them to the last."""
     if not Path("/proc/self/status").is_file():
         return [Row("memory of many runs", "not told here")]
-    few, many = fresh_peak(fewer), fresh_peak(count)
-    name = f"largest memory, {count:.0e} runs less {fewer:.0e}"
-    return [at_most(name, many - few, GROWTH, "MB", f"{few:.0f} MB and {many:.0f} MB")]
+    taken = [fresh_peak(count) for count in counts]
+    name = (
+        f"largest memory of {counts[-1]:.0e} runs / {counts[0]:.0e}, batches of {BATCH_OF_MEMORY}"
+    )
+    return [at_most(name, taken[-1] / taken[0], 1.1, "", ", ".join(f"{x:.0f} MB" for x in taken))]
 
 
 def scaling_rows(counts: Sequence[int]) -> list[Row]:
@@ -292,7 +293,7 @@ def cluster_rows(runs: int = 1000, each: float = WORK, repetitions: int = 2) -> 
 def scipy_rows(quick: bool) -> list[Row]:
     """Scipy against many simulations, and their memory; `quick` has ten thousand."""
     count = 10_000 if quick else 100_000
-    return [*peer_rows(count), *memory_rows(count)]
+    return [*peer_rows(count), *memory_rows((count // 100, count // 10, count))]
 
 
 def sweep_rows(quick: bool) -> list[Row]:

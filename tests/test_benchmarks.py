@@ -90,8 +90,8 @@ def test_sweeps_over_runs_and_cores():
 
 
 def test_memory_is_that_of_the_runs():
-    [row] = benchmark_sweep.memory_rows(count=3, fewer=2)
-    assert "MB and" in row.beside or row.figure == "not told here"
+    [row] = benchmark_sweep.memory_rows((2, 3))
+    assert row.beside.count("MB") == 2 or row.figure == "not told here"
 
 
 def test_processes_are_told_beside_one_that_imports_numpy():

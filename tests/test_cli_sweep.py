@@ -142,8 +142,10 @@ def test_a_fleet_is_one_table(run):
     rows = Path(RECORDING).read_text().splitlines()[:2001]
     Path("anna.csv").write_text("\n".join(rows) + "\n")
     Path("bert.csv").write_text("time_s,motor_position_rad\n0,0\n")
-    done = run(MODEL, "anna.csv", "bert.csv", "-o", "fleet.csv", "--do", "diagnose")
+    words = ("-o", "fleet.csv", "--do", "diagnose", "--plot", "fleet.png")
+    done = run(MODEL, "anna.csv", "bert.csv", *words)
     assert done.exit_code == 0, done.output
+    assert Path("fleet.png").stat().st_size > 10_000
     assert "coulomb_friction" in done.stdout
     assert "1 of 2 runs failed" in done.stderr
     table = pd.read_csv("fleet.csv", keep_default_na=False)

@@ -27,6 +27,7 @@ from elastic_tendon.cli.shared import (
     output,
     progress,
     reporting,
+    save_picture,
 )
 from elastic_tendon.errors import SweepError
 
@@ -58,6 +59,7 @@ _OF_WORK = {
     "--trajectories": {Work.SIMULATE},
     "--runs": {Work.SIMULATE, Work.FIT},
     "--seed": {Work.SIMULATE, Work.FIT},
+    "--plot": {Work.DIAGNOSE},
 }
 
 
@@ -123,6 +125,10 @@ def sweep(
     as_declared: AsDeclaredOption = False,
     interpolation: InterpolationOption = "linear",
     own_effects: EffectOption = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="F", help="Draw a fleet that is diagnosed (.png, .svg...)."),
+    ] = None,
     force: ForceOption = False,
 ) -> None:
     """Do something many times, on all cores or a cluster: simulate, refit, diagnose a fleet.
@@ -137,11 +143,12 @@ def sweep(
         "--trajectories": trajectories,
         "--runs": runs is not None,
         "--seed": seed is not None,
+        "--plot": plot is not None,
     }
     _check_usage(work, data or [], [name for name, given in asked.items() if given])
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("the cluster has workers of its own", param_hint="--workers")
-    check_outputs(out, picture=None, force=force, read=[model, *(data or [])])
+    check_outputs(out, picture=plot, force=force, read=[model, *(data or [])])
     reading = Reading.from_options(
         mapping, resample, shift, remove_offset, as_declared, interpolation
     )
@@ -166,6 +173,13 @@ def sweep(
     except KeyboardInterrupt:
         _stopped(out)
     _show(work, loaded, task, done)
+    if plot is not None:
+        from elastic_tendon.report.fleet_figure import fleet_figure
+        from elastic_tendon.sweeps.fleet import fleet_table
+
+        save_picture(fleet_figure(loaded, fleet_table(done.path)), plot, force)
+    if done.failed == done.runs:
+        raise typer.Exit(1)
 
 
 def _check_usage(work: Work, data: list[str], given: list[str]) -> None:
@@ -278,5 +292,3 @@ def _show(work: Work, model: "Model", task: "Task", done: "Swept") -> None:
     output.print(words.done_sentence(done), highlight=False, markup=False)
     for sentence in words.failure_sentences(summary):
         notice.print(sentence, markup=False, soft_wrap=True)
-    if done.failed == done.runs:
-        raise typer.Exit(1)
