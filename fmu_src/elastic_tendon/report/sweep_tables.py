@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from elastic_tendon.quantity import unit_text
-from elastic_tendon.report.tables import four_digits
+from elastic_tendon.report.tables import SURE, four_digits
 from elastic_tendon.report.units import noise_ratio
 from elastic_tendon.simulated import SUFFIXES
 from elastic_tendon.sweeps.bootstrap import BootstrapInterval
@@ -23,6 +23,8 @@ from elastic_tendon.sweeps.fleet import (
 from elastic_tendon.sweeps.summary import Summary
 from elastic_tendon.sweeps.sweep import Swept
 from elastic_tendon.sweeps.task import FAILURE
+
+EXACT = "exact"  # an interval that no digit would show
 
 
 def done_sentence(swept: Swept) -> str:
@@ -91,11 +93,20 @@ def bootstrap_table(intervals: Sequence[BootstrapInterval]) -> Table:
     table.add_column("by refits", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for one in intervals:
-        ends = (" to ".join(map(four_digits, pair)) for pair in (one.linear, one.bootstrap))
+        ends = [_ends(one.fitted, pair) for pair in (one.linear, one.bootstrap)]
+        if EXACT in ends:
+            table.caption = f"{EXACT}: to within a millionth, as data without noise tell"
         # a name that is too long breaks where it has a joint
         name = short(one.path).replace("spring.", "spring.\n")
         table.add_row(name, four_digits(one.fitted), *ends, unit_text(one.unit))
     return table
+
+
+def _ends(fitted: float, interval: tuple[float, float]) -> str:
+    """Ends of an interval; of data without noise they are nearer than digits tell."""
+    if interval[1] - interval[0] <= 2.0 * SURE * abs(fitted):
+        return EXACT
+    return " to ".join(map(four_digits, interval))
 
 
 def fleet_summary(found: pd.DataFrame) -> Table:
