@@ -130,11 +130,11 @@ def bootstrap(
 ) -> Bootstrap:
     """Fit once, and prepare the refits that tell how far the numbers scatter.
 
-    The refits show how much the numbers owe to errors of this size and colour, through all that
-    the linear intervals of the fit leave out: bounds, slack, numbers that trade with one another
-    along a curve. They take the errors as they are. Where the model is wrong these are no noise,
-    and the scatter says nothing of how far wrong numbers make up for what the model lacks; nor of
-    a constant error, which is left out. Numbers that the data leave open scatter as the prior.
+    The refits show how much the numbers owe to errors of this size and colour, with the
+    bounds and bends that the linear intervals of the fit leave out. They take the errors as they
+    are. Where the model is wrong these are no noise, and the scatter says nothing of how far wrong
+    numbers make up for what the model lacks; nor of a constant error, which is left out. Numbers
+    that the data leave open scatter as the prior.
 
     On 4 s of each of 24 machines of an independent simulator, the intervals of 60 refits held the
     truth of determined numbers in 95 % under white and 96 % under coloured noise (linear ones in
