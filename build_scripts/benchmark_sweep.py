@@ -160,7 +160,7 @@ def fresh_peak(count: int) -> float:
     return float(run.stdout)
 
 
-def memory_rows(counts: Sequence[int] = (1_000, 10_000, 100_000)) -> list[Row]:
+def memory_rows(counts: Sequence[int]) -> list[Row]:
     """Whether memory grows with the number of runs, from the first of them to the last."""
     if not Path("/proc/self/status").is_file():
         return [Row("memory of many runs", "not told here")]
@@ -293,7 +293,8 @@ def cluster_rows(runs: int = 1000, each: float = WORK, repetitions: int = 2) -> 
 def scipy_rows(quick: bool) -> list[Row]:
     """Scipy against many simulations, and their memory; `quick` has ten thousand."""
     count = 10_000 if quick else 100_000
-    return [*peer_rows(count), *memory_rows((count // 100, count // 10, count))]
+    sizes = [size for size in (1_000, 10_000, 100_000) if size <= count]
+    return [*peer_rows(count), *memory_rows(sizes)]
 
 
 def sweep_rows(quick: bool) -> list[Row]:

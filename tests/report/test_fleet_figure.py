@@ -6,7 +6,7 @@ import pytest
 
 from elastic_tendon.parameters import load_model
 from elastic_tendon.report.comparison_figures import PURPLE
-from elastic_tendon.report.fleet_figure import LIMIT, MOST_NUMBERED, fleet_figure
+from elastic_tendon.report.fleet_figure import LEAST, LIMIT, MOST_NUMBERED, fleet_figure
 from elastic_tendon.sweeps.fleet import Robot, fleet
 
 MODEL = load_model("biorob_x4_joint_3")
@@ -95,3 +95,10 @@ def test_signals_that_were_measured_are_told_apart():
     *_, spare = fleet_figure(MODEL, table_of([torque, {}])).axes
     labels = [one.get_text() for one in spare.get_legend().get_texts()]
     assert labels == ["as given", "improved", "joint position", "joint torque"]
+
+
+def test_an_error_of_nothing_is_drawn_at_the_end_of_the_scale():
+    errors = {"joint_position_noise_ratio_before": 5000.0, "joint_position_noise_ratio_after": 0.0}
+    figure = fleet_figure(MODEL, table_of([errors]))
+    low, high = figure.axes[2].get_xlim()
+    assert 0.0 < low < LEAST < 5000.0 < high

@@ -39,6 +39,7 @@ ROW, LOW_ROW, CELL = 0.36, 0.2, 0.62  # inch; rows are low where there are many
 ERRORS, NAMES, BAR = 2.6, 2.2, 0.14  # inch: width of the errors, of names; height of the scale
 LETTERS = 13.0  # of a reason in an inch
 SIGNAL_COLOURS = dict(zip(SIGNALS, (BLACK, SKY, VERMILLION), strict=True))
+LEAST = 0.1  # multiples of the noise: less is drawn there, as data without noise tell
 RANGE = (0.7, 3.0)  # multiples of the noise that are always shown
 
 
@@ -176,7 +177,10 @@ def _draw_errors(axes: Axes, table: pd.DataFrame) -> None:
     offsets = 0.4 * (np.arange(len(signals)) + 0.5) / max(len(signals), 1) - 0.2
     shown_ratios = list(RANGE)
     for signal, offset in zip(signals, offsets.tolist(), strict=True):
-        before, after = (table[_ratio(signal, when)].to_numpy() for when in ("before", "after"))
+        before, after = (
+            np.maximum(table[_ratio(signal, when)].to_numpy(), LEAST)
+            for when in ("before", "after")
+        )
         places, colour = np.arange(len(table)) + offset, SIGNAL_COLOURS[signal]
         axes.hlines(places, after, before, color=colour, linewidth=1.0)
         axes.plot(before, places, "o", color=colour, markerfacecolor="white", markersize=5.0)

@@ -28,6 +28,7 @@ from elastic_tendon.measurement.reader import split_window
 from elastic_tendon.parameters import Model
 from elastic_tendon.quantity import unit_text
 from elastic_tendon.simulated import SUFFIXES
+from elastic_tendon.sweeps.results import read_results
 from elastic_tendon.sweeps.shipped import ShippedModel
 from elastic_tendon.sweeps.task import FAILURE, RUN
 from elastic_tendon.variables import OUTPUTS
@@ -297,14 +298,8 @@ def _content(file: Path) -> str:
 
 
 def fleet_table(path: Path) -> pd.DataFrame:
-    """The results of a swept fleet, of a CSV or Parquet file; text that is missing is "" again."""
-    if path.suffix.lower() == ".parquet":
-        return pd.read_parquet(path)
-    # a robot may be called 007 or NA
-    table = pd.read_csv(
-        path, dtype=dict.fromkeys(TEXTS, str), keep_default_na=False, na_values=[""]
-    )
-    return table.fillna(dict.fromkeys(TEXTS, ""))
+    """The results of a swept fleet, of a CSV or Parquet file; a robot may be called 007 or NA."""
+    return read_results(path, TEXTS)
 
 
 def error_columns(signal: str) -> dict[tuple[str, str], str]:
