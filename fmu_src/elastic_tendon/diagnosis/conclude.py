@@ -147,7 +147,8 @@ def _steps(data: Data, found: Found) -> tuple[Step, ...]:
 
 
 def _changed(answer: Answer) -> tuple[str, ...]:
-    """Numbers of the given model that surely moved; Holm's correction over all of them."""
+    """Numbers of the given model that surely moved: their intervals exclude what was given, and
+    that is no chance of so many numbers (Holm's correction)."""
     from scipy.stats import norm
 
     estimates = [
@@ -160,7 +161,10 @@ def _changed(answer: Answer) -> tuple[str, ...]:
     for rank, index in enumerate(np.argsort(tails)):
         if tails[index] > FALSE_SHIFTS / (len(tails) - rank):
             break
-        moved.append(estimates[index].path)
+        one = estimates[index]
+        # of few stretches of time the interval is wider than a normal distribution's
+        if not one.interval[0] <= one.given <= one.interval[1]:
+            moved.append(one.path)
     return tuple(moved)
 
 
