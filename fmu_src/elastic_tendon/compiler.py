@@ -23,6 +23,7 @@ _FLAGS = (
     "-fvisibility=hidden",
     "-ffp-contract=off",  # else aarch64 rounds differently
     "-fno-math-errno",
+    "-fno-slp-vectorize",  # packs the few states into vectors, and then waits for shuffling them
     "-Wall",
     "-Wno-unused-function",
 )

@@ -140,7 +140,8 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
   int at_one_time = 0, events = 0;
   Motion *motion = &s->motion;
   memcpy(start, s->indicator, sizeof start);
-  Outcome outcome = refresh(s, m, k);
+  Outcome outcome = s->warm ? SOLVED : refresh(s, m, k);
+  s->warm = 0;
   if (motion->step <= 0.0) motion->step = initial_step(y, k);
 
   for (long long count = 0; outcome == SOLVED && motion->time < t_end; count++) {
@@ -191,10 +192,13 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     if (implicit || !to_end) judge_stiffness(s, h);
     if (s->single_step) return outcome;
   }
+  memcpy(s->indicator, start, sizeof start);
+  s->warm = outcome == SOLVED;
   return outcome;
 }
 
 static Outcome solver_settle(Solver *s) {
+  s->warm = 0;
   double *work = s->vector + LENGTH(s->n_directions);
   memcpy(s->vector, s->motion.x, sizeof s->motion.x);
   Outcome outcome = s->motion.fresh ? calculate_starts(s) : SOLVED;

@@ -51,7 +51,8 @@ typedef struct {
   const int *direction; /* for each the index in v, */
   double *vector;       /* and SOLVER_MEMORY(n_directions) doubles, of which the first
                            N_STATES * (1 + n_directions) are x, dx/dv_1, dx/dv_2, ... */
-  double indicator[N_INDICATORS]; /* where the solver has settled */
+  double indicator[N_INDICATORS]; /* at the present vector */
+  int warm;             /* 1 while the present vector's rates stand where the next step looks */
   int stop_at_events;   /* leave events to the caller */
   int single_step;      /* return after each step */
   /* optional: told of each change of modes, at its time in s */
@@ -76,7 +77,7 @@ static void solver_restart(Solver *s, double time);
 static Outcome solver_settle(Solver *s);
 
 /* Integrate to exactly t_end, or as far as stop_at_events and single_step let, from where the solver
- * has settled. On failure the motion
+ * has settled or was; the inputs may go on as another polynomial, but not jump. On failure the motion
  * stays at the last good time. */
 static Outcome solver_advance(Solver *s, double t_end);
 
