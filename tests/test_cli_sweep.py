@@ -13,9 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 from elastic_tendon import cli, demo
+from elastic_tendon.cli import sweep_command as command
 from elastic_tendon.compiled import simulate
 from elastic_tendon.excitation import default_excitation
 from elastic_tendon.parameters import load_model
+from elastic_tendon.sweeps.bootstrap import FEWEST_REFITS
 from elastic_tendon.sweeps.parts import folder_of
 
 BUNDLED = "biorob_x4_joint_3"
@@ -153,6 +155,10 @@ def test_a_fleet_is_one_table(run):
     assert "joint_position" in table["failure"][1]
 
 
+def test_the_command_asks_for_as_many_refits_as_intervals_need():
+    assert command.FEWEST_REFITS == FEWEST_REFITS
+
+
 # ---- wrong usage ---------------------------------------------------------------------------
 
 
@@ -169,7 +175,10 @@ def test_a_fleet_is_one_table(run):
         (["--do", "diagnose"], "needs recordings"),
         ([RECORDING, "--do", "diagnose", "--runs", "3"], "says nothing"),
         ([RECORDING, "--do", "fit", "--vary", INERTIA], "says nothing"),
+        ([RECORDING, "--do", "fit", "--runs", "10"], "needs 39 refits"),
         ([RECORDING, RECORDING, "--vary", INERTIA], "one motion"),
+        (["--vary", INERTIA, "--interpolation", "cubic"], "leave --interpolation out"),
+        (["--vary", INERTIA, "--runs", "5", "--method", "grid"], "--method and --runs"),
         (["--vary", INERTIA, "--workers", "2", "--scheduler", "tcp://a:1"], "of its own"),
     ],
 )
@@ -197,6 +206,9 @@ def test_a_scheduler_that_is_not_there_is_told_in_one_line(run):
     done = run(BUNDLED, "-o", "runs.csv", *words)
     assert done.exit_code == 1
     assert "127.0.0.1:9" in _one_line(done)
+    done = run(BUNDLED, "-o", "runs.csv", "--vary", INERTIA, "--scheduler", "host")
+    assert done.exit_code == 1
+    assert "as tcp://host:8786" in _one_line(done)
 
 
 # ---- interrupted ---------------------------------------------------------------------------

@@ -142,7 +142,7 @@ def test_example_runs(script, tmp_path):
         check(run.stdout)
 
 
-@pytest.mark.parametrize("name", ["drive_fmu", "system_simulation"])
+@pytest.mark.parametrize("name", ["drive_fmu", "system_simulation", "tolerance_study"])
 def test_example_makes_its_folder_or_says_why_not(name, tmp_path):
     script = Path(__file__).parents[1] / "examples" / name / "run.py"
 

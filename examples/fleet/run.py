@@ -8,7 +8,7 @@ friction has appeared, and one log lacks a column. Writes them in logs/, the tab
 and the picture in fleet.png, all in FOLDER (default: here).
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,7 @@ from elastic_tendon.sweeps.fleet import (
 )
 from elastic_tendon.sweeps.task import FAILURE
 
+HERE = Path(__file__).parent
 MODEL = "biorob_x4_joint_3"
 NOISE = 2e-4  # rad, of the joint's encoder
 RATE, DURATION = 500, 8.0  # Hz, s
@@ -92,5 +93,18 @@ def main(folder: Path) -> None:
     save(fleet_figure(model, table), folder / "fleet.png")
 
 
+def chosen_folder() -> Path:
+    """FOLDER of the command line, created if missing."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told = "where logs, table and picture go (default: beside this script); created if missing"
+    parser.add_argument("folder", nargs="?", type=Path, default=HERE, metavar="FOLDER", help=told)
+    folder = parser.parse_args().folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        parser.error(f"{folder} cannot be made a folder: {error.strerror}")
+    return folder
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent)
+    main(chosen_folder())

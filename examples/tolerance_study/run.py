@@ -7,7 +7,7 @@ how far the boundary of slack moves and how many machines miss what is required,
 slack_boundary.png and closed_loop.png in FOLDER (default: here).
 """
 
-import sys
+import argparse
 import tempfile
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from elastic_tendon.sweeps.factors import parse_factor
 from elastic_tendon.sweeps.points import Points, points
 from elastic_tendon.sweeps.task import Task
 
+HERE = Path(__file__).parent
 TOLERANCES = {UPPER: "5%", LOWER: "5%", PRETENSION: "10%"}  # one sigma of a Gaussian
 MACHINES, SEED = 2048, 1
 REQUIRED_TORQUE = 4.0  # N·m that the joint shall bear with both tendons taut
@@ -111,5 +112,18 @@ def main(folder: Path) -> None:
     closed_loop(model, machines, folder / "closed_loop.png")
 
 
+def chosen_folder() -> Path:
+    """FOLDER of the command line, created if missing."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told = "where the pictures go (default: beside this script); created if missing"
+    parser.add_argument("folder", nargs="?", type=Path, default=HERE, metavar="FOLDER", help=told)
+    folder = parser.parse_args().folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        parser.error(f"{folder} cannot be made a folder: {error.strerror}")
+    return folder
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent)
+    main(chosen_folder())

@@ -125,3 +125,14 @@ def test_what_is_refused_is_told_in_one_sentence(model, text, said):
 def test_model_that_states_no_uncertainty_is_refused(model):
     with pytest.raises(SweepError, match=r"\[uncertainty\] states nothing"):
         stated_factors(model)
+
+
+def test_limits_may_be_shares_of_the_value():
+    model = load_model("biorob_x4_joint_3")
+    inertia = model.link.inertia
+    uniform = parse_factor(model, "link.inertia=-5%:10%").distribution
+    assert (uniform.low, uniform.high) == pytest.approx((0.95 * inertia, 1.1 * inertia))
+    values = parse_factor(model, "link.inertia=-10%:10%:3").distribution.values
+    assert values == pytest.approx((0.9 * inertia, inertia, 1.1 * inertia))
+    with pytest.raises(SweepError, match="its value is 0"):
+        parse_factor(model, "transmission.upper_spring.damping=-5%:5%")

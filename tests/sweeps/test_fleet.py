@@ -12,6 +12,7 @@ from elastic_tendon import effects
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.registry import Registry
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.identify.determinability import Estimate
 from elastic_tendon.parameters import load_model, parse_model
 from elastic_tendon.sweeps import fleet as subject
 from elastic_tendon.sweeps.fleet import (
@@ -236,11 +237,22 @@ def diagnosis(**changes):
 
 
 def test_what_cannot_be_told_apart_is_named():
-    estimate = SimpleNamespace(unit="N.m")
+    estimate = SimpleNamespace(unit="N.m", fitted=0.3, interval=(0.29, 0.31))
     found = subject._appearances(diagnosis(), {"effects.coulomb_friction.torque": estimate})
     assert list(found) == [
-        "coulomb_friction: torque 0.3 N·m, not told apart from lugre_friction and stribeck_friction"
+        "coulomb_friction: torque 0.3 N·m (0.29 to 0.31), not told apart from lugre_friction and "
+        "stribeck_friction"
     ]
+
+
+def test_a_narrow_interval_has_as_many_digits_as_tell_its_ends_apart():
+    one = Estimate("link.inertia", "kg.m2", 80.0, 60.0012, 0.01, (59.9987, 60.0037), True)
+    assert subject._drift(one) == "link.inertia 80 -> 60.0012 kg·m² (59.9987 to 60.0037)"
+
+
+def test_a_name_that_is_no_text_is_refused():
+    with pytest.raises(MeasurementError, match=r"rob\\udcff.csv': this name is no text; rename"):
+        robots_of(["rob\udcff.csv"])
 
 
 def test_what_no_effect_explains_is_told():

@@ -14,6 +14,7 @@ from elastic_tendon.sweeps.execution import Done
 from elastic_tendon.sweeps.parts import (
     Parts,
     add,
+    alone,
     check_output,
     done_before,
     finish,
@@ -98,7 +99,7 @@ def test_a_part_is_never_half_written(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_parts_of_another_sweep_are_not_mixed_in(tmp_path: Path) -> None:
     parts = _filled(tmp_path / "runs.csv")
     other = dataclasses.replace(TASK, seed=2, runs=13)
-    with pytest.raises(SweepError, match=r"another sweep \(runs, seed differ\).*--force"):
+    with pytest.raises(SweepError, match=r"another sweep \(different: runs, seed\).*--force"):
         open_parts(other, tmp_path / "runs.csv", None, force=False)
     assert len(done_before(parts)) == 3
     assert done_before(open_parts(other, tmp_path / "runs.csv", None, force=True)) == {}
@@ -113,7 +114,7 @@ def test_force_goes_on_with_the_same_sweep(tmp_path: Path) -> None:
 def test_another_version_is_another_sweep(tmp_path: Path) -> None:
     path = _filled(tmp_path / "runs.csv").folder / "sweep.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), "elastic-tendon": "0.0.9"}))
-    with pytest.raises(SweepError, match=r"\(elastic-tendon differ\)"):
+    with pytest.raises(SweepError, match=r"\(different: elastic-tendon\)"):
         open_parts(TASK, tmp_path / "runs.csv", None, force=False)
 
 
@@ -154,3 +155,31 @@ def test_outputs_that_cannot_be_are_refused(
     monkeypatch.setattr(module, "find_spec", lambda _name: None)
     with pytest.raises(OutputError, match=r"elastic-tendon\[formats\]"):
         check_output(tmp_path / "runs.parquet", force=False)
+
+
+def test_a_description_without_parts_holds_nobody_up(tmp_path: Path) -> None:
+    open_parts(TASK, tmp_path / "runs.csv", None, force=False)
+    other = dataclasses.replace(TASK, seed=2)
+    parts = open_parts(other, tmp_path / "runs.csv", None, force=False)
+    assert json.loads((parts.folder / "sweep.json").read_text())["identity"]["seed"] == "2"
+
+
+def test_parts_of_other_batches_are_removed(tmp_path: Path) -> None:
+    parts = open_parts(TASK, tmp_path / "runs.csv", None, force=False)
+    _add(parts, 0, 5)
+    _add(parts, 0, 4)
+    assert done_before(parts) == {(0, 5): 0}
+    assert len(list(parts.folder.glob("*.csv"))) == 1
+
+
+def test_one_output_has_one_sweep_at_a_time(tmp_path: Path) -> None:
+    output = tmp_path / "runs.csv"
+    with (
+        alone(output),
+        pytest.raises(SweepError, match="another sweep is writing it now"),
+        alone(output),
+    ):
+        pass
+    with alone(output):
+        assert [path.name for path in tmp_path.iterdir()] == ["runs.csv.lock"]
+    assert not list(tmp_path.iterdir())

@@ -161,3 +161,14 @@ def test_sweeps_of_nothing_are_refused(
 ) -> None:
     with pytest.raises(SweepError, match=what):
         sweep(task, tmp_path / "runs.csv", **settings)
+
+
+def test_two_sweeps_begun_at_once_lose_nothing(tmp_path: Path, expected: bytes) -> None:
+    output = tmp_path / "runs.csv"
+    both = [_start(Draws(40, seconds=0.02), output) for _ in range(2)]
+    for process in both:
+        process.communicate(timeout=60)
+    codes = [process.returncode for process in both]
+    assert 0 in codes  # the other was refused, or found the output there
+    assert output.read_bytes() == expected
+    assert list(tmp_path.iterdir()) == [output]

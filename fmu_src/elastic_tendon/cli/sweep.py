@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap
+FEWEST_REFITS = 39  # for an interval
 
 
 class Work(StrEnum):
@@ -87,10 +88,10 @@ def sweep(
         list[str] | None,
         typer.Option(
             "--vary",
-            metavar="PATH\\[=...]",
-            help="A number of model.toml: PATH by its uncertainty, PATH=5% Gaussian, "
-            "PATH=LOW:HIGH uniform, PATH=LOW:HIGH:COUNT or PATH=A,B,C these values; repeatable. "
-            "Without: all that stands in \\[uncertainty].",
+            metavar="PATH=...",
+            help="A number of model.toml: PATH by its uncertainty, PATH=5% Gaussian of that sigma, "
+            "PATH=LOW:HIGH or PATH=-5%:5% uniform, PATH=LOW:HIGH:COUNT or PATH=A,B,C these values; "
+            "repeatable. Without: all that stands in \\[uncertainty].",
         ),
     ] = None,
     method: Annotated[
@@ -99,7 +100,11 @@ def sweep(
     ] = None,
     runs: Annotated[
         int | None,
-        typer.Option(min=1, help=f"Without: {DRAWN_RUNS} simulations, {REFITS} refits."),
+        typer.Option(
+            min=1,
+            help=f"Without: {DRAWN_RUNS} simulations, {REFITS} refits; of those {FEWEST_REFITS} at "
+            "least, 1000 for two digits of an interval.",
+        ),
     ] = None,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Of what is drawn; the same seed gives the same.")
@@ -146,12 +151,17 @@ def sweep(
         "--plot": plot is not None,
     }
     _check_usage(work, data or [], [name for name, given in asked.items() if given])
+    if work is Work.FIT and runs is not None and runs < FEWEST_REFITS:
+        fault = f"an interval of 95 % needs {FEWEST_REFITS} refits"
+        raise typer.BadParameter(fault, param_hint="--runs")
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("the cluster has workers of its own", param_hint="--workers")
     check_outputs(out, picture=plot, force=force, read=[model, *(data or [])])
     reading = Reading.from_options(
         mapping, resample, shift, remove_offset, as_declared, interpolation
     )
+    if not data and reading.options():
+        raise typer.BadParameter(f"no DATA to read: leave {reading.options()[0]} out")
     loaded = load(model, own_effects)
     from elastic_tendon.sweeps.sweep import sweep as run
 
@@ -199,15 +209,17 @@ def _points(
     from elastic_tendon.sweeps.factors import Values, parse_factor, stated_factors
     from elastic_tendon.sweeps.points import points
 
+    hint = "--vary"
     try:
         factors = [parse_factor(model, one) for one in vary] or stated_factors(model)
+        hint = "--vary, --method and --runs"
         if method is None:
             listed = all(isinstance(one.distribution, Values) for one in factors)
             method = "grid" if listed and runs is None else "monte-carlo"
         count = runs if runs is not None or method == "grid" else DRAWN_RUNS
         return points(factors, method, count, seed)  # type: ignore[arg-type]
     except SweepError as error:
-        raise typer.BadParameter(str(error), param_hint="--vary") from None
+        raise typer.BadParameter(str(error), param_hint=hint) from None
 
 
 def _simulations(
@@ -250,9 +262,14 @@ def _refits(
 def _fleet(model: "Model", data: list[str], reading: Reading) -> "Task":
     from elastic_tendon.sweeps.fleet import fleet, robots_of
 
+    robots = robots_of(data)
+    for robot in robots:
+        if len(robot.data) > 1:
+            told = f"its {len(robot.data)} recordings are taken together; else name them one by one"
+            notice.print(f"note: {robot.name} is one robot, and {told}", markup=False)
     return fleet(
         model,
-        robots_of(data),
+        robots,
         mapping=reading.mapping,
         resample=reading.resample,
         time_shift=reading.time_shift,
@@ -290,5 +307,5 @@ def _show(work: Work, model: "Model", task: "Task", done: "Swept") -> None:
         units = {one.path: one.unit for one in quantities(model.effect_ids)}
         output.print(words.statistics_table(summary, units))
     output.print(words.done_sentence(done), highlight=False, markup=False)
-    for sentence in words.failure_sentences(summary):
+    for sentence in words.failure_sentences(summary, reasons=work is not Work.DIAGNOSE):
         notice.print(sentence, markup=False, soft_wrap=True)

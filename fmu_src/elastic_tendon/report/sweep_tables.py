@@ -25,6 +25,11 @@ from elastic_tendon.sweeps.sweep import Swept
 from elastic_tendon.sweeps.task import FAILURE
 
 EXACT = "exact"  # an interval that no digit would show
+WHICH_INTERVAL = (
+    "Refits know bounds and curved dependences, but take the errors as they are: where something "
+    "unknown acts on the machine, or springs trade with one another, the fit's own are safer."
+)
+LOUD = 3.0  # times the noise: so much is not left by noise alone
 
 
 def done_sentence(swept: Swept) -> str:
@@ -34,12 +39,13 @@ def done_sentence(swept: Swept) -> str:
     return f"{runs} in {swept.path}{before}."
 
 
-def failure_sentences(summary: Summary) -> list[str]:
-    """How many runs failed, and of what."""
+def failure_sentences(summary: Summary, *, reasons: bool) -> list[str]:
+    """How many runs failed, and, if that is not said elsewhere, for which `reasons`."""
     if not summary.failed:
         return []
-    some = f"{summary.failed} of {summary.runs} runs failed; the last column says of what:"
-    return [some, *(f"  {one.count} like run {one.run}: {one.text}" for one in summary.reasons)]
+    some = f"{summary.failed} of {summary.runs} runs failed; the last column says of what"
+    listed = [f"  {one.count} like run {one.run}: {one.text}" for one in summary.reasons]
+    return [some, *listed] if reasons else [some]
 
 
 def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
@@ -87,18 +93,17 @@ def _words(column: str) -> str:
 def bootstrap_table(intervals: Sequence[BootstrapInterval]) -> Table:
     """Fitted numbers with the interval of the fit and that of the refits."""
     table = Table(title="Fitted numbers, with 95 % intervals", box=SIMPLE_HEAD)
-    table.add_column("number", overflow="fold")
+    table.add_column("number", overflow="fold", min_width=16)
     table.add_column("fitted", justify="right", no_wrap=True)
     table.add_column("by the fit alone", no_wrap=True)
     table.add_column("by refits", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for one in intervals:
         ends = [_ends(one.fitted, pair) for pair in (one.linear, one.bootstrap)]
-        if EXACT in ends:
-            table.caption = f"{EXACT}: to within a millionth, as data without noise tell"
         # a name that is too long breaks where it has a joint
         name = short(one.path).replace("spring.", "spring.\n")
         table.add_row(name, four_digits(one.fitted), *ends, unit_text(one.unit))
+    table.caption = WHICH_INTERVAL
     return table
 
 
@@ -120,17 +125,27 @@ def fleet_summary(found: pd.DataFrame) -> Table:
         if row[FAILURE]:
             table.add_row(row[ROBOT], "failed", "", row[FAILURE])
             continue
+        before, after, signal = _errors(row)
+        errors = f"{noise_ratio(before)}, {noise_ratio(after)}"
+        if signal != SIGNALS[0]:
+            errors += f"\n({signal.replace('_', ' ')})"
         changes = [row[DRIFTED].replace("transmission.", ""), row[APPEARED]]
         words = "\n".join(one.replace("; ", "\n") for one in changes if one)
-        table.add_row(row[ROBOT], row[VERDICT].replace("_", " "), _errors(row), words or "nothing")
+        table.add_row(row[ROBOT], row[VERDICT].replace("_", " "), errors, words or "nothing")
+        if after > LOUD:
+            table.caption = (
+                f"Where over {LOUD:g} times the noise remain, something disturbs the machine that "
+                "is not recorded, or recordings contradict one another: diagnose them one by one."
+            )
     return table
 
 
-def _errors(row: Mapping[Any, float]) -> str:
-    """Times the noise before and after, of the first signal that was measured."""
+def _errors(row: Mapping[Any, float]) -> tuple[float, float, str]:
+    """Times the noise before and after, of the signal where most remains, and its name."""
+    ratios = []
     for signal in SIGNALS:
         columns = error_columns(signal)
         before, after = (row[columns["noise_ratio", when]] for when in ("before", "after"))
-        if not pd.isna(before):
-            return f"{noise_ratio(before)}, {noise_ratio(after)}"
-    return ""
+        if not pd.isna(after):
+            ratios.append((before, after, signal))
+    return max(ratios, key=lambda one: one[1])

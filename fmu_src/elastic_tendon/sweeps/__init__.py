@@ -1,0 +1,7 @@
+"""Many runs: `elastic_tendon.sweep` does all of a task, on all cores or a cluster, into one table.
+
+Tasks are made by `simulations.simulations` (at the points of `points.points`, whose factors come
+from `factors.parse_factor`), `bootstrap.bootstrap` (refits) and `fleet.fleet` (diagnoses of many
+robots); a task of one's own has the members of `task.Task`. `results.read_results` and
+`summary.summarise` read what came of it.
+"""

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
@@ -37,6 +38,11 @@ def connect(address: str, task: Task) -> Iterator[Pool]:
         raise SweepError(
             'a cluster needs Dask, which is not installed; pip install "elastic-tendon[cluster]"'
         ) from None
+    if not re.search(r":\d+$", address):
+        raise SweepError(
+            f"{address}: is no address of a Dask scheduler; give what `dask scheduler` prints, "
+            "as tcp://host:8786"
+        )
     open_client: Any = distributed.Client  # has no types
     with _silence():
         try:

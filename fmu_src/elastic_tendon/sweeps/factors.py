@@ -16,8 +16,9 @@ Array = NDArray[np.float64]
 
 MOST_VALUES = 100_000  # of one factor: all of them are kept
 FORMS = (
-    "PATH alone for the model's own uncertainty, PATH=5% for a Gaussian, PATH=LOW:HIGH for a "
-    "uniform distribution, PATH=LOW:HIGH:COUNT for even steps or PATH=A,B,C for these values"
+    "PATH alone for the model's own uncertainty, PATH=5% for a Gaussian of that sigma, "
+    "PATH=LOW:HIGH or PATH=-5%:5% for a uniform distribution, with :COUNT behind for even steps, "
+    "or PATH=A,B,C for these values"
 )
 
 
@@ -80,7 +81,8 @@ def parse_factor(model: Model, text: str) -> Factor:
     model : Model whose number varies
     text : ``PATH``: Gaussian with the uncertainty of the model; ``PATH=5%``: Gaussian, one sigma
         is 5 % of the value; ``PATH=LOW:HIGH``: uniform; ``PATH=LOW:HIGH:COUNT``: values in even
-        steps, both ends among them; ``PATH=A,B,C``: these values. Units are those of model.toml
+        steps, both ends among them; ``PATH=A,B,C``: these values. Units are those of model.toml;
+        ``-5%:5%`` are limits relative to the value
 
     Returns
     -------
@@ -98,11 +100,11 @@ def parse_factor(model: Model, text: str) -> Factor:
     quantity = known[path]
     if not equals:
         return Factor(path, _as_stated(model, quantity))
-    if form.endswith("%"):
-        percent = _number(form[:-1], path)
-        return Factor(path, _relative(quantity, model.values()[path], percent))
+    value = model.values()[path]
     if ":" in form:
-        return Factor(path, _between(quantity, form.split(":")))
+        return Factor(path, _between(quantity, value, form.split(":")))
+    if form.endswith("%"):
+        return Factor(path, _relative(quantity, value, _number(form[:-1], path)))
     return Factor(path, _values(quantity, tuple(_number(one, path) for one in form.split(","))))
 
 
@@ -162,11 +164,11 @@ def _normal(quantity: Quantity, value: float, sigma: float) -> Normal:
     return Normal(value, sigma, quantity.lower, quantity.upper)
 
 
-def _between(quantity: Quantity, parts: list[str]) -> Values | Uniform:
+def _between(quantity: Quantity, value: float, parts: list[str]) -> Values | Uniform:
     path = quantity.path
     if len(parts) > 3:
         raise SweepError(f"{path}={':'.join(parts)}: cannot be read; write {FORMS}")
-    low, high = _number(parts[0], path), _number(parts[1], path)
+    low, high = (_limit(one, value, path) for one in parts[:2])
     if not low < high:
         raise SweepError(f"{path}: {low:g} is not below {high:g}; write LOW:HIGH")
     _check_bounds(quantity, (low, high))
@@ -179,6 +181,15 @@ def _between(quantity: Quantity, parts: list[str]) -> Values | Uniform:
             f"{path}: a count of {count:g} is none; write a whole number from 2 to {MOST_VALUES}"
         )
     return _values(quantity, tuple(np.linspace(low, high, int(count)).tolist()))
+
+
+def _limit(text: str, value: float, path: str) -> float:
+    """A limit, or one that is so many percent from the value."""
+    if not text.endswith("%"):
+        return _number(text, path)
+    if value == 0.0:
+        raise SweepError(f"{path}: its value is 0, and so is any share of it; write {path}=0:HIGH")
+    return value + abs(value) * _number(text[:-1], path) / 100.0
 
 
 def _values(quantity: Quantity, values: tuple[float, ...]) -> Values:

@@ -8,6 +8,7 @@ import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import floor, log10
 from pathlib import Path
 from typing import Literal
 
@@ -43,7 +44,7 @@ SUFFIXES_READ = (
     *(".mat", ".mf4", ".mdf", ".mcap", ".db3"),
 )
 BAG = "metadata.yaml"  # of a folder that is one ROS 2 bag
-DIGITS = 4  # of a number in words
+DIGITS, MOST_DIGITS = 4, 7  # of a number in words; more where an interval is narrow
 ABSENT = "absent"
 
 
@@ -65,7 +66,7 @@ class Fleet:
     * `drifted`: numbers of the model that surely moved, each as
       "link.damping 0.16 -> 0.31 N·m·s/rad (0.29 to 0.33)", joined by "; ";
     * `appeared`: effects that are missing in the model, each as "coulomb_friction: torque 0.35
-      N·m, not told apart from stribeck_friction", joined by "; ";
+      N·m (0.34 to 0.36), not told apart from stribeck_friction", joined by "; ";
     * for each of `SIGNALS` its error with the model as given (`..._before`) and as improved
       (`..._after`): over the noise, and RMS in the signal's SI unit; NaN where not measured;
     * each free number by its dotted path, and `.low` and `.high`, its 95 % interval.
@@ -229,6 +230,8 @@ def robots_of(paths: Sequence[str]) -> tuple[Robot, ...]:
 
 
 def _robot(data: str) -> Robot:
+    if any(0xD800 <= ord(letter) < 0xE000 for letter in data):  # bytes that are no UTF-8
+        raise MeasurementError(f"{data!a}: this name is no text; rename the file")
     path, window = split_window(data)
     if not path.is_dir():
         if not path.exists():
@@ -345,9 +348,17 @@ def _summary(found: Diagnosis) -> dict[str, str | float]:
 
 
 def _drift(one: Estimate) -> str:
-    low, high = map(_number, one.interval)
-    moved = f"{one.path} {_number(one.given)} -> {_number(one.fitted)}{_unit(one)}"
-    return f"{moved} ({low} to {high})"
+    return f"{one.path} {_number(one.given)} -> {_with_interval(one)}"
+
+
+def _with_interval(one: Estimate) -> str:
+    """Fitted number, unit and interval, with as many digits as tell its ends apart."""
+    low, high = one.interval
+    size, width = max(abs(low), abs(high)), high - low
+    digits = 2 + floor(log10(size / width)) if 0.0 < width < size else DIGITS
+    digits = min(max(digits, DIGITS), MOST_DIGITS)
+    fitted, *ends = (_number(value, digits) for value in (one.fitted, low, high))
+    return f"{fitted}{_unit(one)} ({' to '.join(ends)})"
 
 
 def _appearances(found: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterator[str]:
@@ -356,8 +367,7 @@ def _appearances(found: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterato
         parts = []
         for name, value in found.model.effects[effect_id].items():
             one = estimates.get(f"effects.{effect_id}.{name}")
-            unit = "" if one is None else _unit(one)
-            parts.append(f"{name} {_number(value)}{unit}")
+            parts.append(f"{name} {_number(value) if one is None else _with_interval(one)}")
         alike = {
             other
             for members in found.indistinguishable
@@ -375,10 +385,10 @@ def _appearances(found: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterato
         yield text
 
 
-def _number(value: float) -> str:
+def _number(value: float, digits: int = DIGITS) -> str:
     """Some digits without an exponent."""
     return np.format_float_positional(
-        value, precision=DIGITS, unique=False, fractional=False, trim="-"
+        value, precision=digits, unique=False, fractional=False, trim="-"
     )
 
 

@@ -4,7 +4,7 @@ import json
 import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -14,6 +14,7 @@ from typing import Any
 from zlib import crc32
 
 import pandas as pd
+from filelock import FileLock, Timeout
 
 from elastic_tendon.errors import SweepError
 from elastic_tendon.output import OutputError, check_writable, write_file
@@ -62,6 +63,33 @@ def folder_of(output: Path) -> Path:
     return output.with_name(f"{output.name}.parts")
 
 
+@contextmanager
+def alone(output: Path) -> Iterator[None]:
+    """Let nobody else sweep into this output meanwhile; a process that dies lets go.
+
+    Raises
+    ------
+    SweepError : another sweep does so now
+    OutputError : the folder cannot be written
+    """
+    path = output.with_name(f"{output.name}.lock")
+    lock = FileLock(path)
+    with _writing(path):
+        try:
+            lock.acquire(blocking=False)
+        except Timeout:  # to Python an OSError
+            raise SweepError(
+                f"{output}: another sweep is writing it now; wait for that one, or name another "
+                "output"
+            ) from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # where what is open cannot be removed it stays
+            path.unlink()
+        lock.release()
+
+
 def check_output(output: Path, *, force: bool) -> None:
     """Refuse, before any work is done, an output that could not be written after it.
 
@@ -102,9 +130,9 @@ def open_parts(task: Task, output: Path, batch: int | None, *, force: bool) -> P
         different = _differences(wanted, found)
         if not different:
             return Parts(folder, output, task.runs, found["batch"])
-        if found and not force:
+        if _files(folder) and not force:
             raise SweepError(
-                f"{folder}: here are parts of another sweep ({', '.join(different)} differ); "
+                f"{folder}: here are parts of another sweep (different: {', '.join(different)}); "
                 "give --force to remove them and begin anew, or name another output to keep both"
             )
     if batch is None:
@@ -118,17 +146,19 @@ def open_parts(task: Task, output: Path, batch: int | None, *, force: bool) -> P
 
 
 def done_before(parts: Parts) -> dict[Piece, int]:
-    """The pieces that are done, and how many runs of each failed; damaged files are removed.
+    """The pieces that are done, and how many runs of each failed; files that are damaged or of
+    other batches are removed.
 
     Raises
     ------
     OutputError : the folder cannot be read or written
     """
     done = {}
+    pieces = set(parts.pieces)
     with _writing(parts.folder):
         for path in _files(parts.folder):
             piece, failed, checksum = _read_name(path)
-            if crc32(path.read_bytes()) == checksum:
+            if piece in pieces and crc32(path.read_bytes()) == checksum:
                 done[piece] = failed
             else:
                 path.unlink()
@@ -176,25 +206,25 @@ def _description(task: Task) -> dict[str, Any]:
 
 
 def _found(folder: Path) -> dict[str, Any]:
-    """What `DESCRIPTION` says; nothing where a sweep was stopped before it was written."""
+    """What `DESCRIPTION` says; nothing where there is none, or it is damaged."""
     if not folder.is_dir():
         raise OutputError(f"{folder}: this file is where the parts of the sweep go; move it away")
     for path in folder.iterdir():
         if not (path.name == DESCRIPTION or path.suffix == _UNFINISHED or _is_part(path)):
             raise OutputError(f"{path}: no sweep has put this here; move it away")
-    if not (folder / DESCRIPTION).exists() and not _files(folder):
-        return {}
     try:
         found = json.loads((folder / DESCRIPTION).read_bytes())
         intact = isinstance(found["identity"], dict) and found["batch"] >= 1
     except (FileNotFoundError, ValueError, KeyError, TypeError):
         intact = False
-    return found if intact else {"identity": {}}
+    return found if intact else {}
 
 
 def _differences(wanted: dict[str, Any], found: dict[str, Any]) -> list[str]:
     """Names of what differs between two descriptions."""
-    one, other = wanted["identity"], found.get("identity", {})
+    if not found:
+        return [f"{DESCRIPTION} is missing or damaged"]
+    one, other = wanted["identity"], found["identity"]
     inside = [key for key in {**one, **other} if one.get(key) != other.get(key)]
     around = [key for key in ("elastic-tendon", "runs") if wanted[key] != found.get(key)]
     return [*around, *inside]

@@ -8,7 +8,7 @@ from pathlib import Path
 from elastic_tendon.errors import SweepError
 from elastic_tendon.measurement.formats.base import silent
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
-from elastic_tendon.sweeps.parts import add, check_output, done_before, finish, open_parts
+from elastic_tendon.sweeps.parts import add, alone, check_output, done_before, finish, open_parts
 from elastic_tendon.sweeps.task import Task
 
 
@@ -66,27 +66,28 @@ def sweep(
     ------
     OutputError : the output exists and `force` is not given, it is neither CSV nor Parquet, or
         it cannot be written (full disk); what is done is kept
-    SweepError : there are parts of another sweep, there is nothing to do, or the cluster
-        cannot be reached, has no workers, or lacks this package
+    SweepError : there are parts of another sweep, another sweep writes this output now, there is
+        nothing to do, or the cluster cannot be reached, has no workers, or lacks this package
     KeyboardInterrupt : the workers are stopped, what is done is kept
 
     """
     output = Path(output)
     _check(task, workers, batch)
     check_output(output, force=force)
-    parts = open_parts(task, output, batch, force=force)
-    before = done_before(parts)
-    missing = [piece for piece in parts.pieces if piece not in before]
-    resumed = sum(stop - start for start, stop in before)
-    count, failed = resumed, sum(before.values())
-    place = _place(workers, scheduler, len(missing))
-    if missing:
-        with closing(execute(task, missing, place)) as results:
-            for done in results:
-                failed += add(parts, done)
-                count += done.stop - done.start
-                report(f"{count} of {task.runs} runs, {failed} failed", count / task.runs)
-    finish(parts, force=force)
+    with alone(output):
+        parts = open_parts(task, output, batch, force=force)
+        before = done_before(parts)
+        missing = [piece for piece in parts.pieces if piece not in before]
+        resumed = sum(stop - start for start, stop in before)
+        count, failed = resumed, sum(before.values())
+        if missing:
+            place = _place(workers, scheduler, len(missing))
+            with closing(execute(task, missing, place)) as results:
+                for done in results:
+                    failed += add(parts, done)
+                    count += done.stop - done.start
+                    report(f"{count} of {task.runs} runs, {failed} failed", count / task.runs)
+        finish(parts, force=force)
     return Swept(output, task.runs, failed, resumed)
 
 
