@@ -1,5 +1,6 @@
 """The command that does something many times: simulate, fit, diagnose; here or on a cluster."""
 
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -34,7 +35,6 @@ from elastic_tendon.errors import SweepError
 if TYPE_CHECKING:
     from elastic_tendon.identify.add import Report
     from elastic_tendon.parameters import Model
-    from elastic_tendon.sweeps.bootstrap import Bootstrap
     from elastic_tendon.sweeps.points import Points
     from elastic_tendon.sweeps.sweep import Swept
     from elastic_tendon.sweeps.task import Task
@@ -52,77 +52,126 @@ class Work(StrEnum):
     DIAGNOSE = "diagnose"
 
 
-# options that say something of one kind of work only, by their names
-_OF_WORK = {
-    "--vary": {Work.SIMULATE},
-    "--method": {Work.SIMULATE},
-    "--keep": {Work.SIMULATE},
-    "--trajectories": {Work.SIMULATE},
-    "--runs": {Work.SIMULATE, Work.FIT},
-    "--seed": {Work.SIMULATE, Work.FIT},
-    "--plot": {Work.DIAGNOSE},
-}
+OutputOption = Annotated[
+    Path,
+    typer.Option(
+        *("--output", "-o"), metavar="RUNS.csv|.parquet", help="Table of results to write."
+    ),
+]
+DataArgument = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[DATA...]", help="Recordings; of a fleet a file or folder for each robot."
+    ),
+]
+WorkOption = Annotated[
+    Work,
+    typer.Option("--do", help="In each run: simulate, refit (bootstrap), or diagnose a robot."),
+]
+VaryOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--vary",
+        metavar="PATH=...",
+        help="A number of model.toml: PATH by its uncertainty, PATH=5% Gaussian of that sigma, "
+        "PATH=LOW:HIGH or PATH=-5%:5% uniform, PATH=LOW:HIGH:COUNT or PATH=A,B,C these values; "
+        "repeatable. Without: all that stands in \\[uncertainty].",
+    ),
+]
+MethodOption = Annotated[
+    Literal["grid", "monte-carlo", "latin-hypercube", "sobol"] | None,
+    typer.Option(help="Without: a grid where all that varies has values, else monte-carlo."),
+]
+RunsOption = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        help=f"Without: {DRAWN_RUNS} simulations, {REFITS} refits; of those {FEWEST_REFITS} at "
+        "least, 1000 for two digits of an interval.",
+    ),
+]
+SeedOption = Annotated[
+    int | None, typer.Option(min=0, help="Of what is drawn; the same seed gives the same.")
+]
+KeepOption = Annotated[
+    list[str] | None,
+    typer.Option("--keep", metavar="OUTPUT", help="An output to keep; repeatable."),
+]
+TrajectoriesOption = Annotated[
+    bool, typer.Option("--trajectories", help="Keep every sample, not statistics of them.")
+]
+WorkersOption = Annotated[
+    int | None, typer.Option(min=1, help="Without: all cores of this machine.")
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Use the workers of this Dask scheduler, tcp://..."),
+]
+PlotOption = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="F", help="Draw a fleet that is diagnosed (.png, .svg...)."),
+]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What shall be done in the runs, as the options say it; None or empty where they do not."""
+
+    work: Work
+    data: tuple[str, ...]
+    vary: tuple[str, ...]
+    method: Literal["grid", "monte-carlo", "latin-hypercube", "sobol"] | None
+    runs: int | None
+    seed: int | None
+    keep: tuple[str, ...]
+    trajectories: bool
+
+    def check(self) -> None:
+        """Refuse, as wrong usage, options that say nothing of this work, or not enough."""
+        simulated = ("vary", "method", "keep", "trajectories")
+        idle = {Work.SIMULATE: (), Work.FIT: simulated, Work.DIAGNOSE: (*simulated, "runs", "seed")}
+        for name in idle[self.work]:
+            given = getattr(self, name)
+            if not (given is None or given is False or given == ()):
+                told = f"says nothing where --do is {self.work}"
+                raise typer.BadParameter(told, param_hint=f"--{name}")
+        if self.work is not Work.SIMULATE and not self.data:
+            raise typer.BadParameter(f"--do {self.work} needs recordings", param_hint="DATA")
+        if self.work is Work.SIMULATE and len(self.data) > 1:
+            raise typer.BadParameter("one motion is simulated; name one file", param_hint="DATA")
+        if self.work is Work.FIT and self.runs is not None and self.runs < FEWEST_REFITS:
+            fault = f"an interval of 95 % needs {FEWEST_REFITS} refits"
+            raise typer.BadParameter(fault, param_hint="--runs")
+
+    def task(self, model: "Model", reading: Reading, report: "Report") -> "Task":
+        """The runs, ready to be done."""
+        if self.work is Work.SIMULATE:
+            return _simulations(self, model, reading, report)
+        if self.work is Work.DIAGNOSE:
+            return _fleet(self, model, reading)
+        from elastic_tendon.sweeps.bootstrap import bootstrap
+
+        measurements = reading.all(model, self.data, report)
+        return bootstrap(
+            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, report=report
+        )
 
 
 @app.command()
 @reporting
 def sweep(
     model: ModelArgument,
-    out: Annotated[
-        Path,
-        typer.Option(
-            *("--output", "-o"), metavar="RUNS.csv|.parquet", help="Table of results to write."
-        ),
-    ],
-    data: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[DATA...]", help="Recordings; of a fleet a file or folder for each robot."
-        ),
-    ] = None,
-    work: Annotated[
-        Work,
-        typer.Option("--do", help="In each run: simulate, refit (bootstrap), or diagnose a robot."),
-    ] = Work.SIMULATE,
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--vary",
-            metavar="PATH=...",
-            help="A number of model.toml: PATH by its uncertainty, PATH=5% Gaussian of that sigma, "
-            "PATH=LOW:HIGH or PATH=-5%:5% uniform, PATH=LOW:HIGH:COUNT or PATH=A,B,C these values; "
-            "repeatable. Without: all that stands in \\[uncertainty].",
-        ),
-    ] = None,
-    method: Annotated[
-        Literal["grid", "monte-carlo", "latin-hypercube", "sobol"] | None,
-        typer.Option(help="Without: a grid where all that varies has values, else monte-carlo."),
-    ] = None,
-    runs: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            help=f"Without: {DRAWN_RUNS} simulations, {REFITS} refits; of those {FEWEST_REFITS} at "
-            "least, 1000 for two digits of an interval.",
-        ),
-    ] = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Of what is drawn; the same seed gives the same.")
-    ] = None,
-    keep: Annotated[
-        list[str] | None,
-        typer.Option("--keep", metavar="OUTPUT", help="An output to keep; repeatable."),
-    ] = None,
-    trajectories: Annotated[
-        bool, typer.Option("--trajectories", help="Keep every sample, not statistics of them.")
-    ] = False,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Without: all cores of this machine.")
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Use the workers of this Dask scheduler, tcp://..."),
-    ] = None,
+    out: OutputOption,
+    data: DataArgument = None,
+    work: WorkOption = Work.SIMULATE,
+    vary: VaryOption = None,
+    method: MethodOption = None,
+    runs: RunsOption = None,
+    seed: SeedOption = None,
+    keep: KeepOption = None,
+    trajectories: TrajectoriesOption = False,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     mapping: MapOption = None,
     resample: ResampleOption = None,
     shift: ShiftOption = None,
@@ -130,10 +179,7 @@ def sweep(
     as_declared: AsDeclaredOption = False,
     interpolation: InterpolationOption = "linear",
     own_effects: EffectOption = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="F", help="Draw a fleet that is diagnosed (.png, .svg...)."),
-    ] = None,
+    plot: PlotOption = None,
     force: ForceOption = False,
 ) -> None:
     """Do something many times, on all cores or a cluster: simulate, refit, diagnose a fleet.
@@ -141,42 +187,25 @@ def sweep(
     A sweep that is stopped goes on where it was if you type the same command again. A run that
     fails is recorded with the reason, and the others go on.
     """
-    asked = {
-        "--vary": bool(vary),
-        "--method": method is not None,
-        "--keep": bool(keep),
-        "--trajectories": trajectories,
-        "--runs": runs is not None,
-        "--seed": seed is not None,
-        "--plot": plot is not None,
-    }
-    _check_usage(work, data or [], [name for name, given in asked.items() if given])
-    if work is Work.FIT and runs is not None and runs < FEWEST_REFITS:
-        fault = f"an interval of 95 % needs {FEWEST_REFITS} refits"
-        raise typer.BadParameter(fault, param_hint="--runs")
+    drawn = (tuple(vary or ()), method, runs, seed)
+    asked = Asked(work, tuple(data or ()), *drawn, tuple(keep or ()), trajectories)
+    asked.check()
+    if plot is not None and work is not Work.DIAGNOSE:
+        raise typer.BadParameter(f"says nothing where --do is {work}", param_hint="--plot")
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("the cluster has workers of its own", param_hint="--workers")
-    check_outputs(out, picture=plot, force=force, read=[model, *(data or [])])
+    check_outputs(out, picture=plot, force=force, read=[model, *asked.data])
     reading = Reading.from_options(
         mapping, resample, shift, remove_offset, as_declared, interpolation
     )
-    if not data and reading.options():
+    if not asked.data and reading.options():
         raise typer.BadParameter(f"no DATA to read: leave {reading.options()[0]} out")
     loaded = load(model, own_effects)
     from elastic_tendon.sweeps.sweep import sweep as run
 
     try:
         with progress() as report:
-            task: Task
-            if work is Work.SIMULATE:
-                points = _points(loaded, vary or [], method, runs, seed or 0)
-                task = _simulations(
-                    loaded, points, data or [], reading, keep or [], trajectories, report
-                )
-            elif work is Work.FIT:
-                task = _refits(loaded, data or [], reading, runs or REFITS, seed or 0, report)
-            else:
-                task = _fleet(loaded, data or [], reading)
+            task = asked.task(loaded, reading, report)
             done = run(
                 *(task, out), workers=workers, scheduler=scheduler, force=force, report=report
             )
@@ -192,84 +221,53 @@ def sweep(
         raise typer.Exit(1)
 
 
-def _check_usage(work: Work, data: list[str], given: list[str]) -> None:
-    for name in given:
-        if work not in _OF_WORK[name]:
-            raise typer.BadParameter(f"says nothing where --do is {work}", param_hint=name)
-    if work is not Work.SIMULATE and not data:
-        raise typer.BadParameter(f"--do {work} needs recordings", param_hint="DATA")
-    if work is Work.SIMULATE and len(data) > 1:
-        raise typer.BadParameter("one motion is simulated; name one file", param_hint="DATA")
-
-
-def _points(
-    model: "Model", vary: list[str], method: str | None, runs: int | None, seed: int
-) -> "Points":
+def _points(asked: Asked, model: "Model") -> "Points":
     """What varies, and how; what cannot be read or drawn is wrong usage."""
     from elastic_tendon.sweeps.factors import Values, parse_factor, stated_factors
     from elastic_tendon.sweeps.points import points
 
     hint = "--vary"
     try:
-        factors = [parse_factor(model, one) for one in vary] or stated_factors(model)
+        factors = [parse_factor(model, one) for one in asked.vary] or stated_factors(model)
         hint = "--vary, --method and --runs"
-        if method is None:
-            listed = all(isinstance(one.distribution, Values) for one in factors)
-            method = "grid" if listed and runs is None else "monte-carlo"
-        count = runs if runs is not None or method == "grid" else DRAWN_RUNS
-        return points(factors, method, count, seed)  # type: ignore[arg-type]
+        listed = all(isinstance(one.distribution, Values) for one in factors)
+        method = asked.method or ("grid" if listed and asked.runs is None else "monte-carlo")
+        count = asked.runs if asked.runs is not None or method == "grid" else DRAWN_RUNS
+        return points(factors, method, count, asked.seed or 0)
     except SweepError as error:
         raise typer.BadParameter(str(error), param_hint=hint) from None
 
 
-def _simulations(
-    model: "Model",
-    points: "Points",
-    data: list[str],
-    reading: Reading,
-    keep: list[str],
-    trajectories: bool,
-    report: "Report",
-) -> "Task":
+def _simulations(asked: Asked, model: "Model", reading: Reading, report: "Report") -> "Task":
     from elastic_tendon import compiled
-    from elastic_tendon.sweeps.simulations import (
-        OUTPUTS,
-        default_motion,
-        measured_motion,
-        simulations,
-    )
+    from elastic_tendon.sweeps import simulations as module
 
+    points = _points(asked, model)
     compiled.library_path(model.effect_ids, report)
-    motion = default_motion(model)
-    if data:
-        motion = measured_motion(model, reading.one(model, data[0], report))
-    kept: Literal["statistics", "trajectories"] = "trajectories" if trajectories else "statistics"
+    motion = module.default_motion(model)
+    if asked.data:
+        motion = module.measured_motion(model, reading.one(model, asked.data[0], report))
     try:
-        return simulations(model, points, motion=motion, outputs=keep or OUTPUTS, keep=kept)
+        return module.simulations(
+            *(model, points),
+            motion=motion,
+            outputs=asked.keep or module.OUTPUTS,
+            keep="trajectories" if asked.trajectories else "statistics",
+        )
     except SweepError as error:
         raise typer.BadParameter(str(error), param_hint="--keep") from None
 
 
-def _refits(
-    model: "Model", data: list[str], reading: Reading, runs: int, seed: int, report: "Report"
-) -> "Bootstrap":
-    from elastic_tendon.sweeps.bootstrap import bootstrap
-
-    measurements = reading.all(model, data, report)
-    return bootstrap(model, measurements, runs=runs, seed=seed, report=report)
-
-
-def _fleet(model: "Model", data: list[str], reading: Reading) -> "Task":
+def _fleet(asked: Asked, model: "Model", reading: Reading) -> "Task":
     from elastic_tendon.sweeps.fleet import fleet, robots_of
 
-    robots = robots_of(data)
+    robots = robots_of(asked.data)
     for robot in robots:
         if len(robot.data) > 1:
             told = f"its {len(robot.data)} recordings are taken together; else name them one by one"
             notice.print(f"note: {robot.name} is one robot, and {told}", markup=False)
     return fleet(
-        model,
-        robots,
+        *(model, robots),
         mapping=reading.mapping,
         resample=reading.resample,
         time_shift=reading.time_shift,
