@@ -30,7 +30,7 @@ Kept = Literal["statistics", "trajectories"]
 
 OUTPUTS = ("joint_position", "joint_torque", "slack_state")  # where none are chosen
 TIME = "time_s"
-MEMORY = 32_000_000  # bytes of outputs of one call; between two calls threads wait for Python's lock
+MEMORY = 32_000_000  # bytes of outputs of one call; between calls threads wait for Python's lock
 PART = 5_000_000  # bytes of one batch of trajectories as text; some tens of them may wait
 CELL = 20  # bytes of a number as text
 WORK = 0.5  # s of one batch
