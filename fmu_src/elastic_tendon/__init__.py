@@ -7,7 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from elastic_tendon.compiled import Sensitivities, Trajectory, sensitivities, simulate
+    from elastic_tendon.compiled import (
+        Many,
+        Sensitivities,
+        Trajectory,
+        sensitivities,
+        simulate,
+        simulate_many,
+    )
     from elastic_tendon.effects import load_effect
     from elastic_tendon.fmu.export import export_fmu
     from elastic_tendon.linear.fmu import linearise_fmu
@@ -19,6 +26,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Drive": "linear.result",
     "LinearModel": "linear.result",
+    "Many": "compiled",
     "Model": "parameters",
     "OperatingPoint": "linear.result",
     "Sensitivities": "compiled",
@@ -31,12 +39,14 @@ _HOME = {
     "load_model": "parameters",
     "sensitivities": "compiled",
     "simulate": "compiled",
+    "simulate_many": "compiled",
     "sweep": "sweeps.sweep",
 }
 
 __all__ = [
     "Drive",
     "LinearModel",
+    "Many",
     "Model",
     "OperatingPoint",
     "Sensitivities",
@@ -49,6 +59,7 @@ __all__ = [
     "load_model",
     "sensitivities",
     "simulate",
+    "simulate_many",
     "sweep",
 ]
 
