@@ -541,7 +541,7 @@ def simulate_many(
 
     Parameters
     ----------
-    parameters : (k,) arrays by the dotted paths of those that vary, SI; the others are the model's
+    parameters : dotted path -> (k,) values of each that varies, SI; the others are the model's
     outputs : names of the outputs to keep; 8 n k bytes each
     model, time, motor_position, load_torque, initial_state, interpolation, tolerance,
     as_measured : as in `simulate`
