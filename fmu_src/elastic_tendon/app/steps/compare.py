@@ -261,7 +261,8 @@ def _register_window(app: Dash, workspace: Workspace) -> None:
         marked, view, seen, stored = others[2:]
         session = workspace.open(stored) if stored else None
         found = compared_now(session) if session else None
-        if session is None or found is None:
+        # after a reload the figure may move before it is known again which recording is looked at
+        if session is None or found is None or not view:
             return no_update, no_update, no_update
         # Where shows recordings that are fitted only
         view_in = fitted_view if str(ctx.triggered_id).startswith("where") else view_of
