@@ -13,11 +13,9 @@ import pytest
 from typer.testing import CliRunner
 
 from elastic_tendon import cli, demo
-from elastic_tendon.cli import sweep_command as command
 from elastic_tendon.compiled import simulate
 from elastic_tendon.excitation import default_excitation
 from elastic_tendon.parameters import load_model
-from elastic_tendon.sweeps.bootstrap import FEWEST_REFITS
 from elastic_tendon.sweeps.parts import folder_of
 
 BUNDLED = "biorob_x4_joint_3"
@@ -153,10 +151,6 @@ def test_a_fleet_is_one_table(run):
     table = pd.read_csv("fleet.csv", keep_default_na=False)
     assert table["robot"].tolist() == ["anna", "bert"]
     assert "joint_position" in table["failure"][1]
-
-
-def test_the_command_asks_for_as_many_refits_as_intervals_need():
-    assert command.FEWEST_REFITS == FEWEST_REFITS
 
 
 # ---- wrong usage ---------------------------------------------------------------------------

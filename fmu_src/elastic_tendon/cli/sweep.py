@@ -31,6 +31,7 @@ from elastic_tendon.cli.shared import (
     save_picture,
 )
 from elastic_tendon.errors import SweepError
+from elastic_tendon.sweeps import FEWEST_REFITS
 
 if TYPE_CHECKING:
     from elastic_tendon.identify.add import Report
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap
-FEWEST_REFITS = 39  # for an interval
 
 
 class Work(StrEnum):

@@ -28,11 +28,10 @@ from elastic_tendon.identify.stretches import FEWEST_STRETCHES, MEMORIES, settli
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import silent
 from elastic_tendon.parameters import Model, quantities
+from elastic_tendon.sweeps import FEWEST_REFITS
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
 from elastic_tendon.sweeps.task import FAILURE, RUN
 
-# with as many, a further refit lies beyond either end of their range with 2.5 %
-FEWEST_REFITS = 39
 # samples that are refitted in about half a second
 SAMPLES_IN_BATCH = 6000
 ENDS = (0.025, 0.975)
