@@ -121,21 +121,24 @@ def print_diagnosis(folder: Path, climb: Climb) -> None:
     """What the loop finds without being told of any effect."""
     heldout = read_measurement(str(folder / climb.heldout))
     found = diagnose(load_model(climb.model), [read(folder, climb.fitted)], [heldout])
-    print(f"\ndiagnose {climb.model}: {found.verdict}, added {', '.join(found.added) or 'nothing'}")
+    print(f"\ndiagnose {climb.model}: {found.sentence}")
     for rung in found.ladder:
         fitted, judged = (1e3 * one["joint_position"] for one in (rung.rmse, rung.heldout_rmse))
         print(f"{rung.title:40}{fitted:8.1f}{judged:10.1f}")
-    for one in found.rounds:
-        print(f"  {one.reason}")
-        for candidate in one.candidates:
+    for considered in found.rounds:
+        print(f"  {considered.reason}")
+        for candidate in considered.candidates:
             if candidate.fitted:
-                print(f"    {candidate.id}: {candidate.verdict}")
+                print(f"    {' + '.join(candidate.ids)}: {candidate.reason}")
+    for neighbour in found.neighbours:
+        if neighbour.refitted and neighbour.evidence is not None:
+            print(f"  {neighbour.change}: evidence worse by {neighbour.evidence:.0f}")
     for alike in found.indistinguishable:
         print(f"  not told apart: {', '.join(alike)}")
     for signal, remaining in found.remaining.items():
         print(
             f"  remains of {signal}: {remaining.noise_ratio:.3g} times the noise, "
-            f"significant: {remaining.significant}"
+            f"significant: {remaining.significant}, matters: {remaining.matters}"
         )
 
 

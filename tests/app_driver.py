@@ -25,13 +25,15 @@ PATIENCE = 180_000  # ms that a condition is waited for; machines of CI are slow
 SIZE: ViewportSize = {"width": 1280, "height": 800}
 # what the browser keeps for a reload, as text
 KEPT = "Object.values(sessionStorage).find(one => one.includes('document'))"
-# counts the requests that wait for an answer, and when that last changed
+# counts the requests that wait for an answer, and for how long none came or went, ms; a browser
+# that is too busy to ask counts no time
 WATCH = """
-  window.asked = {waiting: 0, at: 0};
+  window.asked = {waiting: 0, quiet: 0};
+  window.setInterval(() => { window.asked.quiet += 50; }, 50);
   const ask = window.fetch;
   const count = step => {
     window.asked.waiting += step;
-    window.asked.at = performance.now();
+    window.asked.quiet = 0;
   };
   window.fetch = (...all) => {
     count(1);
@@ -40,7 +42,7 @@ WATCH = """
 """
 QUIET = 600  # ms without a request, more than the page waits between looks at work under way
 SETTLED = f"""() => document.getElementById("work").hidden
-  && window.asked.waiting === 0 && performance.now() - window.asked.at > {QUIET}"""
+  && window.asked.waiting === 0 && window.asked.quiet > {QUIET}"""
 Theme = Literal["light", "dark"]
 
 
@@ -106,7 +108,7 @@ class Walk:
     def settle(self) -> None:
         """Wait until no work is under way and no answer of the server is waited for."""
         # what a click asks for may be asked a moment later
-        self.page.evaluate("() => { window.asked.at = performance.now(); }")
+        self.page.evaluate("() => { window.asked.quiet = 0; }")
         self.page.wait_for_function(SETTLED)
 
     def choose(self, label: str, value: str) -> None:

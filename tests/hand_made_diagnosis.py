@@ -11,8 +11,11 @@ from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
     LearnedTerm,
+    Neighbour,
+    RecordingSummary,
     Remaining,
     Round,
+    WouldShow,
 )
 from elastic_tendon.identify.add import Addition, add
 from elastic_tendon.identify.compare import Comparison
@@ -58,56 +61,116 @@ def fitted() -> tuple[Addition, Location]:
     return addition, locate(addition.steps[-1].comparison)
 
 
-def _candidate(candidate_id: str, **changed: object) -> Candidate:
+def _candidate(*ids: str, **changed: object) -> Candidate:
     plain = Candidate(
-        id=candidate_id,
-        kind="effect",
-        score=300.0,
+        ids=ids,
         probability=0.0,
+        evidence=None,
         expected={},
-        fitted=(),
-        p_value=None,
+        fitted=False,
+        estimates=(),
         gain=None,
         heldout_gain=None,
-        equivalence_class=(candidate_id,),
-        verdict="explains less",
+        equivalence_class=(ids,),
+        reason="the screen expects too little of it for a refit",
     )
     return replace(plain, **changed)
 
 
 def _first_round() -> Round:
-    torque = [one for one in fitted()[0].findings.estimates if one.path == TORQUE]
-    alike = (COULOMB, "lugre_friction")
+    torque = [estimate for estimate in fitted()[0].findings.estimates if estimate.path == TORQUE]
+    alike = ((COULOMB,), ("lugre_friction",))
     weak = ("gravity_load", "quadratic_drag", "spring_hysteresis", "gear_backlash", "joint_stop")
     return Round(
-        chosen=COULOMB,
+        chosen=(COULOMB,),
         candidates=(
             _candidate(
                 COULOMB,
-                score=12345.6,
                 probability=0.93,
+                evidence=-12345.6,
                 expected={TORQUE: 0.33},
-                fitted=tuple(torque),
-                p_value=1e-9,
+                fitted=True,
+                estimates=tuple(torque),
                 gain=0.984,
                 heldout_gain=0.979,
                 equivalence_class=alike,
-                verdict="taken: the simplest of its class",
+                reason="taken: the simplest of its class",
             ),
             _candidate(
                 "lugre_friction",
-                score=12348.0,
                 probability=0.07,
+                evidence=-12340.4,
+                fitted=True,
                 gain=0.984,
                 heldout_gain=0.979,
                 equivalence_class=alike,
-                verdict="explains the same with more numbers",
+                reason="explains the same with more numbers",
             ),
-            _candidate("link.inertia", kind="parameter", expected={"link.inertia": 0.0311}),
-            *(_candidate(one, score=200.0 - 10.0 * n) for n, one in enumerate(weak)),
+            _candidate(
+                "quadratic_drag",
+                "spring_mass",
+                evidence=-160.0,
+                expected={"effects.quadratic_drag.coefficient": 0.0311},
+            ),
+            *(_candidate(weak_id, evidence=-150.0 + 10.0 * n) for n, weak_id in enumerate(weak)),
         ),
         reason="Coulomb friction explains 98 % of the squared error",
     )
+
+
+NEIGHBOURS = (
+    Neighbour(
+        change=f"{COULOMB} -> lugre_friction",
+        evidence=5.2,
+        probability=0.07,
+        rmse={"joint_position": 0.00023},
+        refitted=True,
+    ),
+    Neighbour(
+        change="+gravity_load",
+        evidence=8.1,
+        probability=0.02,
+        rmse={"joint_position": 0.00023},
+        refitted=True,
+        reason="Gravity load may be chance, p = 0.4",
+    ),
+    Neighbour(change="+gear_backlash", evidence=9.9, probability=0.007, rmse={}, refitted=False),
+    Neighbour(
+        change="+spring_mass",
+        evidence=None,
+        probability=0.0,
+        rmse={},
+        refitted=False,
+        reason="it cannot be simulated",
+    ),
+    Neighbour(
+        change=f"-{COULOMB}",
+        evidence=12345.6,
+        probability=0.0,
+        rmse={"joint_position": 0.0021},
+        refitted=True,
+    ),
+    Neighbour(change="+joint_stop", evidence=30.0, probability=0.0, rmse={}, refitted=False),
+)
+WOULD_SHOW = (
+    WouldShow("gravity_load", "effects.gravity_load.torque", "N.m", 0.0123),
+    WouldShow("tendon_compliance", "effects.tendon_compliance.compliance", "m/N", 2.5e-6),
+    WouldShow("spring_mass", "effects.spring_mass.mass", "kg", None),
+)
+RECORDINGS = (
+    RecordingSummary("demo_fit.csv", "fitted", {"joint_position": 0.00023}),
+    RecordingSummary(
+        file="demo_validate.csv",
+        role="validation",
+        rmse={"joint_position": 0.00022},
+        explained_by="offset",
+        sentence=(
+            "demo_validate.csv: the zero of the joint's encoder is 3 mrad off; the model then errs "
+            "by 0.2 mrad RMS instead of 0.22"
+        ),
+        contradicts=("demo_fit.csv",),
+    ),
+)
 
 
 def friction_found(**changed: object) -> Diagnosis:
@@ -116,7 +179,10 @@ def friction_found(**changed: object) -> Diagnosis:
     comparison = addition.steps[-1].comparison
     diagnosis = Diagnosis(
         verdict="missing_effect",
-        words=("No motion tells the two apart.",),
+        sentence=(
+            "Coulomb friction is surely missing: the error falls from 162 to 0.99 times the noise."
+        ),
+        notes=("demo_fit.csv: its noise is known badly.",),
         given=addition.steps[0].comparison.model,
         model=addition.model,
         added=(COULOMB,),
@@ -126,16 +192,20 @@ def friction_found(**changed: object) -> Diagnosis:
         ladder=addition.ladder,
         rounds=(
             _first_round(),
-            Round(chosen=None, candidates=(), reason="nothing is left but noise"),
+            Round(chosen=(), candidates=(), reason="nothing is left but noise"),
         ),
-        remaining={"joint_position": Remaining(1.01, 0.0004, False, 0.4)},
+        neighbours=NEIGHBOURS,
+        would_show=WOULD_SHOW,
+        recordings=RECORDINGS,
+        remaining={"joint_position": Remaining(1.01, 0.0004, False, False, 0.4)},
         noise=comparison.files[0].measurement.noise,
         comparison=comparison,
         location=location,
         indistinguishable=((COULOMB, "lugre_friction"),),
         next_experiment=next_experiment(),
+        no_experiment=("No motion tells the two apart.",),
         learned=None,
-        interrupted=False,
+        complete=True,
     )
     return replace(diagnosis, **changed)
 
@@ -159,17 +229,22 @@ def something_unknown() -> Diagnosis:
     step = addition.steps[1]
     location = locate(Comparison(step.comparison.model, step.comparison.files))
     return friction_found(
-        verdict="unknown_effect",
+        verdict="unexplained",
+        sentence=(
+            "Something is missing that no effect of the catalogue explains: 9.10 times the noise "
+            "is left."
+        ),
         model=step.comparison.model,
         added=(),
         findings=addition.fits[0].findings,
         steps=addition.steps[:2],
         ladder=addition.ladder[:2],
-        remaining={"joint_position": Remaining(9.1, 0.7, True, 1e-6)},
+        remaining={"joint_position": Remaining(9.1, 0.7, True, True, 1e-6)},
         comparison=step.comparison,
         location=location,
         indistinguishable=(),
         next_experiment=None,
+        no_experiment=(),
         learned=LearnedTerm(
             id="learned_torque",
             slot="JOINT_TORQUE",
@@ -185,15 +260,17 @@ def nothing_missing() -> Diagnosis:
     """The final model of `friction_found`, given as it is."""
     addition, _ = fitted()
     last = replace(addition.steps[-1], title="as given", added=None)
-    rung = replace(addition.ladder[-1], title="as given", added=None, p_value=None)
+    rung = replace(addition.ladder[-1], title="as given", added=None)
     return friction_found(
         verdict="adequate",
+        sentence="demo_actuator explains these data: what is left is 0.99 times the noise.",
         given=addition.model,
         added=(),
         parameters_changed=(),
         steps=(last,),
         ladder=(rung,),
-        rounds=(Round(chosen=None, candidates=(), reason="nothing is left but noise"),),
+        rounds=(Round(chosen=(), candidates=(), reason="nothing is left but noise"),),
         indistinguishable=(),
         next_experiment=None,
+        no_experiment=(),
     )

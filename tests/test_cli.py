@@ -128,6 +128,28 @@ def test_add_writes_a_model_that_compares_better(run, recording: str) -> None:
     assert run("compare", "new.toml", recording).exit_code == 0
 
 
+def test_add_takes_several_effects_before_the_data(run, recording: str) -> None:
+    done = run(
+        *("add", MODEL, "coulomb_friction", "overstretch_protection", f"{recording}[0:1.4]"),
+        *("-o", "new.toml", "--json", "a.json"),
+    )
+    assert done.exit_code == 0, done.output
+    content = json.loads(Path("a.json").read_text())
+    added = ["coulomb_friction", "overstretch_protection"]
+    assert content["effects"] == added
+    assert [rung["added"] for rung in content["ladder"]] == [None, None, *added]
+    assert set(load_model("new.toml").effects) == set(added)
+
+
+def test_add_tells_a_misspelt_effect_from_data(run, recording: str) -> None:
+    done = run("add", MODEL, "coulomb_friction", "gear_backlsh", recording, "-o", "new.toml")
+    assert done.exit_code == 1
+    assert "there is no effect 'gear_backlsh'" in done.stderr
+    typical = run("add", MODEL, "coulomb_friction", "gear_backlash", "-o", "new.toml")
+    assert typical.exit_code == 0, typical.output
+    assert "coulomb_friction and gear_backlash are in new.toml" in " ".join(typical.stdout.split())
+
+
 def test_add_without_data_takes_typical_values(run) -> None:
     result = run("add", MODEL, "overstretch_protection", "-o", "new.toml")
     assert result.exit_code == 0

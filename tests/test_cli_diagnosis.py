@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 import tomllib
 from pathlib import Path
 
@@ -13,10 +14,11 @@ from typer.testing import CliRunner
 from elastic_tendon import cli, demo
 from elastic_tendon.cli import diagnosis as command
 from elastic_tendon.diagnosis import diagnose as loop_module
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.parameters import load_model
-from hand_made_diagnosis import friction_found, nothing_missing, something_unknown
+from hand_made_diagnosis import COULOMB, friction_found, nothing_missing, something_unknown
 
 MODEL = str(demo.DATA / "demo_model.toml")
 FITTED, JUDGE = (str(demo.DATA / f"demo_{one}.csv") for one in ("fit", "validate"))
@@ -56,8 +58,11 @@ def test_recordings_reach_the_loop_and_the_answer_comes_first(run) -> None:
     assert [one.name for one in fitted] == ["demo_fit.csv"]
     assert [one.name for one in heldout] == ["demo_validate.csv"]
     assert others["ask"] is None
-    assert done.stdout.startswith("What is missing: Coulomb friction, torque")
-    order = [done.stdout.index(one) for one in ("cannot tell apart", "after each step", "Round 1")]
+    assert done.stdout.startswith("Coulomb friction is surely missing")
+    order = [
+        done.stdout.index(one)
+        for one in ("cannot tell apart", "after each step", "does better", "Round 1")
+    ]
     assert order == sorted(order)
     assert files() == []
 
@@ -72,7 +77,7 @@ def test_everything_asked_for_is_written(run) -> None:
     found = friction_found()
     assert load_model("better.toml") == found.model
     content = json.loads(Path("d.json").read_text())
-    assert content["schema"] == "elastic-tendon/diagnosis/1"
+    assert content["schema"] == "elastic-tendon/diagnosis/2"
     assert content["learned"] is None
     table = pd.read_csv("next.csv")
     assert table["motor_position_rad"].to_numpy() == pytest.approx(
@@ -89,7 +94,7 @@ def test_the_saved_model_says_where_it_comes_from(run) -> None:
     assert all(line.startswith("#") for line in head.strip().splitlines())
     for words in ("fitted: demo_fit.csv", "held out: demo_validate.csv", "coulomb_friction"):
         assert words in head
-    assert "What is missing: Coulomb friction, torque 0.3" in head
+    assert "Added: Coulomb friction, torque 0.3" in head
     assert tomllib.loads(text)["uncertainty"]["link.inertia"] > 0.0
 
 
@@ -167,10 +172,10 @@ def test_what_the_loop_refuses_is_one_line_and_nothing_is_written(run) -> None:
 
 
 def test_an_interrupted_diagnosis_is_shown_and_saved(run) -> None:
-    done = run("--json", "d.json", found=lambda: friction_found(interrupted=True))
+    done = run("--json", "d.json", found=lambda: friction_found(complete=False))
     assert done.exit_code == cli.INTERRUPTED
-    assert done.stdout.startswith("Stopped before the end; this is what was found so far.")
-    assert json.loads(Path("d.json").read_text())["interrupted"] is True
+    assert " ".join(done.stdout.split()).startswith(friction_found().sentence)
+    assert json.loads(Path("d.json").read_text())["complete"] is False
 
 
 def test_all_candidates_are_shown_on_request(run) -> None:
@@ -190,7 +195,7 @@ def test_step_shows_each_round_and_asks(run, monkeypatch, typed: str, going_on: 
     monkeypatch.setattr(command, "_is_terminal", lambda: True)
     answers = []
 
-    def loop(*_arguments, report, ask):
+    def loop(*_arguments, report, ask, **_options):
         report("screening", 0.1)
         answers.append(ask(friction_found().rounds[0]))
         report("refitting", 0.2)  # the bar is there again
@@ -210,3 +215,70 @@ def test_options_of_reading_come_back_in_the_next_commands(run) -> None:
     done = run("--map", mapping, "--next-experiment", "n.csv", data=("odd.csv",))
     assert done.exit_code == 0, done.output
     assert f"odd.csv new_recording.csv --map {mapping}" in done.stdout
+
+
+def test_what_is_asked_of_the_search_reaches_it_and_comes_back(run) -> None:
+    done = run(
+        *("--only", COULOMB, "--without", "gear_backlash", "--without", "spring_mass"),
+        *("--relevance", "5%", "--horizon", "0.5", "--time-limit", "60"),
+        *("--next-experiment", "n.csv"),
+    )
+    assert done.exit_code == 0, done.output
+    options = done.calls[0][1]["options"]
+    assert options == Options(
+        only=(COULOMB,),
+        without=("gear_backlash", "spring_mass"),
+        relevance=0.05,
+        horizon=0.5,
+        time_limit=60.0,
+    )
+    again = f"--only {COULOMB} --without gear_backlash --without spring_mass --relevance 5%"
+    assert f"new_recording.csv {again} --horizon 0.5" in done.stdout
+
+
+def test_noise_that_is_known_is_that_of_all_recordings(run) -> None:
+    done = run("--noise", "joint_position=0.2mrad", "--validate", JUDGE)
+    assert done.exit_code == 0, done.output
+    (_, fitted, heldout), _ = done.calls[0]
+    for recording in (*fitted, *heldout):
+        floor = recording.noise["joint_position"]
+        assert (floor.sigma, floor.source) == (pytest.approx(2e-4), "given")
+    missing = run("--noise", "joint_torque=0.1Nm")
+    assert missing.exit_code == 1
+    assert missing.calls == []
+    assert "no recording holds this signal" in " ".join(missing.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--noise", "joint_position"), "write SIGNAL=SIGMA"),
+        (("--noise", "joint_position=1mrad", "--noise", "joint_position=2mrad"), "noise twice"),
+        (("--relevance", "5 percent"), "write a share from 0 to below 1"),
+        (("--relevance", "200%"), "write a share from 0 to below 1"),
+        (("--horizon", "0"), "above 0"),
+        (("--time-limit", "nan"), "above 0"),
+    ],
+)
+def test_options_that_mean_nothing_are_wrong_usage(run, options, told: str) -> None:
+    done = run(*options)
+    assert done.exit_code == 2
+    assert done.calls == []
+    assert told in " ".join(done.stderr.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("option", ["--only", "--without"])
+def test_an_effect_that_does_not_exist_is_one_line(run, option: str) -> None:
+    done = run(option, "magic")
+    assert done.exit_code == 1
+    assert done.calls == []
+    assert "there is no effect 'magic'" in done.stderr
+
+
+def test_a_time_limit_that_ends_the_search_is_no_failure(run) -> None:
+    def stopped():
+        time.sleep(0.01)
+        return friction_found(complete=False)
+
+    assert run("--time-limit", "0.005", found=stopped).exit_code == 0
+    assert run("--time-limit", "60", found=stopped).exit_code == cli.INTERRUPTED

@@ -36,9 +36,7 @@ def _check_paper_figures(printed):
 
 def _check_diagnose(printed):
     """The hidden effect is found with the size that the script gave it."""
-    found = re.search(
-        r"What is missing: Gravity load, torque (\S+) ± \S+ N·m, angle (\S+) ±", printed
-    )
+    found = re.search(r"Added: Gravity load, torque (\S+) ± \S+ N·m, angle (\S+) ±", printed)
     assert abs(float(found[1]) - 0.8) < 0.01
     assert abs(float(found[2]) - 0.3) < 0.01
 

@@ -18,7 +18,8 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 from elastic_tendon.report.comparison_figures import save
 from elastic_tendon.report.diagnosis_figures import all_figures
-from elastic_tendon.report.diagnosis_tables import called, verdict_sentences
+from elastic_tendon.report.diagnosis_tables import called_set, verdict_sentences
+from elastic_tendon.report.neighbours import change_words
 
 NOISE = 2e-4  # rad, of the joint's encoder
 RATE, DURATION = 500, 10.0  # Hz, s
@@ -49,11 +50,15 @@ def main(folder: Path) -> None:
     found = diagnose(believed, [record(machine, 1)], [record(machine, 2)])
     for sentence in verdict_sentences(found):
         print(sentence)
-    for number, one in enumerate(found.rounds, start=1):
+    for number, judged in enumerate(found.rounds, start=1):
         likeliest = ", ".join(
-            f"{called(each.id)} {100.0 * each.probability:.0f} %" for each in one.candidates[:3]
+            f"{called_set(candidate)} {100.0 * candidate.probability:.0f} %"
+            for candidate in judged.candidates[:3]
         )
-        print(f"round {number}: {likeliest or 'no candidates'}; {one.reason}")
+        print(f"round {number}: {likeliest or 'no candidates'}; {judged.reason}")
+    for neighbour in found.neighbours[:3]:
+        if neighbour.evidence is not None:
+            print(f"{change_words(neighbour.change)}: worse by {neighbour.evidence:.0f}")
 
     (folder / "improved.toml").write_text(found.model.to_toml(), encoding="utf-8")
     for name, draw in all_figures(found):

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 Symbol: TypeAlias = Any  # float | numpy.ndarray | casadi.SX; CasADi is not imported for numbers
+NEARLY_NOTHING = 1e-9  # base of a power below which its derivatives may have no bound
 
 
 def _is_casadi(value: Symbol) -> bool:
@@ -56,6 +57,14 @@ def exp(value: Symbol) -> Symbol:
 def absolute(value: Symbol) -> Symbol:
     """Absolute value."""
     return _elementary("fabs", value)
+
+
+def power(base: Symbol, exponent: Symbol) -> Symbol:
+    """Power of a `base` >= 0 to an `exponent` > 0, with finite derivatives by both at base 0.
+
+    Below `NEARLY_NOTHING` it is a straight line; the first power is the base to the last bit.
+    """
+    return base * where(base > NEARLY_NOTHING, base, NEARLY_NOTHING) ** (exponent - 1.0)
 
 
 def _elementary(name: str, value: Symbol) -> Symbol:

@@ -52,10 +52,10 @@ def test_each_step_is_a_version(walked: Session) -> None:
 def test_the_search_finds_the_hidden_effect_and_then_no_more(walked: Session) -> None:
     document = walked.document
     first = walked.shelf.find(walk.outcome(document, document.path()[1], FILES))
-    assert first.round.chosen == COULOMB
+    assert first.round.chosen == (COULOMB,)
     found = walk.round_of(walked)
     assert found is not None
-    assert found.chosen is None
+    assert found.chosen == ()
 
 
 def test_a_try_shows_the_gain_and_adds_nothing(walked: Session) -> None:
@@ -75,7 +75,7 @@ def test_the_way_amounts_to_a_diagnosis(walked: Session) -> None:
     result = walk.concluded(walked.document, FILES)
     found = walked.shelf.obtain(result, silent)
     assert isinstance(found, Diagnosis)
-    assert (found.verdict, found.added, found.interrupted) == ("missing_effect", (COULOMB,), False)
+    assert (found.verdict, found.added, found.complete) == ("missing_effect", (COULOMB,), True)
 
 
 def test_what_the_server_lost_is_found_again(walked: Session) -> None:
@@ -118,7 +118,7 @@ def test_a_stopped_search_leaves_the_document_as_it_was() -> None:
     before = session.document
 
     def stopping(words: str, _share: float) -> None:
-        if words.startswith("screening"):
+        if words.startswith(("screening", "looking")):
             raise Stopped
 
     with pytest.raises(Stopped):

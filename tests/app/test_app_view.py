@@ -22,8 +22,6 @@ from elastic_tendon.app.readings import (
     error_rows,
     strongest_bins,
     with_cursor,
-    within,
-    zoomed,
 )
 from elastic_tendon.app.results import Compared
 from elastic_tendon.app.view import (
@@ -169,22 +167,6 @@ def test_a_figure_is_drawn_again_when_what_it_shows_comes_or_changes(session: Se
 
 
 # ---- zoom and cursors ----------------------------------------------------------------------
-
-
-def test_a_zoom_is_read_from_what_the_figure_tells() -> None:
-    told = {"xaxis.range[0]": 1.5, "xaxis.range[1]": 2.5}
-    assert zoomed(told, None) == (1.5, 2.5)
-    assert zoomed({"xaxis.autorange": True}, (1.5, 2.5)) is None
-    assert zoomed({"autosize": True}, (1.5, 2.5)) == (1.5, 2.5)
-    assert zoomed(None, (1.5, 2.5)) == (1.5, 2.5)
-
-
-def test_a_zoom_stays_within_the_recording() -> None:
-    time = np.linspace(0.0, 10.0, 11)
-    assert within((-1.0, 4.0), time) == (0.0, 4.0)
-    assert within((-1.0, 11.0), time) is None
-    assert within((5.0, 4.0), time) is None
-    assert within((12.0, 14.0), time) is None
 
 
 def test_the_ends_of_a_zoom_tell_samples_apart() -> None:

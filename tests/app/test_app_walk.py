@@ -12,7 +12,9 @@ from fmpy import simulate_fmu
 pytest.importorskip("playwright")
 pytest.importorskip("dash")
 
-from app_driver import CHROMIUM, Walk, browser
+from playwright.sync_api import Route
+
+from app_driver import CHROMIUM, KEPT, Walk, browser
 from app_process import served
 from benchmark_app import MODEL, Watched, walk_through, write_recording
 from benchmarking import print_table
@@ -187,24 +189,131 @@ def test_the_browser_goes_back_to_the_step_before(walk: Walk) -> None:
     assert walk.heading("Data").is_visible()
 
 
-def test_what_is_looked_at_survives_a_reload(walk: Walk) -> None:
-    seen = "#compare-recording, #compare-from, #compare-a"
+SEEN = "#compare-recording, #compare-from, #compare-a"
+# what plotly tells where a figure's size has changed
+RESIZE = "id => Plotly.relayout(document.querySelector(`#${id} .js-plotly-plot`), {height: 191})"
+CALLS = "**/_dash-update-component*"  # what the page asks of the server
+NEWS = f"dash_clientside.set_props('session', {{data: JSON.parse({KEPT}).session}})"
 
-    def shown() -> list[str]:
-        fields = walk.page.locator(seen)
-        return fields.evaluate_all("all => all.map(one => one.value || one.innerText)")
 
+def seen(walk: Walk) -> list[str]:
+    """Recording, zoom and cursor that Compare shows."""
+    return walk.page.locator(SEEN).evaluate_all("all => all.map(one => one.value || one.innerText)")
+
+
+def type_in(walk: Walk, field: str, text: str) -> None:
+    """Type into a field and leave it."""
+    walk.page.fill(field, text)
+    walk.page.keyboard.press("Tab")
+    walk.settle()
+
+
+def look(walk: Walk) -> list[str]:
+    """Look at a stretch of the recording that is held out; what Compare shows then."""
     walk.step("Compare")
     walk.settle()
     walk.choose("Recording", "demo_validate.csv (held out)")
     walk.settle()
-    for field, text in (("#compare-from", "5"), ("#compare-a", "6.5")):
-        walk.page.fill(field, text)
-        walk.page.keyboard.press("Tab")
-        walk.settle()
-    before = shown()
-    assert before == ["demo_validate.csv (held out)", "5", "6.5"]
+    type_in(walk, "#compare-from", "5")
+    type_in(walk, "#compare-a", "6.5")
+    assert seen(walk) == ["demo_validate.csv (held out)", "5", "6.5"]
+    return seen(walk)
+
+
+def test_what_is_looked_at_survives_a_reload(walk: Walk) -> None:
+    before = look(walk)
     walk.page.reload()
     walk.heading("Compare").wait_for()
     walk.settle()
-    assert shown() == before
+    assert seen(walk) == before
+
+
+@pytest.mark.parametrize("late", ["**/async-graph*", CALLS])
+def test_a_zoom_survives_a_reload_whatever_comes_last(walk: Walk, late: str) -> None:
+    """Figures come before the first answer of the server, or after the last one."""
+    before = look(walk)
+    held: list[Route] = []
+    walk.page.route(late, lambda one: held.append(one))
+    with walk.page.expect_request(late):
+        walk.page.reload(wait_until="commit")
+    if late != CALLS:
+        walk.heading("Compare").wait_for()
+        walk.settle()
+    else:
+        walk.page.locator("#where-overlay .main-svg").first.wait_for(state="attached")
+    while held:
+        held.pop().continue_()
+    walk.page.unroute(late)
+    walk.page.locator("#compare-overlay .main-svg").first.wait_for()
+    walk.settle()
+    assert seen(walk) == before
+    # Where shows the recording that is fitted; its figure speaks last
+    walk.page.evaluate(RESIZE, "where-overlay")
+    walk.settle()
+    assert seen(walk) == before
+
+
+def test_a_choice_counts_though_news_come_before_its_answer(walk: Walk) -> None:
+    walk.step("Compare")
+    walk.settle()
+    held: list[Route] = []
+    walk.page.route(CALLS, lambda one: held.append(one))
+    with walk.page.expect_request(CALLS):
+        walk.choose("Recording", "demo_validate.csv (held out)")
+    with walk.page.expect_request(CALLS):
+        walk.page.evaluate(NEWS)
+    while held:
+        held.pop().continue_()
+    walk.page.unroute(CALLS)
+    walk.settle()
+    assert seen(walk)[0] == "demo_validate.csv (held out)"
+
+
+def ends(walk: Walk) -> list[str]:
+    """Ends of the zoom that Compare shows."""
+    return [walk.page.input_value(field) for field in ("#compare-from", "#compare-to")]
+
+
+def test_a_zoom_stays_within_the_recording(walk: Walk) -> None:
+    walk.step("Compare")
+    walk.settle()
+    for low, high, shown in (
+        ("4", "", ["4", "9.998"]),
+        ("-1", "5", ["0", "5"]),
+        ("7", "6", ["", ""]),
+        ("12", "14", ["", ""]),
+        ("-2", "11", ["", ""]),
+        ("2.0004", "3", ["2", "3"]),
+    ):
+        walk.button("Reset zoom").click()
+        type_in(walk, "#compare-from", low)
+        if high:
+            type_in(walk, "#compare-to", high)
+        assert ends(walk) == shown
+
+
+def test_a_double_click_undoes_every_zoom(walk: Walk) -> None:
+    walk.step("Compare")
+    walk.settle()
+    for text in ("3", "4"):
+        type_in(walk, "#compare-from", text)
+        assert ends(walk) == [text, "9.998"]
+        walk.page.locator("#compare-overlay .nsewdrag").first.dblclick()
+        walk.settle()
+        assert ends(walk) == ["", ""]
+
+
+def test_a_mark_out_of_sight_undoes_the_zoom(walk: Walk) -> None:
+    walk.step("Compare")
+    walk.settle()
+    type_in(walk, "#compare-to", "1.5")
+    walk.step("Where")
+    walk.settle()
+    walk.button("Show the samples of time 1 to 2 s").click()
+    walk.settle()
+    assert ends(walk) == ["0", "1.5"]
+    assert not walk.page.get_by_text("The zoom was reset").is_visible()
+    walk.button("Show the samples of time 2 to 3 s").click()
+    walk.page.get_by_text("The zoom was reset").wait_for()
+    walk.settle()
+    assert ends(walk) == ["", ""]

@@ -10,6 +10,7 @@ from elastic_tendon.diagnosis.block_test import (
     error_as_is,
     gains_of,
     signs_for,
+    sudden,
     turned_error,
     weights_within,
 )
@@ -64,6 +65,23 @@ def test_what_is_there_is_found_and_what_is_not_is_not() -> None:
     # uniform between 0 and 1
     assert 0.3 < np.mean(chances) < 0.7
     assert np.sum(np.array(chances) <= 0.05) <= 4
+
+
+def test_what_happens_once_stands_out_and_what_happens_all_the_time_does_not() -> None:
+    rng = np.random.default_rng(4)
+    n, moments = BLOCKS * ROWS, 20
+    fitted = rng.standard_normal((n, 2))
+    columns = np.repeat(np.eye(moments), n // moments, axis=0)
+    once = rng.standard_normal(n) + 3.0 * columns[:, 7]
+    chance, share = sudden(products_of(fitted, columns, once))
+    assert chance < 1e-6
+    # nine of variance one beside it, in one of twenty moments
+    assert share[0] == pytest.approx(0.45 / 1.45, abs=0.05)
+    always = [
+        sudden(products_of(fitted, columns, columns @ rng.standard_normal(moments)))[0]
+        for _ in range(30)
+    ]
+    assert np.sum(np.array(always) <= 0.05) <= 4
 
 
 def test_columns_that_the_fitted_numbers_can_make_explain_nothing() -> None:

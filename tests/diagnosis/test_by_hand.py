@@ -5,8 +5,10 @@ from dataclasses import replace
 import pytest
 
 from elastic_tendon.diagnosis import by_hand
-from elastic_tendon.diagnosis.by_hand import Walked
-from elastic_tendon.diagnosis.rounds import Data, Outcome, look
+from elastic_tendon.diagnosis.by_hand import Walked, look
+from elastic_tendon.diagnosis.data import Data, data_of
+from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.rounds import TAKEN
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.ladder import REFIT
 from hand_made_diagnosis import friction_found
@@ -15,17 +17,18 @@ from recorded_machines import FRICTION
 COULOMB = "coulomb_friction"
 SHORT = 3.0  # s of the recordings
 TORQUE = f"effects.{COULOMB}.torque"
+FEW = Options(only=(COULOMB, "gravity_load", "quadratic_drag", "spring_hardening"))
 
 
 def silent(_text: str, _share: float) -> None:
-    pass
+    """Nobody asked."""
 
 
 @pytest.fixture(scope="module")
 def data(sticking) -> Data:
     known, recording, heldout = sticking
-    fitted, judged = (one.window(None, SHORT) for one in (recording, heldout))
-    return by_hand.data_of(known.model, [fitted], [judged])
+    fitted, judged = (part.window(None, SHORT) for part in (recording, heldout))
+    return data_of(known.model, [fitted], [judged], FEW)
 
 
 @pytest.fixture(scope="module")
@@ -39,53 +42,54 @@ def start(data):
 def walk(data, start) -> list[Walked]:
     """The suggestion taken, and the search looking on."""
     base, seen = start
-    answer = by_hand.with_effect(data, base, seen.round.chosen, silent)
+    answer = by_hand.with_effect(data, base, seen.round.chosen[0], silent)
     then = look(data, answer, silent)
     return [Walked(REFIT, None, base, seen), Walked("with friction", COULOMB, answer, then)]
 
 
-def test_taking_what_is_suggested_ends_in_the_diagnosis_of_the_loop(data, walk) -> None:
-    found = by_hand.concluded(data, walk, silent)
-    assert (found.verdict, found.added) == ("missing_effect", (COULOMB,))
-    assert not found.interrupted
-    assert [one.title for one in found.steps] == ["as given", REFIT, "with friction"]
-    assert [one.chosen for one in found.rounds] == [COULOMB, None]
-    torque = next(one for one in found.findings.estimates if one.path == TORQUE)
-    assert torque.interval[0] <= FRICTION <= torque.interval[1]
-    assert found.ladder[-1].noise_ratio["joint_position"] < 1.1
-    assert not found.remaining["joint_position"].significant
+# ---- looking -------------------------------------------------------------------------------------
+
+
+def test_a_look_suggests_and_adds_nothing(start) -> None:
+    base, seen = start
+    assert base.added == ()
+    assert seen.round.chosen == (COULOMB,)
+    assert seen.chosen.added == (COULOMB,)
+    assert {row.ids for row in seen.round.candidates} >= {(name,) for name in FEW.only}
+    assert all(answer.added for answer in seen.refitted)
+
+
+def test_where_nothing_is_missing_a_look_suggests_nothing(walk) -> None:
+    last = walk[-1].outcome
+    assert last.round.chosen == ()
+    assert last.chosen is None
+    assert all(COULOMB not in row.ids for row in last.round.candidates)
+
+
+def test_refits_of_a_look_can_be_stopped(data, start) -> None:
+    def stopping(text: str, _share: float) -> None:
+        if text.startswith("refitting the likeliest"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        look(data, start[0], stopping)
+
+
+# ---- adding --------------------------------------------------------------------------------------
 
 
 def test_the_prior_stays_that_of_the_model_as_given(data, walk) -> None:
     given = data.given.uncertainty
-    for one in walk:
-        assert {path: one.answer.result.model.uncertainty[path] for path in given} == given
+    for step in walk:
+        own = step.answer.result.model.uncertainty
+        assert {path: own[path] for path in given} == given
 
 
-def test_where_nobody_searched_on_more_may_be_missing(data, walk) -> None:
-    first, last = walk
-    assert by_hand.concluded(data, [first], silent).interrupted
-    assert by_hand.concluded(data, [first, replace(last, outcome=None)], silent).interrupted
-
-
-def test_what_the_data_could_not_tell_apart_is_told(data, start, walk) -> None:
-    seen = start[1]
-    rival = next(one for one in seen.refitted if one.added[-1] != COULOMB)
-    names = (COULOMB, rival.added[-1])
-    candidates = tuple(
-        replace(one, equivalence_class=names) if one.id in names else one
-        for one in seen.round.candidates
-    )
-    alike = replace(seen, round=replace(seen.round, candidates=candidates))
-    found = by_hand.concluded(data, [replace(walk[0], outcome=alike), walk[1]], silent)
-    assert found.indistinguishable == (names,)
-    assert found.next_experiment is not None or found.words
-
-
-def test_any_effect_can_come_in_and_never_makes_the_fit_worse(data, start) -> None:
+@pytest.mark.parametrize("effect_id", ["gravity_load", "tendon_compliance"])
+def test_any_effect_can_come_in_and_never_makes_the_fit_worse(data, start, effect_id) -> None:
     base = start[0]
-    answer = by_hand.with_effect(data, base, "gravity_load", silent)
-    assert answer.added == ("gravity_load",)
+    answer = by_hand.with_effect(data, base, effect_id, silent)
+    assert answer.added == (effect_id,)
     assert answer.floored @ answer.floored <= 1.001 * (base.floored @ base.floored)
 
 
@@ -94,35 +98,80 @@ def test_an_effect_comes_in_once(data, walk) -> None:
         by_hand.with_effect(data, walk[1].answer, COULOMB, silent)
 
 
-def test_a_preview_has_the_numbers_of_the_round(start) -> None:
+def test_a_refit_again_starts_where_it_was(data, walk) -> None:
+    before = walk[1].answer
+    after = by_hand.again(data, before.added, before.result.model, silent)
+    assert after.added == before.added
+    assert after.values(COULOMB)["torque"] == pytest.approx(FRICTION, rel=0.05)
+    assert after.floored @ after.floored <= 1.001 * (before.floored @ before.floored)
+
+
+# ---- previews ------------------------------------------------------------------------------------
+
+
+def test_a_preview_of_what_was_refitted_has_its_values(start) -> None:
     base, seen = start
     fitted = by_hand.preview(base.result.model, seen, COULOMB)
     assert fitted.effects[COULOMB]["torque"] == pytest.approx(FRICTION, rel=0.05)
-    unlikely = next(one for one in seen.round.candidates if not one.fitted)
-    expected = by_hand.preview(base.result.model, seen, unlikely.id)
-    assert unlikely.id in expected.effect_ids
-    unseen = replace(seen.round, candidates=())
+
+
+def test_a_preview_of_another_has_what_the_screen_expects(start) -> None:
+    base, seen = start
+    unlikely = next(row for row in seen.round.candidates if not row.fitted and len(row.ids) == 1)
+    (effect_id,) = unlikely.ids
+    found = by_hand.preview(base.result.model, seen, effect_id)
+    for name, value in found.effects[effect_id].items():
+        assert value == pytest.approx(unlikely.expected[f"effects.{effect_id}.{name}"])
+
+
+def test_what_the_search_has_not_seen_has_no_preview(start) -> None:
+    base, seen = start
+    unseen = replace(seen, round=replace(seen.round, candidates=()), refitted=())
     with pytest.raises(ModelError, match="add it to have it fitted"):
-        by_hand.preview(base.result.model, Outcome(unseen, None, (), (), ()), COULOMB)
+        by_hand.preview(base.result.model, unseen, COULOMB)
 
 
-def test_refits_of_a_round_can_be_stopped(data, start) -> None:
-    def stopping(text: str, _share: float) -> None:
-        if text.startswith("refitting with"):
-            raise KeyboardInterrupt
+# ---- what it amounts to --------------------------------------------------------------------------
 
-    with pytest.raises(KeyboardInterrupt):
-        look(data, start[0], stopping)
+
+def test_taking_what_is_suggested_ends_in_the_diagnosis_of_the_loop(data, walk) -> None:
+    found = by_hand.concluded(data, walk, silent)
+    assert (found.verdict, found.added) == ("missing_effect", (COULOMB,))
+    assert found.complete
+    assert [step.title for step in found.steps] == ["as given", REFIT, "with friction"]
+    assert [part.chosen for part in found.rounds] == [(COULOMB,), ()]
+    torque = next(part for part in found.findings.estimates if part.path == TORQUE)
+    assert torque.interval[0] <= FRICTION <= torque.interval[1]
+    assert found.ladder[-1].noise_ratio["joint_position"] < 1.1
+    assert not found.remaining["joint_position"].significant
+    assert "surely missing" in found.sentence
+
+
+def test_where_nobody_searched_on_more_may_be_missing(data, walk) -> None:
+    first, last = walk
+    assert not by_hand.concluded(data, [first], silent).complete
+    assert not by_hand.concluded(data, [first, replace(last, outcome=None)], silent).complete
+
+
+def test_a_step_against_the_search_is_told_as_such(data, start) -> None:
+    base, seen = start
+    gravity = by_hand.with_effect(data, base, "gravity_load", silent)
+    steps = [Walked(REFIT, None, base, seen), Walked("gravity", "gravity_load", gravity, None)]
+    found = by_hand.concluded(data, steps, silent)
+    assert found.added == ("gravity_load",)
+    reasons = {row.ids: row.reason for row in found.rounds[0].candidates}
+    assert reasons[(COULOMB,)] == by_hand.SUGGESTED
+    assert reasons[("gravity_load",)].startswith(by_hand.BY_HAND)
 
 
 def test_a_round_tells_what_was_taken_by_hand() -> None:
-    one = friction_found().rounds[0]
-    first, second, *_ = (replace(candidate, verdict="taken") for candidate in one.candidates)
-    one = replace(one, candidates=(first, second))
-    assert by_hand.decided(one, COULOMB) is one
-    untaken = by_hand.decided(one, None)
-    assert untaken.chosen is None
-    assert untaken.candidates[0].verdict == "the search would take it"
-    other = by_hand.decided(one, second.id)
-    assert other.chosen == second.id
-    assert other.candidates[1].verdict.startswith("taken by hand")
+    found = friction_found().rounds[0]
+    first, second, *_ = (replace(row, reason=TAKEN) for row in found.candidates)
+    found = replace(found, candidates=(first, second))
+    assert by_hand.decided(found, COULOMB) is found
+    untaken = by_hand.decided(found, None)
+    assert untaken.chosen == ()
+    assert untaken.candidates[0].reason == by_hand.SUGGESTED
+    other = by_hand.decided(found, second.ids[0])
+    assert other.chosen == second.ids
+    assert other.candidates[1].reason.startswith(by_hand.BY_HAND)

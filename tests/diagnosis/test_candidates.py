@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.candidates import candidates, shapes
+from elastic_tendon.diagnosis.candidates import LITTLE_DAMPING, candidates, shapes, starts
 from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.residuals import simulate_measurement
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import load_model
+from elastic_tendon.parameters import load_model, typical_value
 
 
 def test_all_effects_are_candidates_of_the_bare_model(sticking) -> None:
@@ -73,3 +73,42 @@ def test_stops_are_sought_at_the_ends_of_the_range(sticking) -> None:
     low = sorted({one["lower"] for one in tried})
     assert np.all(np.array(low[1:]) > position.min())
     assert low[1] - position.min() < 0.01 * np.ptp(position)
+
+
+@pytest.mark.parametrize("effect_id", [one.id for one in effects.CATALOGUE])
+def test_looks_begin_at_shares_of_typical_strengths(effect_id, sticking) -> None:
+    """With every shape that is tried; also with little damping where nothing of it is singular."""
+    known, recording, _ = sticking
+    model, effect, asked = known.model, effects.BY_ID[effect_id], (0.3, 2.0)
+    found = list(starts(model, effect, [recording], asked))
+    tried = list(shapes(model, effect, [recording]))
+    dampings = LITTLE_DAMPING if effect.singular_null else (1.0,)
+    expected = [
+        {
+            one.name: shape[one.name]
+            if one.shape
+            else one.null
+            + share
+            * (damped if "damping" in one.name else 1.0)
+            * (typical_value(model, one) - one.null)
+            for one in effect.parameters
+        }
+        for shape in tried
+        for share in asked
+        for damped in dampings
+    ]
+    assert len(found) == len(tried) * len(asked) * len(dampings)
+    assert found == [pytest.approx(values) for values in expected]
+
+
+def test_little_damping_is_tried_only_where_nothing_is_singular(sticking) -> None:
+    known, recording, _ = sticking
+    stop = list(starts(known.model, effects.BY_ID["joint_stop"], [recording], (1.0,)))
+    assert len({one["damping"] for one in stop}) == 1
+    for effect_id, name in (("spring_mass", "damping"), ("lugre_friction", "bristle_damping")):
+        found = list(starts(known.model, effects.BY_ID[effect_id], [recording], (1.0,)))
+        low, high = sorted({one[name] for one in found})
+        assert low == pytest.approx(0.01 * high)
+        assert (
+            len({one["mass" if name == "damping" else "bristle_stiffness"] for one in found}) == 1
+        )

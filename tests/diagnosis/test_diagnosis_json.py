@@ -1,4 +1,4 @@
-"""The contract ``elastic-tendon/diagnosis/1``."""
+"""The contract ``elastic-tendon/diagnosis/2``."""
 
 import json
 from dataclasses import replace
@@ -12,36 +12,58 @@ from elastic_tendon.identify.locate import Location
 from elastic_tendon.parameters import parse_model
 from hand_made_diagnosis import friction_found, next_experiment, nothing_missing, something_unknown
 
-VERDICTS = {"adequate", "wrong_parameter", "missing_effect", "unknown_effect"}
+VERDICTS = {"adequate", "wrong_parameter", "missing_effect", "unexplained"}
 NUMBER = (int, float)
 MAYBE_NUMBER = (int, float, type(None))
 # what each part must hold, and of which type; more is allowed
 CONTRACT = {
-    "remaining": {"noise_ratio": NUMBER, "share_of_initial": NUMBER, "significant": bool},
+    "remaining": {
+        "noise_ratio": NUMBER,
+        "share_of_initial": NUMBER,
+        "significant": bool,
+        "matters": bool,
+    },
     "parameters": {
         "path": str,
         "given": NUMBER,
         "fitted": NUMBER,
         "interval": list,
         "determined": bool,
+        "plausible": bool,
     },
     "ladder": {
         "added": (str, type(None)),
         "rmse": dict,
         "heldout_rmse": dict,
         "noise_ratio": dict,
-        "bic": NUMBER,
-        "p_value": MAYBE_NUMBER,
-    },
-    "rounds": {"chosen": (str, type(None)), "candidates": list},
-    "candidates": {
-        "id": str,
-        "kind": str,
+        "evidence": NUMBER,
         "probability": NUMBER,
-        "score": NUMBER,
+    },
+    "rounds": {"chosen": list, "candidates": list},
+    "candidates": {
+        "ids": list,
+        "probability": NUMBER,
+        "evidence": MAYBE_NUMBER,
         "expected_parameters": dict,
         "heldout_gain": MAYBE_NUMBER,
         "equivalence_class": list,
+        "fitted": bool,
+        "reason": str,
+    },
+    "neighbours": {
+        "change": str,
+        "evidence": MAYBE_NUMBER,
+        "probability": NUMBER,
+        "rmse": dict,
+        "refitted": bool,
+    },
+    "would_show": {"id": str, "path": str, "smallest": MAYBE_NUMBER},
+    "recordings": {
+        "file": str,
+        "role": str,
+        "rmse": dict,
+        "explained_by": (str, type(None)),
+        "contradicts": list,
     },
     "where": {
         "by": str,
@@ -50,8 +72,12 @@ CONTRACT = {
         "share": NUMBER,
         "significance": MAYBE_NUMBER,
     },
-    "noise": {"sigma": NUMBER, "kind": str},
+    "noise": {"sigma": NUMBER, "kind": str, "source": str},
 }
+LISTS = (
+    *("parameters", "ladder", "rounds", "where"),
+    *("neighbours", "would_show", "recordings"),
+)
 
 
 def expect(part: str, entries) -> None:
@@ -67,12 +93,14 @@ def written(diagnosis, file=None):
 @pytest.mark.parametrize("make", [friction_found, something_unknown, nothing_missing])
 def test_every_verdict_keeps_the_contract(make) -> None:
     content = written(make())
-    assert content["schema"] == "elastic-tendon/diagnosis/1"
+    assert content["schema"] == "elastic-tendon/diagnosis/2"
     assert content["verdict"] in VERDICTS
+    assert content["sentence"] == make().sentence
+    assert content["complete"] is True
     for part in ("remaining", "noise"):
         assert content[part]
         expect(part, content[part].values())
-    for part in ("parameters", "ladder", "rounds", "where"):
+    for part in LISTS:
         assert content[part]
         expect(part, content[part])
     for one in content["rounds"]:
@@ -86,7 +114,8 @@ def test_candidates_come_with_their_evidence() -> None:
     content = written(friction_found())
     first = content["rounds"][0]["candidates"][0]
     assert first["expected_parameters"] == {"effects.coulomb_friction.torque": 0.33}
-    assert first["equivalence_class"] == ["coulomb_friction", "lugre_friction"]
+    assert first["ids"] == ["coulomb_friction"]
+    assert first["equivalence_class"] == [["coulomb_friction"], ["lugre_friction"]]
     assert first["fitted_parameters"][0]["path"] == "effects.coulomb_friction.torque"
     assert content["indistinguishable"] == [["coulomb_friction", "lugre_friction"]]
 
@@ -100,16 +129,18 @@ def test_experiment_and_learned_term_are_there_or_null() -> None:
         experiment.motor_position
     )
     unknown = written(something_unknown(), "better_learned.py")
-    assert unknown["next_experiment"] is None
+    assert set(unknown["next_experiment"]) == {"reason"}
+    reasons = written(friction_found(next_experiment=None))["next_experiment"]
+    assert reasons == {"reason": "No motion tells the two apart."}
     assert unknown["learned"]["file"] == "better_learned.py"
     assert unknown["learned"]["variables"] == ["joint_velocity"]
 
 
 def test_numbers_that_are_not_finite_are_null() -> None:
     diagnosis = friction_found()
-    endless = replace(diagnosis.ladder[0], bic=float("inf"))
+    endless = replace(diagnosis.ladder[0], evidence=float("inf"))
     content = written(replace(diagnosis, ladder=(endless, *diagnosis.ladder[1:])))
-    assert content["ladder"][0]["bic"] is None
+    assert content["ladder"][0]["evidence"] is None
 
 
 def test_where_counts_all_recordings() -> None:

@@ -74,7 +74,7 @@ EFFECTS = {
     "joint_stop": {"lower": -0.3, "upper": 0.4, "stiffness": 200.0, "damping": 1.0},
     "overstretch_protection": {"engagement": 0.45, "stiffness": 9000.0},
     "spring_hardening": {"cubic_stiffness": 2.5e7},
-    "spring_hysteresis": {"force": 12.0, "yield_length": 0.0011},
+    "spring_hysteresis": {"force": 12.0, "yield_length": 0.0011, "exponent": 1.6},
     "spring_relaxation": {"stiffness": 3000.0, "time_constant": 0.13},
     "spring_mass": {"mass": 0.03, "damping": 2.0},
     "tendon_guide_friction": {"wrap_friction": 0.12},
@@ -359,6 +359,14 @@ def test_product_agrees_with_the_truth_for_other_numbers(ids, seed):
     expected = expected_of(tree, experiment)
     assert len(set(expected["slack_state"])) > 1
     assert_agree(tree, expected, actual_of(tree, experiment))
+
+
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 5.0])
+def test_hysteresis_agrees_with_the_truth_for_every_exponent(exponent):
+    tree = tree_with("spring_hysteresis")
+    tree["effects"]["spring_hysteresis"]["exponent"] = exponent
+    experiment = excitation(tree, 0.8)
+    assert_agree(tree, expected_of(tree, experiment), actual_of(tree, experiment))
 
 
 def test_taut_damped_springs_in_series_with_the_tendons():

@@ -62,7 +62,7 @@ def spring_forms(s: Sizes, reached: Reached) -> dict[str, list[Form]]:
         ],
         "spring_hardening": [({}, {"cubic_stiffness": 0.3 * s.spring / s.deflection**2})],
         "spring_hysteresis": [
-            ({"yield_length": share * s.deflection}, {"force": force})
+            ({"yield_length": share * s.deflection, "exponent": 1.0}, {"force": force})
             for share in (0.01, 0.04, 0.12, 0.4)
         ],
         "spring_relaxation": [

@@ -202,7 +202,7 @@ def hidden_numbers(
             ("cubic_stiffness",),
         ),
         "spring_hysteresis": (
-            {"force": force, "yield_length": 0.05 * sizes.deflection * shake()},
+            {"force": force, "yield_length": 0.05 * sizes.deflection * shake(), "exponent": 1.0},
             ("force",),
         ),
         "spring_relaxation": (

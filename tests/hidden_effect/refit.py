@@ -160,7 +160,10 @@ def refit(
 
 
 UNBOUNDED = ("angle", "phase", "offset", "lower", "upper")
-SMALLEST = {"stribeck_velocity": 2e-3, "yield_length": 2e-6, "time_constant": 1e-3}
+SMALLEST = {
+    "stribeck_velocity": 2e-3, "yield_length": 2e-6, "time_constant": 1e-3, "exponent": 0.5
+}  # fmt: skip
+LARGEST = {"amplitude": 0.5, "exponent": 5.0}
 
 
 def free_numbers(effect: str, shape: dict[str, float], strength: dict[str, float]) -> list[Free]:
@@ -168,7 +171,7 @@ def free_numbers(effect: str, shape: dict[str, float], strength: dict[str, float
     found = []
     for name, value in (shape | strength).items():
         lower = -math.inf if name in UNBOUNDED else SMALLEST.get(name, 1e-3 * value)
-        upper = 0.5 if name == "amplitude" else math.inf
+        upper = LARGEST.get(name, math.inf)
         scale = abs(value) if name not in ("angle", "phase", "lower", "upper") else 0.3
         found.append(Free(f"effects.{effect}.{name}", value, max(scale, 1e-9), lower, upper))
     return found
@@ -223,7 +226,7 @@ def bic(objective: float, parameters: int, targets: Sequence[Target]) -> float:
 
 PARAMETERS = {
     "stribeck_friction": 3, "lugre_friction": 5, "gravity_load": 2, "joint_stop": 4,
-    "overstretch_protection": 2, "spring_hysteresis": 2, "spring_relaxation": 2,
+    "overstretch_protection": 2, "spring_hysteresis": 3, "spring_relaxation": 2,
     "spring_mass": 2, "pulley_eccentricity": 2,
 } | dict.fromkeys(
     ("coulomb_friction", "quadratic_drag", "spring_hardening", "tendon_guide_friction",

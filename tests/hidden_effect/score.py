@@ -113,10 +113,11 @@ def count_of(effect: str) -> int:
 
 
 def ranked(result: Result) -> list[str]:
-    """Candidates of the first round, the likeliest first; "" for a parameter, or for none."""
+    """Candidates of the first round, the likeliest first; "" for none. Sets of several effects,
+    which a case of one effect does not ask for, have their ids joined by "+"."""
     rounds = result.diagnosis["rounds"]
     listed = rounds[0]["candidates"] if rounds else []
-    return [one["id"] if one["kind"] == "effect" else "" for one in listed] or [""]
+    return ["+".join(candidate["ids"]) for candidate in listed] or [""]
 
 
 def class_among(result: Result, first: int) -> bool:
@@ -136,7 +137,7 @@ def told_apart(result: Result) -> bool:
     """Whether a wrong number and a missing effect were not taken for each other."""
     if result.family == "wrong parameter":
         return result.diagnosis["verdict"] == "wrong_parameter" and not result.added
-    return result.diagnosis["verdict"] in ("missing_effect", "unknown_effect")
+    return result.diagnosis["verdict"] in ("missing_effect", "unexplained")
 
 
 def undecidable(result: Result) -> set[str]:
@@ -264,7 +265,7 @@ def blame(results: Sequence[Result]) -> list[Figure]:
     """What is called missing when nothing is, or something else."""
 
     def alarm(one: Result) -> bool:
-        return bool(one.added) or one.diagnosis["verdict"] in ("missing_effect", "unknown_effect")
+        return bool(one.added) or one.diagnosis["verdict"] in ("missing_effect", "unexplained")
 
     nothing = [one for one in results if one.family == "nothing"]
     figures = [
@@ -291,9 +292,9 @@ def blame(results: Sequence[Result]) -> list[Figure]:
         share("  wrong parameter called so", wrong, told_apart),
         share("both of two hidden effects found, R ≥ 1 each", two, found_both, 90.0),
         share(
-            "outside the catalogue: called unknown",
+            "outside the catalogue: called unexplained",
             outside,
-            lambda one: one.diagnosis["verdict"] == "unknown_effect",
+            lambda one: one.diagnosis["verdict"] == "unexplained",
             90.0,
         ),
         share(

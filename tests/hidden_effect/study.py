@@ -82,7 +82,7 @@ def asked(
     begin = time.perf_counter()
     answer = diagnose(given, fit, validation)
     seconds = time.perf_counter() - begin
-    if answer.interrupted:
+    if not answer.complete:
         raise KeyboardInterrupt
     content = diagnosis_json(answer)
     # through text, as whoever reads the file gets it
@@ -134,11 +134,15 @@ def judged(order: Order, folder: Path) -> Result | None:
     diagnosis, seconds = asked(case.given, case.fit, case.validation)
     result = result_of(facts, diagnosis, None, seconds)
     follow_up = None
-    if order.family == "effect" and called_undecided(result) and diagnosis["next_experiment"]:
+    if (
+        order.family == "effect"
+        and called_undecided(result)
+        and "time_s" in diagnosis["next_experiment"]
+    ):
         more = proposed_run(case, diagnosis["next_experiment"])
         follow_up, _ = asked(case.given, (*case.fit, more), case.validation)
     # its samples, which nobody scores, are most of the file
-    diagnosis["next_experiment"] = bool(diagnosis["next_experiment"])
+    diagnosis["next_experiment"] = "time_s" in diagnosis["next_experiment"]
     kept = {"facts": facts, "diagnosis": diagnosis, "follow_up": follow_up, "seconds": seconds}
     written(path, json.dumps(kept).encode())
     return result_of(**kept)

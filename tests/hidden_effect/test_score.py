@@ -27,11 +27,11 @@ COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"
 
 def said(*added: str, first: tuple[str, ...] = (), **more: Any) -> dict[str, Any]:
     """A diagnosis JSON that adds some effects, with candidates of its first round."""
-    candidates = [{"id": one, "kind": "effect"} for one in first or added]
+    candidates = [{"ids": [effect_id]} for effect_id in first or added]
     return {
         "verdict": "missing_effect" if added else "adequate",
         "added": list(added),
-        "rounds": [{"chosen": added[0] if added else None, "candidates": candidates}],
+        "rounds": [{"chosen": list(added[:1]), "candidates": candidates}],
         "ladder": [{"heldout_rmse": {"joint_position": 1.01e-4}}],
         "parameters": [],
         "indistinguishable": [],
@@ -92,10 +92,11 @@ def test_no_round_and_no_effect_are_right_only_where_none_is_needed():
     assert class_among(aliased, 1)
 
 
-def test_a_parameter_is_no_effect():
-    listed = [{"id": "link.inertia", "kind": "parameter"}, {"id": COULOMB, "kind": "effect"}]
+def test_a_set_is_not_the_effect_alone():
+    listed = [{"ids": [COULOMB, "gravity_load"]}, {"ids": [COULOMB]}]
     result = replace(RESULT, diagnosis=said(rounds=[{"candidates": listed}]))
-    assert ranked(result) == ["", COULOMB]
+    assert ranked(result) == [f"{COULOMB}+gravity_load", COULOMB]
+    assert not class_among(result, 1)
 
 
 def test_the_limit_strength_is_that_at_which_the_nearest_rival_costs_ten():
@@ -120,7 +121,7 @@ def test_exact_effects_are_asked_for_only_where_the_truth_is_clearly_ahead():
 def test_what_is_blamed_when_nothing_is_missing_counts_for_its_noise():
     alarmed = replace(NOTHING, name="alarmed", diagnosis=said(COULOMB))
     unknown = replace(
-        NOTHING, name="unknown", noise="coloured", diagnosis=said(verdict="unknown_effect")
+        NOTHING, name="unknown", noise="coloured", diagnosis=said(verdict="unexplained")
     )
     shifted = replace(NOTHING, diagnosis=said(verdict="wrong_parameter"))
     results = [NOTHING, shifted, alarmed, unknown]
@@ -141,10 +142,10 @@ def test_wrong_parameters_and_missing_effects_are_told_apart():
 
 def test_an_effect_outside_the_catalogue_is_to_be_unknown_and_not_blamed():
     outside = replace(
-        RESULT, family="outside", effects=("cogging",), diagnosis=said(verdict="unknown_effect")
+        RESULT, family="outside", effects=("cogging",), diagnosis=said(verdict="unexplained")
     )
-    blamed = replace(outside, name="blamed", diagnosis=said(COULOMB, verdict="unknown_effect"))
-    assert figure([outside, blamed], "called unknown").value == 100.0
+    blamed = replace(outside, name="blamed", diagnosis=said(COULOMB, verdict="unexplained"))
+    assert figure([outside, blamed], "called unexplained").value == 100.0
     assert figure([outside, blamed], "blamed").missed == ("blamed",)
 
 

@@ -19,7 +19,7 @@ from elastic_tendon.parameters import load_model, parse_model
 from elastic_tendon.report.tables import addition_sentences
 from elastic_tendon.simulated import default_table
 
-RUNG_KEYS = {"title", "added", "rmse", "heldout_rmse", "noise_ratio", "bic", "p_value"}
+RUNG_KEYS = {"title", "added", "rmse", "heldout_rmse", "noise_ratio", "evidence", "probability"}
 TORQUE = "effects.coulomb_friction.torque"
 DATA = Path(__file__).parents[3] / "shared" / "data"
 
@@ -44,8 +44,8 @@ def test_ladder_falls_to_the_noise_on_fitted_and_held_out_data(friction, stickin
 def test_strength_is_found_and_the_evidence_is_for_it(friction, sticking) -> None:
     torque = friction.model.values()[TORQUE]
     assert torque == pytest.approx(sticking[0].truth[TORQUE], rel=0.02)
-    assert friction.ladder[2].p_value < 1e-6
-    assert friction.ladder[2].bic < friction.ladder[1].bic < friction.ladder[0].bic
+    assert friction.ladder[2].probability > 1.0 - 1e-6
+    assert friction.ladder[2].evidence < friction.ladder[1].evidence < friction.ladder[0].evidence
     assert [rung.added for rung in friction.ladder] == [None, None, "coulomb_friction"]
 
 
@@ -92,8 +92,8 @@ def test_adding_never_increases_the_cost(request, effect_id: str, kind: str) -> 
 def test_effect_that_is_not_there_is_not_asked_for(frictionless) -> None:
     known, recording = frictionless
     result = add(known.model, "coulomb_friction", [recording])
-    assert result.ladder[2].p_value > 0.01
-    assert result.ladder[2].bic > result.ladder[1].bic - 2.0
+    assert result.ladder[2].probability < 0.75
+    assert result.ladder[2].evidence > result.ladder[1].evidence - 2.0
     # a hundredth of what the sticking machine has
     assert result.model.values()[TORQUE] < 0.0035
 
@@ -103,6 +103,7 @@ def test_json_has_the_ladder_of_the_contract(friction) -> None:
     assert all(set(rung) == RUNG_KEYS for rung in content["ladder"])
     assert {"path", "given", "fitted", "interval", "determined"} <= set(content["parameters"][0])
     assert parse_model(content["model"], "json") == friction.model
+    assert all(isinstance(entry["determined"], bool) for entry in content["parameters"])
 
 
 def test_recording_that_is_met_exactly_is_no_trouble() -> None:
@@ -120,7 +121,7 @@ def test_recording_that_is_met_exactly_is_no_trouble() -> None:
     )
     ladder = add(believed, "coulomb_friction", [recording]).ladder
     assert ladder[2].rmse["joint_position"] < 1e-7
-    assert ladder[2].bic < ladder[1].bic
+    assert ladder[2].evidence < ladder[1].evidence
 
 
 def test_typical_values_without_data() -> None:
@@ -128,6 +129,29 @@ def test_typical_values_without_data() -> None:
     # 3 % of R k l_max
     expected = 0.03 * 0.03 * 2 * 11580.0 * 0.015
     assert model.values()[TORQUE] == pytest.approx(expected)
+
+
+def test_several_effects_come_in_one_after_the_other(sticking) -> None:
+    known, recording, _ = sticking
+    told = []
+    both = ("coulomb_friction", "measurement_delay")
+    result = add(known.model, both, [recording], report=lambda *said: told.append(said))
+    titles = ["as given", "parameters refitted", "+ Coulomb friction", "+ Measurement delay"]
+    assert [rung.title for rung in result.ladder] == titles
+    assert set(result.model.effects) == set(both)
+    assert result.ladder[3].rmse["joint_position"] <= 1.01 * result.ladder[2].rmse["joint_position"]
+    shares = [share for _, share in told]
+    assert shares == sorted(shares)
+    assert shares[-1] <= 1.0
+    assert result.to_json()["effects"] == list(both)
+    typical = add_typical(known.model, both)
+    assert set(typical.effects) == set(both)
+
+
+def test_one_that_cannot_follow_another_is_refused_before_the_work(sticking) -> None:
+    known, recording, _ = sticking
+    with pytest.raises(ModelError, match="both laws of the joint's dry friction"):
+        add(known.model, ("coulomb_friction", "stribeck_friction"), [recording])
 
 
 def test_unknown_and_present_effects_are_refused() -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, filtfilt, lfilter
 
 import study_noise
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, quantisation_step
@@ -159,3 +160,53 @@ def test_actuators_with_kinks() -> None:
     assert np.median(ratios["AR 0.9"]) == pytest.approx(1.0, rel=COLOURED_TOLERANCE)
     assert min(ratios["AR 0.9"]) > 0.5
     assert all(floor.kind == "coloured" for floor, _ in found["AR 0.9"])
+
+
+# ---- signals that were filtered -------------------------------------------------------------
+
+
+@pytest.mark.parametrize("corner", [0.05, 0.1, 0.2, 0.3])
+@pytest.mark.parametrize("order", [2, 4])
+def test_noise_of_a_filtered_signal_is_not_known(order: int, corner: float) -> None:
+    rng = np.random.default_rng(11)
+    noisy = MOTION + 1e-3 * rng.standard_normal(len(TIME))
+    floor = floor_of(lfilter(*butter(order, 2.0 * corner), noisy - noisy[0]))
+    assert floor.is_least
+    assert floor.falls_above > 0.1 * 500.0
+    # what the filter left: a share of the noise that is less than its pass band
+    assert floor.sigma < 1e-3 * np.sqrt(2.0 * corner)
+
+
+def test_an_excitation_that_ends_below_the_sampling_rate_is_no_noise() -> None:
+    """As of the Silverbox: a response to noise up to a third of the sampling rate."""
+    rng = np.random.default_rng(12)
+    excitation = filtfilt(*butter(8, 0.6), rng.standard_normal(len(TIME)))
+    response = lfilter([1.0], [1.0, -1.4, 0.95], excitation)
+    floor = floor_of(response + 1e-4 * rng.standard_normal(len(TIME)))
+    assert floor.is_least
+    assert floor.sigma == pytest.approx(1e-4, rel=0.5)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
+def test_noise_that_was_not_filtered_is_not_called_so(correlation: float) -> None:
+    rng = np.random.default_rng(13)
+    floor = floor_of(MOTION + coloured_noise(rng, len(TIME), 1e-3, correlation))
+    assert floor.falls_above is None
+    assert not floor.is_least
+
+
+def test_filtered_signal_keeps_the_floor_of_its_steps() -> None:
+    step = 1e-4
+    noisy = MOTION + 1e-3 * np.random.default_rng(14).standard_normal(len(TIME))
+    smooth = filtfilt(*butter(4, 0.2), noisy)
+    assert floor_of(step * np.round(smooth / step)).sigma >= step / np.sqrt(12.0)
+
+
+def test_periods_are_the_source_where_the_inputs_repeat() -> None:
+    rng = np.random.default_rng(15)
+    motor = np.sin(np.pi * TIME) + 0.3 * np.sin(5.0 * np.pi * TIME + 1.0)
+    signal = motor + 1e-3 * rng.standard_normal(5000)
+    floor = noise_floors(TIME, {"motor_position": motor}, {"signal": signal})["signal"]
+    assert floor.source == "periods"
+    assert floor.sigma == pytest.approx(1e-3, rel=TOLERANCE)
+    assert floor_of(MOTION + 1e-3 * rng.standard_normal(5000)).source == "spectrum"

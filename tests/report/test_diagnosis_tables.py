@@ -13,12 +13,21 @@ from elastic_tendon.report.diagnosis_tables import (
     Call,
     candidates_table,
     doubt_sentences,
+    meant,
     next_lines,
     none_of_them,
     round_title,
     verdict_sentences,
 )
-from hand_made_diagnosis import TORQUE, friction_found, nothing_missing, something_unknown
+from elastic_tendon.report.neighbours import change_words, neighbours_table, would_show_table
+from elastic_tendon.report.recordings import recording_sentences
+from hand_made_diagnosis import (
+    RECORDINGS,
+    TORQUE,
+    friction_found,
+    nothing_missing,
+    something_unknown,
+)
 
 CALL = Call("m.toml", ("a b.csv[0:7]",), (), ("--resample", "0.01"), None, None, None)
 
@@ -33,9 +42,12 @@ def printed(renderable) -> str:
     return stream.getvalue()
 
 
-def test_what_is_missing_comes_first_with_its_size() -> None:
-    text = joined(verdict_sentences(friction_found()))
-    assert re.match(r"What is missing: Coulomb friction, torque 0.3[45]\d* ± 0.00\d+ N·m\.", text)
+def test_the_verdict_comes_first_and_then_sizes() -> None:
+    found = friction_found()
+    verdict, *details = verdict_sentences(found)
+    assert verdict == found.sentence
+    text = joined(details)
+    assert re.match(r"Added: Coulomb friction, torque 0.3[45]\d* ± 0.00\d+ N·m\.", text)
     assert "Numbers that are off too: link.inertia by +13 %." in text
     assert "error goes from 37.5 to 0.230 mrad, 0.991 times the noise; on held-out data" in text
 
@@ -52,26 +64,26 @@ def test_a_size_that_the_data_leave_open_is_said_to_be_so() -> None:
 
 def test_wrong_numbers_are_told_with_interval_and_what_was_given() -> None:
     wrong = replace(friction_found(), verdict="wrong_parameter", added=())
-    text = joined(verdict_sentences(wrong))
+    text = joined(verdict_sentences(wrong)[1:])
     sizes = r"Wrong numbers: link.inertia is 0.03[34]\d* ± 0.00\d+ kg·m², not 0.03 \(\+13 %\)\."
     assert re.match(sizes, text)
-    assert "No effect is missing." in text
 
 
 def test_an_adequate_model_needs_no_ladder() -> None:
-    text = joined(verdict_sentences(nothing_missing()))
-    assert "Nothing is missing: demo_actuator explains these data." in text
+    found = nothing_missing()
+    text = joined(verdict_sentences(found))
+    assert text.startswith(found.sentence)
     assert "error is 0.230 mrad, 0.991 times the noise, and 0.222 mrad on held-out data" in text
 
 
 def test_what_no_effect_explains_is_told_as_such() -> None:
     found = something_unknown()
-    assert "that no known effect explains" in joined(verdict_sentences(found))
+    assert "that no effect of the catalogue explains" in verdict_sentences(found)[0]
     doubts = joined(doubt_sentences(found))
     assert "still depends on what the machine does (p = 1e-06)" in doubts
     assert found.location.files[0].in_words["joint_position"] in doubts
     still = replace(found, added=("coulomb_friction",), model=friction_found().model)
-    assert "It was still worth adding: Coulomb friction" in joined(verdict_sentences(still))
+    assert "Added: Coulomb friction" in joined(verdict_sentences(still))
 
 
 def test_what_the_data_cannot_tell_apart_is_said() -> None:
@@ -79,27 +91,80 @@ def test_what_the_data_cannot_tell_apart_is_said() -> None:
     assert "These data cannot tell apart: Coulomb friction and LuGre friction." in text
     assert "Coulomb friction was added; the others would do as well." in text
     assert "No motion tells the two apart." in text
+    assert "demo_fit.csv: its noise is known badly." in text
     assert "does not depend on what the machine does by more than chance" in text
 
 
 def test_remaining_error_of_each_signal_is_told() -> None:
     both = {
-        "joint_position": Remaining(1.0, 0.0, False, 0.5),
-        "joint_torque": Remaining(3.0, 0.001, True, 1e-3),
+        "joint_position": Remaining(1.0, 0.0, False, False, 0.5),
+        "joint_torque": Remaining(3.0, 0.001, True, False, 1e-3),
     }
     text = joined(doubt_sentences(friction_found(remaining=both)))
+    assert "as given, too little to matter." in text
     assert "What remains of the joint torque error, 3.00 times the noise, still depends" in text
     assert "it is <1 % of the squared error" in text
 
 
-def test_an_interrupted_diagnosis_says_so_first_and_claims_no_more_than_it_knows() -> None:
-    assert verdict_sentences(friction_found(interrupted=True))[0].startswith("Stopped before")
-    unknown = joined(verdict_sentences(replace(something_unknown(), interrupted=True)))
-    assert "Something is missing, and it is not known yet what." in unknown
-    adequate = joined(verdict_sentences(replace(nothing_missing(), interrupted=True)))
-    assert "Nothing was found missing yet." in adequate
-    wrong = friction_found(verdict="wrong_parameter", added=(), interrupted=True)
-    assert "No effect is missing" not in joined(verdict_sentences(wrong))
+def test_sets_that_cannot_be_told_apart_are_told_by_their_titles() -> None:
+    alike = (("coulomb_friction", "gear_backlash+spring_mass"),)
+    found = friction_found(indistinguishable=alike)
+    text = joined(doubt_sentences(found))
+    assert "tell apart: Coulomb friction and Gear backlash + Spring mass." in text
+    assert meant(found) == ("coulomb_friction", "gear_backlash", "spring_mass")
+
+
+def test_recordings_that_do_not_fit_in_are_named_once() -> None:
+    text = joined(doubt_sentences(friction_found()))
+    assert "the zero of the joint's encoder is 3 mrad off" in text
+    assert "demo_validate.csv contradicts demo_fit.csv: no numbers" in text
+    both = [
+        replace(summary, contradicts=(other.file,))
+        for summary, other in zip(RECORDINGS, RECORDINGS[::-1], strict=True)
+    ]
+    assert sum("contradicts" in sentence for sentence in recording_sentences(both)) == 1
+
+
+def test_neighbours_are_told_in_words_and_fit_the_terminal() -> None:
+    found = friction_found()
+    table = neighbours_table(found)
+    assert table is not None
+    text = " ".join(printed(table).split())
+    assert text.startswith("Nothing in the catalogue does better; nearest:")
+    for words in (
+        "LuGre friction instead 5 0.230 mrad a refit of Coulomb friction",
+        "with Gear backlash 10 - the screen alone",
+        "with Spring mass - - it cannot be simulated",
+        "without Coulomb friction 12346 2.10 mrad",
+        "1 more, see --all-candidates",
+    ):
+        assert words in text
+    every = neighbours_table(found, every=True)
+    assert every is not None
+    assert every.row_count == len(found.neighbours)
+    assert neighbours_table(replace(found, neighbours=())) is None
+    stopped = neighbours_table(replace(found, complete=False))
+    assert stopped is not None
+    assert "does better" not in printed(stopped)
+    for evidence, title in ((-3.0, "does clearly better"), (-20.0, "not all of those that may")):
+        better = replace(found.neighbours[0], evidence=evidence)
+        table = neighbours_table(replace(found, neighbours=(better, *found.neighbours)))
+        assert table is not None
+        assert title in printed(table)
+
+
+def test_several_effects_change_places_in_words() -> None:
+    told = change_words("coulomb_friction, gear_backlash -> lugre_friction")
+    assert told == "LuGre friction instead of Coulomb friction and Gear backlash"
+
+
+def test_what_would_have_shown_is_told_with_its_size() -> None:
+    table = would_show_table(friction_found().would_show)
+    assert table is not None
+    text = " ".join(printed(table).split())
+    assert "Gravity load torque above 0.0123 N·m" in text
+    assert "Spring mass at no plausible size" in text
+    assert would_show_table(()) is None
 
 
 def test_next_commands_can_be_typed() -> None:
@@ -144,7 +209,10 @@ def test_candidates_come_with_the_evidence_and_fit_the_terminal(every: bool) -> 
     assert table.row_count == 1 + (len(found.candidates) if every else CANDIDATES)
     assert ("3 more, see --all-candidates" in text) is not every
     assert "…" not in text
-    for word in ("93 %", "12346", "98 %", "torque 0.3", "more numbers", "about 0.0311"):
+    words = " ".join(text.split())
+    for word in ("93 %", "-12346", "98 %", "torque 0.3", "more numbers", "0.0311"):
+        assert word in words
+    for word in ("Quadratic drag +", "Spring mass"):
         assert word in text
 
 
@@ -152,7 +220,7 @@ def test_what_speaks_for_none_of_the_candidates_is_shown() -> None:
     first = friction_found().rounds[0]
     assert none_of_them(first) == pytest.approx(0.0)
     unlikely = [replace(one, probability=0.01) for one in first.candidates]
-    undecided = replace(first, candidates=tuple(unlikely), chosen=None)
+    undecided = replace(first, candidates=tuple(unlikely), chosen=())
     table = candidates_table(undecided)
     assert table is not None
     assert f"none of them {100 - len(unlikely)} %" in " ".join(printed(table).split())

@@ -116,7 +116,7 @@ def in_order(text: str, *words: str) -> bool:
 def test_sections_stand_in_the_order_in_which_one_asks() -> None:
     anchors = [one["id"] for one in friction().of("h2")]
     assert anchors == [
-        *("verdict", "overlay", "where", "effects", "ladder"),
+        *("verdict", "overlay", "where", "effects", "sure", "ladder"),
         *("parameters", "equations", "linear", "data", "papers"),
     ]
     links = [one["href"] for one in friction().of("a")]
@@ -126,7 +126,8 @@ def test_sections_stand_in_the_order_in_which_one_asks() -> None:
 def test_the_answer_comes_first_and_the_evidence_after_it() -> None:
     assert in_order(
         friction().text,
-        "What is missing: Coulomb friction, torque 0.3",
+        "Coulomb friction is surely missing",
+        "Added: Coulomb friction, torque 0.3",
         "These data cannot tell apart",
         "elastic-tendon export improved.toml",
         "demo_fit.csv (fitted data)",
@@ -186,7 +187,7 @@ def test_tables_and_headings_can_be_heard() -> None:
 
 def test_a_sound_model_has_one_run_and_no_equations() -> None:
     page = Page(document_of(nothing_missing()))
-    assert "Nothing is missing" in page.text
+    assert "demo_actuator explains these data" in page.text
     assert "No effect was added" in page.text
     names = [trace.get("name", "") for figure in page.figures()[:1] for trace in figure["data"]]
     assert [one.split(":")[0] for one in names if ": RMS " in one] == ["as given"]
@@ -252,7 +253,7 @@ def _ten_times_noise(comparison: Comparison) -> Comparison:
 
 def test_a_round_that_added_nothing_says_why_it_did_not() -> None:
     first = friction_found().rounds[0]
-    nothing = replace(first, chosen=None, reason="no effect is surely there")
+    nothing = replace(first, chosen=(), reason="no effect is surely there")
     page = Page(document_of(friction_found(rounds=(nothing,))))
     assert "Nothing was added although only 0 % are left for “none of them”" in page.text
     assert "Nothing was added although" not in friction().text
@@ -269,7 +270,7 @@ def test_a_learned_term_is_offered_with_its_law() -> None:
     page = Page(document_of(something_unknown()))
     assert in_order(
         page.text,
-        "Something is missing that no known effect explains",
+        "Something is missing that no effect of the catalogue explains",
         "What the improved model still lacks",
         "What the learned term explains",
         "Learned torque (learned_torque)",
@@ -279,8 +280,18 @@ def test_a_learned_term_is_offered_with_its_law() -> None:
 
 
 def test_an_interrupted_diagnosis_says_so() -> None:
-    found = friction_found(interrupted=True, remaining={}, next_experiment=None)
-    assert "Stopped before the end" in Page(document_of(found)).text
+    stopped = "Coulomb friction is surely missing; the search was stopped before its end."
+    found = friction_found(
+        complete=False,
+        sentence=stopped,
+        remaining={},
+        next_experiment=None,
+        neighbours=(),
+        would_show=(),
+    )
+    text = Page(document_of(found)).text
+    assert stopped in text
+    assert "This was not judged." in text
 
 
 def test_without_held_out_data_there_is_one_line() -> None:

@@ -126,7 +126,7 @@ def test_a_log_that_cannot_be_read_is_a_failed_run(task):
 
 
 def test_an_interrupt_leaves_no_half_diagnosis(task, monkeypatch):
-    monkeypatch.setattr(subject, "diagnose", lambda *_: SimpleNamespace(interrupted=True))
+    monkeypatch.setattr(subject, "diagnose", lambda *_: SimpleNamespace(complete=False))
     with pytest.raises(KeyboardInterrupt):
         task.rows(0, 1)
 
@@ -257,7 +257,7 @@ def test_a_name_that_is_no_text_is_refused():
 
 def test_what_no_effect_explains_is_told():
     learned = SimpleNamespace(variables=("joint_position", "joint_velocity"))
-    unknown = diagnosis(verdict="unknown_effect", added=(), learned=learned)
+    unknown = diagnosis(verdict="unexplained", added=(), learned=learned)
     (text,) = subject._appearances(unknown, {})
     assert text.endswith("which depends on joint_position, joint_velocity")
     assert named(text) == ("unknown",)

@@ -55,7 +55,12 @@ def spring_of(spring: Numbers, effects: Numbers) -> Spring:
         damping=count * spring.get("damping", 0.0),
         overstretch=overstretch_of(spring, effects),
         cubic_stiffness=count * effects.get("spring_hardening", {}).get("cubic_stiffness", 0.0),
-        hysteresis=hysteresis and BoucWen(count * hysteresis["force"], hysteresis["yield_length"]),
+        hysteresis=hysteresis
+        and BoucWen(
+            count * hysteresis["force"],
+            hysteresis["yield_length"],
+            hysteresis.get("exponent", 1.0),
+        ),
         relaxation=relaxation
         and Relaxation(count * relaxation["stiffness"], relaxation["time_constant"]),
         compliance=effects.get("tendon_compliance", {}).get("compliance", 0.0),

@@ -10,7 +10,7 @@
 enum { /* in the order of fast.NUMBERS */
     JOINT_RADIUS, MOTOR_RADIUS, PRETENSION, INERTIA, DAMPING,
     K1, K2, D1, D2, CUBIC1, CUBIC2, ENGAGE1, ENGAGE2, STRING1, STRING2,
-    HYSTERESIS1, HYSTERESIS2, YIELD, CREEP1, CREEP2, TIME_CONSTANT,
+    HYSTERESIS1, HYSTERESIS2, YIELD, EXPONENT, CREEP1, CREEP2, TIME_CONSTANT,
     MASS1, MASS2, MASS_DAMPING1, MASS_DAMPING2, COMPLIANCE,
     COULOMB, STATIC, STRIBECK, BRISTLE, BRISTLE_DAMPING, DRAG, GRAVITY, GRAVITY_ANGLE,
     STOP_LOWER, STOP_UPPER, STOP_STIFFNESS, STOP_DAMPING,
@@ -24,7 +24,7 @@ typedef struct { double tension, lag_rate, creep_rate; int signature; } Pull;
 typedef struct { double q_torque, upper, lower, joint_torque; int signature; } Torques;
 
 typedef struct {
-    double k, d, cubic, engage, string, friction, yield, creep, time, compliance;
+    double k, d, cubic, engage, string, friction, yield, exponent, creep, time, compliance;
 } Law;
 
 static Law law_of(const double *p, int side, double count)
@@ -33,8 +33,8 @@ static Law law_of(const double *p, int side, double count)
     Law law = {
         p[K1 + side] * count, p[D1 + side] * count, p[CUBIC1 + side] * count * count * count,
         p[ENGAGE1 + side] / count, p[STRING1 + side] * count,
-        p[HYSTERESIS1 + side], p[YIELD] / count, p[CREEP1 + side] * count, p[TIME_CONSTANT],
-        p[COMPLIANCE]
+        p[HYSTERESIS1 + side], p[YIELD] / count, p[EXPONENT], p[CREEP1 + side] * count,
+        p[TIME_CONSTANT], p[COMPLIANCE]
     };
     return law;
 }
@@ -90,7 +90,7 @@ static Pull pull_of(const Law *a, double length, double rate, double z, double c
     out.tension = force > 0.0 ? force : 0.0;
     out.signature = (force > 0.0) | (e > a->engage && a->string > 0.0) << 1;
     if (a->friction > 0.0)
-        out.lag_rate = e_rate / a->yield * (e_rate * z > 0.0 ? 1.0 - fabs(z) : 1.0);
+        out.lag_rate = e_rate / a->yield * (e_rate * z > 0.0 ? 1.0 - pow(fabs(z), a->exponent) : 1.0);
     if (a->friction > 0.0) out.signature |= (e_rate > 0.0) << 2 | (z > 0.0) << 3;
     if (a->creep > 0.0) out.creep_rate = (e - c) / a->time;
     return out;

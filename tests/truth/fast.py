@@ -102,6 +102,7 @@ def numbers_of(tree: Numbers, start: tuple[float, float]) -> Vector:
             *of_both(effect("overstretch_protection", "stiffness")),
             *of_both(effect("spring_hysteresis", "force")),
             effect("spring_hysteresis", "yield_length", 1.0),
+            float(effects.get("spring_hysteresis", {}).get("exponent", 1.0)),
             *of_both(effect("spring_relaxation", "stiffness")),
             effect("spring_relaxation", "time_constant", CREEPLESS),
             *of_both(effect("spring_mass", "mass")),

@@ -7,12 +7,21 @@ itself changes (`Branch.end`); the solver locates both.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import digamma, factorial, poch
 from scipy.stats import gamma
 
+Vector = NDArray[np.float64]
+
 SAME_LENGTH = 1e-15  # m, within which elements of a Maxwell-slip model slip together
+SATURATED = 36.0  # -ln of what is missing to z = 1, beyond which it is rounding
+MOST_STEPS = 50  # of Newton's method, which takes about five
+TERMS = np.arange(60.0)  # of a power series of at most 1/2
 
 
 @dataclass(frozen=True)
@@ -48,15 +57,63 @@ class Hysteresis(Protocol):
 
 
 @dataclass(frozen=True)
-class BoucWen:
-    """Bouc-Wen's law with n = 1 and β = γ = 1/2, integrated between reversals.
+class FirstLoading:
+    """Bouc-Wen's z over the travel x / y from z = 0: the inverse of x / y = ∫ dz / (1 - z^n).
 
-    Unloading, z is a straight line down to z = 0; loading, what is missing to ±1 fades with
-    exp(-travel / y). `Branch.levels` holds z. The force is f z.
+    With t = z^n that is ∫ t^(1/n - 1) / (1 - t) dt / n, an incomplete beta function, by its power
+    series in t or in 1 - t.
+    """
+
+    exponent: float  # n
+
+    def travel(self, z: float) -> float:
+        """Travel over y at which z (0 to 1) is reached; infinite for 1."""
+        if z in (0.0, 1.0):
+            return z and math.inf
+        logarithm = self.exponent * math.log(z)
+        if logarithm < math.log(0.5):
+            return z * float(np.sum(math.exp(logarithm) ** TERMS / (1.0 + self.exponent * TERMS)))
+        missing = -math.expm1(logarithm)
+        constant, factors = _around_one(1.0 / self.exponent)
+        series = float(np.sum(factors * missing ** TERMS[1:]))
+        return (constant - math.log(missing) - series) / self.exponent
+
+    def lag(self, travel: float) -> float:
+        """The z that is reached after a travel over y."""
+        # Newton's method in u = -ln(1 - z), in which the travel is nearly a straight line
+        u = travel
+        for _ in range(MOST_STEPS):
+            if not 0.0 < u < SATURATED:
+                break
+            z = -math.expm1(-u)
+            missing = -math.expm1(self.exponent * math.log(z))
+            step = (travel - self.travel(z)) * missing / (1.0 - z)
+            u = max(u + step, 0.1 * u)
+            if abs(step) * (1.0 - z) <= 1e-15 * z:
+                break
+        return -math.expm1(-u)
+
+
+@cache
+def _around_one(share: float) -> tuple[float, Vector]:
+    """Limit of ∫ t^(a - 1) / (1 - t) dt + ln(1 - t) at t = 1, a = `share`; factors of 1 - t."""
+    orders = TERMS[1:]
+    return -float(digamma(share)) - np.euler_gamma, poch(1.0 - share, orders) / (
+        orders * factorial(orders)
+    )
+
+
+@dataclass(frozen=True)
+class BoucWen:
+    """Bouc-Wen's law with β = γ = 1/2, integrated between reversals.
+
+    Unloading, z is a straight line down to z = 0; loading, it follows `FirstLoading`; with n = 1
+    what is missing to ±1 fades with exp(-travel / y). `Branch.levels` holds z. The force is f z.
     """
 
     largest_force: float  # f, N
     yield_length: float  # y, m
+    exponent: float = 1.0  # n
 
     def begin(self, elongation: float) -> Branch:
         """See `Hysteresis`."""
@@ -77,8 +134,15 @@ class BoucWen:
         if math.isfinite(branch.end):
             return z + travel
         if branch.direction * travel < 0.0:
-            return z + travel * (1.0 - branch.direction * z)
-        return branch.direction - (branch.direction - z) * math.exp(-branch.direction * travel)
+            return z + travel * self._yielding(z)
+        if self.exponent == 1.0:
+            return branch.direction - (branch.direction - z) * math.exp(-branch.direction * travel)
+        loading = FirstLoading(self.exponent)
+        return branch.direction * loading.lag(loading.travel(abs(z)) + branch.direction * travel)
+
+    def _yielding(self, z: float) -> float:
+        """Share of the initial slope that is left while loading."""
+        return 1.0 - float(abs(z) ** self.exponent)
 
     def force(self, branch: Branch, elongation: float) -> float:
         """See `Hysteresis`."""
@@ -91,7 +155,7 @@ class BoucWen:
             return initial
         ahead = branch.direction * (elongation - branch.start) >= 0.0
         z = self.lag(branch, elongation if ahead else branch.start)
-        return initial * (1.0 - branch.direction * z)
+        return initial * self._yielding(z)
 
     def continued(self, branch: Branch, elongation: float, start: float, direction: int) -> Branch:
         """See `Hysteresis`."""
@@ -103,7 +167,7 @@ class BoucWen:
 
     def halved(self) -> "BoucWen":
         """See `Hysteresis`."""
-        return BoucWen(self.largest_force, 0.5 * self.yield_length)
+        return replace(self, yield_length=0.5 * self.yield_length)
 
 
 @dataclass(frozen=True)

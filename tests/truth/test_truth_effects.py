@@ -246,20 +246,21 @@ def followed(law: Hysteresis, path: np.ndarray) -> np.ndarray:
     return np.array(forces)
 
 
-def test_branches_are_bouc_wens_law() -> None:
+@pytest.mark.parametrize("exponent", [0.6, 1.0, 1.6, 2.0, 4.0])
+def test_branches_are_bouc_wens_law(exponent: float) -> None:
     signal = sines(*PATH)
 
     def rate(time: float, state: np.ndarray) -> list[float]:
         speed = signal.rate(time) / YIELD_LENGTH
         loading = speed * state[0] > 0.0
-        return [speed * (1.0 - abs(state[0])) if loading else speed]
+        return [speed * (1.0 - abs(state[0]) ** exponent) if loading else speed]
 
     time = np.linspace(0.0, 4.0, 40_001)
     solution = solve_ivp(
         rate, (0.0, 4.0), [0.0], t_eval=time, max_step=1e-3, rtol=1e-10, atol=1e-12
     )
     path = np.array([signal.value(t) for t in time])
-    law = BoucWen(FORCE, YIELD_LENGTH)
+    law = BoucWen(FORCE, YIELD_LENGTH, exponent)
     # a sample misses the turn itself by up to e'' dt² / 8 = 2e-10 m, that is 1e-7 of z; a dozen
     # turns, and as much for the integrator, which meets kinks in its right-hand side
     np.testing.assert_allclose(followed(law, path) / FORCE, solution.y[0], rtol=0, atol=3e-6)

@@ -17,36 +17,41 @@ SEARCH = "Find which effect is missing"
 SEARCH_AGAIN = "Find what else is missing"
 
 
-def refitted(one: Round) -> list[tuple[Candidate, ...]]:
+def refitted(judged: Round) -> list[tuple[Candidate, ...]]:
     """Candidates that were refitted, in groups that these data cannot tell apart, likeliest first.
 
     Parameters
     ----------
-    one : Round
+    judged : Round
 
     Returns
     -------
     list of tuple of Candidate; a tuple of one where nothing else explains as much
     """
-    left = [candidate for candidate in one.candidates if candidate.heldout_gain is not None]
+    left = [candidate for candidate in judged.candidates if candidate.fitted]
     groups = []
     while left:
-        alike = {left[0].id, *left[0].equivalence_class}
-        groups.append(tuple(candidate for candidate in left if candidate.id in alike))
-        left = [candidate for candidate in left if candidate.id not in alike]
+        alike = {left[0].ids, *left[0].equivalence_class}
+        groups.append(tuple(candidate for candidate in left if candidate.ids in alike))
+        left = [candidate for candidate in left if candidate.ids not in alike]
     return groups
 
 
-def unlikely(one: Round) -> list[Candidate]:
-    """Candidates of which the score test expects too little for a refit."""
-    return [candidate for candidate in one.candidates if candidate.heldout_gain is None]
+def unlikely(judged: Round) -> list[Candidate]:
+    """Candidates of which the screen expects too little for a refit."""
+    return [candidate for candidate in judged.candidates if not candidate.fitted]
 
 
-def suggestion(one: Round) -> str:
+def known(judged: Round, effect_id: str) -> Candidate | None:
+    """The candidate that is an effect alone, None where it is none of the round."""
+    return next((row for row in judged.candidates if row.ids == (effect_id,)), None)
+
+
+def suggestion(judged: Round) -> str:
     """What the search would do next, and why."""
-    if one.chosen is None:
-        return f"Nothing is surely missing: {one.reason}. {unsure_sentence(one)}".rstrip()
-    return f"{one.reason}, and is surely there. The choice is yours."
+    if not judged.chosen:
+        return f"Nothing is surely missing: {judged.reason}. {unsure_sentence(judged)}".rstrip()
+    return f"{judged.reason}, and is surely there. The choice is yours."
 
 
 def search_words(document: Document) -> tuple[str, str]:
@@ -76,9 +81,9 @@ def refusal(model: Model, effect: Effect) -> str:
     return ""
 
 
-def why_not_tried(one: Round | None) -> str:
+def why_not_tried(judged: Round | None) -> str:
     """Why an effect that is no candidate of the round cannot be tried."""
-    if one is None:
+    if judged is None:
         return "Try is available after the search."
     return "The search knows no numbers for it on this model; adding it has it fitted."
 
@@ -92,22 +97,22 @@ def choices(model: Model | None = None) -> list[dict[str, str]]:
     ]
 
 
-def first_choice(one: Round | None) -> str | None:
+def first_choice(judged: Round | None) -> str | None:
     """The effect that is looked at first: what the search names; none where it names none."""
-    return None if one is None else one.chosen
+    return next(iter(judged.chosen), None) if judged is not None else None
 
 
-def tried_sentences(found: walk.Tried, one: Candidate) -> list[str]:
+def tried_sentences(found: walk.Tried, candidate: Candidate) -> list[str]:
     """How the error would change, before anything is added.
 
     Parameters
     ----------
     found : Tried
-    one : the candidate that was tried
+    candidate : what was tried
     """
     sentences = fall_sentences(found.before, found.after)
-    if one.heldout_gain is None:
-        sentences.append("These are the numbers that the score test expects; adding fits them.")
+    if not candidate.fitted:
+        sentences.append("These are the numbers that the screen expects; adding fits them.")
     return [*sentences, "Nothing was added."]
 
 

@@ -12,6 +12,7 @@ from elastic_tendon.identify.compare import ErrorFigures, FileComparison
 from elastic_tendon.identify.locate import FileLocation
 from elastic_tendon.identify.partition import range_text
 from elastic_tendon.identify.residuals import rms
+from elastic_tendon.measurement.recording import Measurement
 from elastic_tendon.report.comparison_tables import STATES, sample_shares, strongest
 from elastic_tendon.report.interactive.overlay import Reading, Run, values_at
 from elastic_tendon.report.interactive.places import Mark, samples_of
@@ -136,30 +137,19 @@ def with_cursor(cursors: Cursors, time: float) -> dict[str, float | None]:
 # ---- zoom ----------------------------------------------------------------------------------
 
 
-def zoomed(happened: Mapping[str, Any] | None, window: Window | None) -> Window | None:
-    """The stretch of time that is seen after a gesture in a figure, None for all of it.
+def span(recording: str, measurement: Measurement) -> dict[str, Any] | None:
+    """What the page has to know of a recording to zoom into it; None where it has no time.
 
     Parameters
     ----------
-    happened : what plotly tells of the gesture
-    window : s, that was seen before; stays, where the gesture was another one
+    recording : its key of `view.recordings`
+    measurement : Measurement
     """
-    told = happened or {}
-    if told.get("xaxis.autorange"):
+    if measurement.static:
         return None
-    if "xaxis.range[0]" in told and "xaxis.range[1]" in told:
-        return float(told["xaxis.range[0]"]), float(told["xaxis.range[1]"])
-    return window
-
-
-def within(window: Window | None, time: NDArray[np.float64]) -> Window | None:
-    """A stretch as far as there was a recording; None where that is all of it, or nothing."""
-    if window is None:
-        return None
-    low, high = max(window[0], float(time[0])), min(window[1], float(time[-1]))
-    if low >= high or (low <= time[0] and high >= time[-1]):
-        return None
-    return low, high
+    digits = decimals(measurement.time)
+    first, last = (round(float(measurement.time[end]), digits) for end in (0, -1))
+    return {"recording": recording, "first": first, "last": last, "decimals": digits}
 
 
 def decimals(time: NDArray[np.float64]) -> int:

@@ -21,8 +21,8 @@ from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.workspace import Report, Result, Shelf, Workspace
+from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.result import Round
-from elastic_tendon.diagnosis.rounds import Outcome
 from elastic_tendon.errors import BuildError, LinearisationError
 from elastic_tendon.fmu.export import FmiVersion, export_fmu, model_identifier
 from elastic_tendon.identify.add import with_estimates

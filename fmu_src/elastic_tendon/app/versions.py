@@ -120,7 +120,7 @@ def what_next(document: Document, rungs: Sequence[Rung], found: Round | None) ->
     if len(rungs) < 2 or not walk.is_fitted(document, version):
         return None
     done = f"{version.title.removeprefix('+ ')} is in the model. " if version.change else ""
-    if found is not None and found.chosen is None:
+    if found is not None and not found.chosen:
         return Next(f"{done}The search found nothing more to add; go to Take away.", "", True)
     if walk.was_searched(document, version):
         return Next(f"{done}What else the search found stands in Which effect.", "", False)

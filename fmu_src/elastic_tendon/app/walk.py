@@ -10,8 +10,9 @@ from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Change, Report, Result, Session, Shelf, Work
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.by_hand import Outcome
+from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.result import Diagnosis, Round
-from elastic_tendon.diagnosis.rounds import Data, Outcome, look
 from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.ladder import REFIT, Rung, Step, climb
 from elastic_tendon.parameters import load_model
@@ -48,7 +49,7 @@ def given_data(document: Document, version: Version, files: Files) -> Result[Dat
 
     def compute(shelf: Shelf, report: Report) -> Data:
         found = shelf.obtain(results.data(document.at(version.id), files), report)
-        return by_hand.data_of(_root(document, version).loaded(), found.fitted, found.heldout)
+        return data_of(_root(document, version).loaded(), found.fitted, found.heldout)
 
     return Result(_key("given data", document, version), "preparing the data", compute)
 
@@ -71,7 +72,8 @@ def outcome(document: Document, version: Version, files: Files) -> Result[Outcom
 
     def compute(shelf: Shelf, report: Report) -> Outcome:
         data = shelf.obtain(given_data(document, version, files), report)
-        return look(data, shelf.obtain(answer(document, version, files), report), report)
+        current = shelf.obtain(answer(document, version, files), report)
+        return by_hand.look(data, current, report)
 
     key = _key("outcome", document, version, version.model, *version.added)
     return Result(key, "finding which effect is missing", compute)

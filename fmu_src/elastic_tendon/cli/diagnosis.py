@@ -1,6 +1,7 @@
 """The command that finds out what is missing: diagnose; and the demo of it."""
 
 import sys
+import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -19,6 +20,18 @@ from elastic_tendon.cli.reading import (
     ResampleOption,
     ShiftOption,
     ValidateOption,
+)
+from elastic_tendon.cli.search_options import (
+    HorizonOption,
+    NoiseOption,
+    OnlyOption,
+    RelevanceOption,
+    TimeLimitOption,
+    WithoutOption,
+    noise_of,
+    options_of,
+    repeated,
+    with_noise,
 )
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
@@ -89,6 +102,12 @@ def diagnose(
     remove_offset: RemoveOffsetOption = None,
     as_declared: AsDeclaredOption = False,
     interpolation: InterpolationOption = "linear",
+    noise: NoiseOption = None,
+    only: OnlyOption = None,
+    without: WithoutOption = None,
+    relevance: RelevanceOption = None,
+    horizon: HorizonOption = None,
+    time_limit: TimeLimitOption = None,
     own_effects: EffectOption = None,
     step: Annotated[
         bool, typer.Option("--step", help="Show each round and ask whether to go on.")
@@ -119,8 +138,8 @@ def diagnose(
 ) -> None:
     """Find out whether the model is adequate, its numbers are wrong, or which effect is missing.
 
-    All effects are tried, those that explain the error are fitted and confirmed, and what is
-    found is added, one after the other, until nothing is missing. Ctrl-C keeps what was found.
+    All effects are tried, alone and together; those that explain the error are fitted, until no
+    change of the answer does better. Ctrl-C keeps what was found.
     """
     files = Outputs(save_model, experiment, json_file, figures, page, force)
     files.check([model, *data, *(validate or [])])
@@ -130,18 +149,24 @@ def diagnose(
     reading = Reading.from_options(
         mapping, resample, shift, remove_offset, as_declared, interpolation
     )
+    sigmas = noise_of(noise)
     loaded = load(model, own_effects)
+    options = options_of(only, without, relevance, horizon, time_limit)
     from elastic_tendon.diagnosis.diagnose import diagnose as find
     from elastic_tendon.report.diagnosis_tables import Call, next_lines
 
     with Stage(every) as stage:
-        measurements = reading.all(loaded, data, stage.report)
-        heldout = reading.all(loaded, validate or [], stage.report)
+        read = reading.all(loaded, data, stage.report)
+        known = with_noise([*read, *reading.all(loaded, validate or [], stage.report)], sigmas)
+        measurements, heldout = known[: len(read)], known[len(read) :]
+        begin = time.monotonic()
         found = find(
             *(loaded, measurements, heldout),
+            options=options,
             report=stage.report,
             ask=stage.ask if step else None,
         )
+        in_time = time_limit is None or time.monotonic() - begin < time_limit
         # files first: a reader that closes the pipe must not cost the user a result
         files.write(found, [one.name for one in measurements], [one.name for one in heldout])
         if figures is not None:
@@ -153,20 +178,22 @@ def diagnose(
             data=tuple(data),
             effects=tuple(word for one in own_effects or () for word in ("--effect", str(one))),
             reading=reading.options(),
+            search=repeated(noise, only, without, relevance, horizon),
             saved=_text(save_model),
             learned=_text(files.learned if found.learned else None),
             experiment=_text(experiment if found.next_experiment else None),
         )
         if page is not None:
-            read = {"fitted": measurements, "held-out": heldout}
-            came = sources(model, read, reading.mapping, own_effects)
+            used = {"fitted": measurements, "held-out": heldout}
+            came = sources(model, used, reading.mapping, own_effects)
             text = _report(found, came, next_lines(found, call), stage.report)
             write_text(page, text, force=force)
     _show_answer(found)
     _say(next_lines(found, call))
     _show_evidence(found, every)
     files.tell(found)
-    _stop_if(found)
+    if in_time:  # what a limit of time ends is what was asked for
+        _stop_if(found)
 
 
 @dataclass(frozen=True)
@@ -303,13 +330,17 @@ def _show_answer(found: "Diagnosis") -> None:
 
 def _show_evidence(found: "Diagnosis", every: bool) -> None:
     from elastic_tendon.report import tables
+    from elastic_tendon.report.neighbours import neighbours_table, would_show_table
 
     output.print(tables.ladder_table(found.ladder))
     output.print(tables.estimates_table(found.findings))
     if found.findings.ratios:
         output.print(tables.ratios_table(found.findings))
-    for index, one in enumerate(found.rounds, start=1):
-        _show_round(index, one, every)
+    for table in (neighbours_table(found, every=every), would_show_table(found.would_show)):
+        if table is not None:
+            output.print(table)
+    for index, judged in enumerate(found.rounds, start=1):
+        _show_round(index, judged, every)
 
 
 def _show_round(index: int, one: "Round", every: bool) -> None:
@@ -331,5 +362,5 @@ def _say(sentences: Sequence[str]) -> None:
 
 
 def _stop_if(found: "Diagnosis") -> None:
-    if found.interrupted:
+    if not found.complete:
         raise typer.Exit(INTERRUPTED)

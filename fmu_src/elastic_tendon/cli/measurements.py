@@ -31,6 +31,7 @@ from elastic_tendon.cli.shared import (
     check_page,
     command_line,
     load,
+    load_effects,
     notice,
     output,
     progress,
@@ -162,12 +163,14 @@ def compare(
 @reporting
 def add(
     model: ModelArgument,
-    effect: Annotated[str, typer.Argument(metavar="EFFECT", help="Id, see: effects.")],
+    effects_and_data: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="EFFECT... [DATA...]",
+            help="Ids, see: effects; then what is fitted: file.csv or file.csv\\[start:end] in s.",
+        ),
+    ],
     out: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.toml", help="New model.")],
-    data: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[DATA...]", help="Fitted; file.csv or file.csv\\[start:end] in s."),
-    ] = None,
     validate: ValidateOption = None,
     mapping: MapOption = None,
     resample: ResampleOption = None,
@@ -180,26 +183,28 @@ def add(
     plot: PlotOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Add an effect to a model, refit it to DATA, and show how the error falls.
+    """Add effects to a model, refit it to DATA after each, and show how the error falls.
 
-    Without DATA the effect comes in at its typical values. Ctrl-C stops the fit and keeps the
+    Without DATA the effects come in at their typical values. Ctrl-C stops the fit and keeps the
     best so far.
     """
-    read = [model, *(data or []), *(validate or [])]
+    load_effects(own_effects)
+    wanted, data = _split(effects_and_data)
+    read = [model, *data, *(validate or [])]
     check_outputs(out, json_file, picture=plot, force=force, read=read)
     reading = Reading.from_options(
         mapping, resample, shift, remove_offset, as_declared, interpolation
     )
-    loaded = load(model, own_effects)
+    loaded = load(model, None)
     if not data:
-        _add_typical(loaded, effect, out, bool(validate or json_file or plot), force)
+        _add_typical(loaded, wanted, out, bool(validate or json_file or plot), force)
         return
     from elastic_tendon.identify.add import add as add_to
 
     with progress() as report:
         measurements = reading.all(loaded, data, report)
         heldout = reading.all(loaded, validate or [], report)
-        addition = add_to(loaded, effect, measurements, heldout, report)
+        addition = add_to(loaded, wanted, measurements, heldout, report)
     write_text(out, addition.model.to_toml(), force=force)
     save_json(addition.to_json(), json_file, force)
     if plot is not None:
@@ -211,14 +216,32 @@ def add(
     _stop_if(addition.interrupted)
 
 
-def _add_typical(model: "Model", effect: str, out: Path, more: bool, force: bool) -> None:
+def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Ids of effects, and the recordings after them; what follows is data from the first word
+    that is no effect and that there is a file of, or that ends as a file does."""
+    from elastic_tendon.effects import BY_ID
+    from elastic_tendon.measurement.reader import split_window
+
+    ids = [words[0]]
+    for word in words[1:]:
+        path, window = split_window(word)
+        if BY_ID.find(word) is None and (window or path.suffix or path.exists()):
+            break
+        ids.append(word)
+    return ids, list(words[len(ids) :])
+
+
+def _add_typical(
+    model: "Model", wanted: "Sequence[str]", out: Path, more: bool, force: bool
+) -> None:
     from elastic_tendon.identify.add import add_typical
 
     if more:
         raise typer.BadParameter("--validate, --json and --plot need DATA to fit")
-    write_text(out, add_typical(model, effect).to_toml(), force=force)
+    write_text(out, add_typical(model, wanted).to_toml(), force=force)
+    names = f"{' and '.join(wanted)} {'is' if len(wanted) == 1 else 'are'}"
     output.print(
-        f"{effect} is in {out} at typical values for such an actuator; nothing was fitted. "
+        f"{names} in {out} at typical values for such an actuator; nothing was fitted. "
         "Give DATA to fit it.",
         highlight=False,
     )

@@ -1,26 +1,18 @@
 """A model with effects added, fitted; and how answers compare."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from math import log
 
 import numpy as np
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.candidates import sensible
-from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.fit import THOROUGH, Effort, FitResult, Progress, fit
-from elastic_tendon.identify.ladder import LEAST_SHARE_OF_NOISE
 from elastic_tendon.identify.residuals import Array, noise_floors, stack
 from elastic_tendon.identify.stretches import independent_facts
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, typical_value
-
-UNDECIDED = 10.0  # difference of BIC below which data do not decide (Kass & Raftery 1995)
-# of what a score test expects; where effects are strong it expects too little or too much
-EXPECTED_SHARES = (1.0, 0.3, 1.7, 2.5)
+from elastic_tendon.parameters import Model
 
 
 @dataclass(frozen=True)
@@ -106,31 +98,6 @@ def with_nulls(model: Model, added: Sequence[str]) -> Model:
     return model
 
 
-def starts_of(
-    origins: Sequence[Model], effect_id: str, expected: Mapping[str, float]
-) -> list[Model]:
-    """Models with one more effect from which a fit may start: as expected, weaker, and typical."""
-    effect = effects.BY_ID[effect_id]
-    models: list[Model] = []
-    for origin in origins:
-        for share in EXPECTED_SHARES:
-            values = {
-                one.name: expected[one.name]
-                if one.shape
-                else one.null + share * (expected[one.name] - one.null)
-                for one in effect.parameters
-            }
-            with suppress(ModelError):  # numbers that do not go together
-                models.append(bounded(origin, effect_id, values))
-        typical = {
-            one.name: expected[one.name] if one.shape else typical_value(origin, one)
-            for one in effect.parameters
-        }
-        with suppress(ModelError):
-            models.append(bounded(origin, effect_id, typical))
-    return models
-
-
 def bounded(model: Model, effect_id: str, values: Mapping[str, float]) -> Model:
     """The model with an effect of these numbers, or the nearest that it may have.
 
@@ -143,29 +110,6 @@ def bounded(model: Model, effect_id: str, values: Mapping[str, float]) -> Model:
         for one in effects.BY_ID[effect_id].parameters
     }
     return model.with_effect(effect_id, inside)
-
-
-def bics(answers: Sequence[Answer]) -> list[float]:
-    """Bayesian information criterion of answers to the same data; lower is better.
-
-    ``N_eff log(mean square) + prior + parameters log(N_eff)``. How many independent facts N_eff
-    the data hold for the question that the answers differ in is judged by the closest of them.
-    Numbers of the given model cost what the prior says; those of effects one parameter each.
-
-    Parameters
-    ----------
-    answers : Answer of the same measurements, the one they start from first
-
-    Returns
-    -------
-    list of float, one for each
-    """
-    closest = min(answers, key=lambda one: float(one.floored @ one.floored))
-    facts = facts_between(answers[0], closest)
-    return [
-        facts * log(_mean_square(one)) + one.implausibility + one.complexity * log(facts)
-        for one in answers
-    ]
 
 
 def facts_between(before: Answer, after: Answer) -> float:
@@ -189,8 +133,3 @@ def facts_between(before: Answer, after: Answer) -> float:
     result = after.result
     products = change * after.floored
     return max(independent_facts(result.model, result.problem.measurements, products), 2.0)
-
-
-def _mean_square(answer: Answer) -> float:
-    """Of the errors in units of their noise, which simulated recordings can be far below."""
-    return max(float(np.mean(answer.floored**2)), LEAST_SHARE_OF_NOISE**2)

@@ -7,6 +7,8 @@ again: that keeps size, colour and memory, and destroys what is owed to the stat
 (the wild cluster bootstrap with jackknifed errors of J. G. MacKinnon, M. Ø. Nielsen and M. D. Webb,
 Fast and reliable jackknife and bootstrap methods for cluster-robust inference, 2023). The best of
 all terms is held against the best of all terms under chance, so their number is paid for.
+
+What happens once cannot be predicted from other blocks; `sudden` asks for it.
 """
 
 from collections.abc import Sequence
@@ -14,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.stats import t as t_distribution
 
 from elastic_tendon.identify.partition import Integers
 from elastic_tendon.identify.residuals import Array
@@ -25,6 +28,7 @@ SEED = 20240607
 RIDGES = (1e-3, 1e-2, 1e-1)
 # largest share of what numbers tell that one block may be said to hold: the start is told by one
 LEVERAGE = 0.9
+APART = 3  # coefficients, of which neighbours hang together
 
 
 @dataclass(frozen=True)
@@ -226,6 +230,41 @@ def _from_others(gram: Array, score: Array, held: float) -> list[Array]:
 def _near(block: int) -> slice:
     """A block and its neighbours."""
     return slice(max(block - 1, 0), block + 2)
+
+
+def sudden(products: Products) -> tuple[float, Array]:
+    """Does one of a term's coefficients, with its neighbours, stand out from all the others?
+
+    Both coefficients and coefficients over their uncertainty are tried, the less surprising counts:
+    of a disturbance the ones are alike, of the noise the others.
+
+    Returns
+    -------
+    probability by chance, their number paid for; and the share (s,) of squared error that the
+    outlying ones explain
+    """
+    own = products.own
+    gram, score = own.T @ products.gram.sum(axis=0) @ own, products.score.sum(axis=0) @ own
+    covariance = _inverse(gram.sum(axis=0))
+    found = covariance @ score.sum(axis=0)
+    sigma = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    chances = np.maximum(_outlying(found), _outlying(found / sigma))
+    first = int(np.argmin(chances))
+    near = np.where(np.abs(np.arange(len(found)) - first) < APART, found, 0.0)
+    square = np.maximum(products.square.sum(axis=0), np.finfo(float).tiny)
+    explained = 2.0 * score @ near - np.einsum("i,sij,j->s", near, gram, near)
+    return min(1.0, float(chances[first]) * len(found)), explained / square
+
+
+def _outlying(values: Array) -> Array:
+    """Probability that each value (k,) is so large if it is of the kind of those apart from it."""
+    index = np.arange(len(values))
+    apart = np.abs(index[:, np.newaxis] - index) >= APART
+    count = apart.sum(axis=1)
+    spread = np.sqrt(apart @ values**2 / count)
+    return np.asarray(
+        2.0 * t_distribution.sf(np.abs(values) / np.maximum(spread, np.finfo(float).tiny), count)
+    )
 
 
 def unseen_weights(products: Products) -> Array:

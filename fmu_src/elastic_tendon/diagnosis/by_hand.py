@@ -6,37 +6,38 @@ told before would count them twice.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 from elastic_tendon.diagnosis.answer import Answer, bounded, refit
 from elastic_tendon.diagnosis.candidates import prepare
-from elastic_tendon.diagnosis.conclude import (
-    Found,
-    conclude,
-    judge_what_remains,
-    propose_experiment,
-)
-from elastic_tendon.diagnosis.inputs import smoothed
-from elastic_tendon.diagnosis.learned import learn
+from elastic_tendon.diagnosis.conclude import Found, conclude, judge
+from elastic_tendon.diagnosis.data import Data
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Round
-from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, Data, Outcome, starts_with
-from elastic_tendon.diagnosis.screen import screen
+from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, equivalence_classes, round_at
+from elastic_tendon.diagnosis.search import Progress, Search
+from elastic_tendon.diagnosis.torque_screen import in_order
 from elastic_tendon.errors import ModelError
-from elastic_tendon.identify.add import (
-    Report,
-    add_typical,
-    check_apart,
-    check_welcome,
-    effect_by_id,
-)
+from elastic_tendon.identify.add import check_welcome, effect_by_id
 from elastic_tendon.identify.fit import THOROUGH
-from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
 REFITTING = "refitting the parameters"
 SUGGESTED = "the search would take it"
 LESS_THAN_SUGGESTED = "explains less, or is less simple, than what the search would take"
 BY_HAND = "taken by hand"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A round with the search behind it: `chosen` is what it would take, None where nothing.
+
+    `refitted` : all that were fitted.
+    """
+
+    round: Round
+    chosen: Answer | None
+    refitted: tuple[Answer, ...]
+    search: Search
 
 
 @dataclass(frozen=True)
@@ -53,26 +54,7 @@ class Walked:
     outcome: Outcome | None
 
 
-def data_of(
-    model: Model, measurements: Sequence[Measurement], validation: Sequence[Measurement]
-) -> Data:
-    """What a diagnosis works on, the noise of the motor's encoder taken away.
-
-    Parameters
-    ----------
-    model : Model as given; its uncertainties are the prior of every step
-    measurements : fitted
-    validation : never fitted, only judges
-
-    Raises
-    ------
-    MeasurementError : a recording is both fitted and held out
-    """
-    check_apart(measurements, validation)
-    return Data(model, tuple(map(smoothed, measurements)), tuple(map(smoothed, validation)))
-
-
-def base(data: Data, report: Report) -> Answer:
+def base(data: Data, report: Progress) -> Answer:
     """The model as given with its parameters refitted.
 
     Raises
@@ -85,7 +67,36 @@ def base(data: Data, report: Report) -> Answer:
     return refit(data.given, (), data.fitted, progress=lambda share: report(REFITTING, share))
 
 
-def with_effect(data: Data, current: Answer, effect_id: str, report: Report) -> Answer:
+def look(data: Data, current: Answer, report: Progress) -> Outcome:
+    """What the search finds when it looks on from a model: every single effect is screened, the
+    likeliest are refitted, nothing is added.
+
+    Parameters
+    ----------
+    data : Data
+    current : the model so far
+    report : called with words and the share of the work at hand that is done
+
+    Raises
+    ------
+    BuildError : the compiler refuses an effect
+    SimulationError : the current model cannot be simulated
+    """
+    search = Search.of(data, report)
+    search.look_on_from(current)
+    taken = search.answer
+    came = tuple(one for one in taken.added if one not in current.added)
+    return Outcome(
+        round=round_at(search, in_order(current.added), came),
+        chosen=taken if came else None,
+        refitted=tuple(
+            answer for answer in search.answers.values() if answer.added != current.added
+        ),
+        search=search,
+    )
+
+
+def with_effect(data: Data, current: Answer, effect_id: str, report: Progress) -> Answer:
     """Add an effect to what was found so far, and refit.
 
     Parameters
@@ -107,26 +118,18 @@ def with_effect(data: Data, current: Answer, effect_id: str, report: Report) -> 
     """
     model = current.result.model
     check_welcome(model, effect_id)
-    origin = model.without(current.added)
-    prepare([(*origin.effect_ids, effect_id), (*model.effect_ids, effect_id)], report)
-    scores = screen(current.result, origin, [effect_id], report)
-    starts = [model.with_effect(effect_id, None)]
-    if scores:
-        starts += starts_with(data, current, effect_id, scores[0].expected)
-    else:  # to first order nothing is seen of it
-        starts.append(add_typical(model, effect_id))
+    search = Search.of(data, report)
+    added = in_order((*current.added, effect_id))
+    report(f"screening {effect_by_id(effect_id).title}", 0.0)
+    starts = [model.with_effect(effect_id, None), *search.starts_beside(current, effect_id)]
+    prepare([(*data.given.effect_ids, *added)], report)
     words = f"refitting with {effect_by_id(effect_id).title}"
     return refit(
-        data.given,
-        (*current.added, effect_id),
-        data.fitted,
-        starts,
-        THOROUGH,
-        lambda share: report(words, share),
+        data.given, added, data.fitted, starts, THOROUGH, lambda share: report(words, share)
     )
 
 
-def again(data: Data, added: Sequence[str], model: Model, report: Report) -> Answer:
+def again(data: Data, added: Sequence[str], model: Model, report: Progress) -> Answer:
     """Refit a model that is fitted already, to these or to other data.
 
     Parameters
@@ -158,17 +161,17 @@ def preview(current: Model, outcome: Outcome, effect_id: str) -> Model:
 
     Returns
     -------
-    Model; as the round fitted it, else the current one with the effect as the score expects it
+    Model; as the round fitted it, else the current one with the effect as the screen expects it
 
     Raises
     ------
     ModelError : the round has no such candidate, or its expected numbers do not go together
     """
     for answer in outcome.refitted:
-        if answer.added[-1] == effect_id:
+        if set(answer.added) - set(current.effect_ids) == {effect_id}:
             return answer.result.model
-    expected = {one.id: one.expected for one in outcome.round.candidates}.get(effect_id)
-    if expected is None:
+    expected = {row.ids: row.expected for row in outcome.round.candidates}.get((effect_id,))
+    if not expected:
         raise ModelError(
             effect_by_id(effect_id).title,
             ["the search knows no numbers for it on this model; add it to have it fitted"],
@@ -177,35 +180,36 @@ def preview(current: Model, outcome: Outcome, effect_id: str) -> Model:
     return bounded(current, effect_id, own)
 
 
-def decided(one: Round, taken: str | None) -> Round:
+def decided(found: Round, taken: str | None) -> Round:
     """A round as it went on by hand.
 
     Parameters
     ----------
-    one : Round
+    found : Round
     taken : id of the effect that came in then, None where none did
 
     Returns
     -------
     Round; what the search would have taken is told as such where it was not
     """
-    if taken == one.chosen:
-        return one
+    chosen = () if taken is None else (taken,)
+    if chosen == found.chosen:
+        return found
     words = {TAKEN: SUGGESTED, LESSER: LESS_THAN_SUGGESTED}
 
     def told(candidate: Candidate) -> Candidate:
-        verdict = words.get(candidate.verdict, candidate.verdict)
-        if candidate.id == taken:
-            verdict = f"{BY_HAND}; {verdict}"
-        return replace(candidate, verdict=verdict)
+        reason = words.get(candidate.reason, candidate.reason)
+        if candidate.ids == chosen:
+            reason = f"{BY_HAND}; {reason}"
+        return replace(candidate, reason=reason)
 
-    return replace(one, chosen=taken, candidates=tuple(map(told, one.candidates)))
+    return replace(found, chosen=chosen, candidates=tuple(map(told, found.candidates)))
 
 
-def concluded(data: Data, walk: Sequence[Walked], report: Report) -> Diagnosis:
+def concluded(data: Data, walk: Sequence[Walked], report: Progress) -> Diagnosis:
     """The diagnosis that a walk by hand amounts to.
 
-    It is `interrupted` unless the search looked on from the last step and found no more to add.
+    It is complete where the search looked on from the last step and found no more to add.
 
     Parameters
     ----------
@@ -217,33 +221,17 @@ def concluded(data: Data, walk: Sequence[Walked], report: Report) -> Diagnosis:
     -------
     Diagnosis
     """
-    found = Found(path=[(one.title, one.added, one.answer) for one in walk])
-    for one, following in zip(walk, [*walk[1:], None], strict=True):
-        if one.outcome is not None:
-            taken = None if following is None else following.added
-            found.rounds.append(decided(one.outcome.round, taken))
-    found.classes = _classes(walk)
-    judge_what_remains(data, found, report)
-    if found.unknown:
-        found.learned = learn(found.answer.result, report)
-    propose_experiment(data, found, report)
     last = walk[-1].outcome
-    return conclude(data, found, report, last is None or last.round.chosen is not None)
-
-
-def _classes(walk: Sequence[Walked]) -> list[tuple[Answer, ...]]:
-    """The last effect that came in with those that the data could not tell from it then."""
-    for before, after in reversed(list(pairwise(walk))):
-        if after.added is None:
-            continue
-        if before.outcome is None:
-            return []
-        alike = {
-            other
-            for one in before.outcome.round.candidates
-            if one.id == after.added
-            for other in one.equivalence_class
-        }
-        others = (one for one in before.outcome.refitted if one.added[-1] in alike)
-        return [(after.answer, *(one for one in others if one.added[-1] != after.added))]
-    return []
+    search = last.search if last is not None else Search.of(data, report)
+    for step in walk:
+        search.answers[in_order(step.answer.added)] = step.answer
+    found = Found(ladder=[(step.title, step.added, step.answer) for step in walk])
+    for step, following in zip(walk, [*walk[1:], None], strict=True):
+        if step.outcome is not None:
+            taken = None if following is None else following.added
+            found.rounds.append(decided(step.outcome.round, taken))
+    found.classes = equivalence_classes(search, walk[-1].answer)
+    options = Options()
+    judge(data, search, found, report)
+    complete = last is not None and not last.round.chosen
+    return conclude(data, search, found, options, report, complete=complete)

@@ -1,7 +1,6 @@
 """Which effects may be missing, and where a search for each begins."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import product
 
 import numpy as np
@@ -12,13 +11,15 @@ from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.add import Report
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, typical_value
+from elastic_tendon.transmission import prestretched_length
 
 MULTIPLES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a shape's typical magnitude
 QUADRANTS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+REACHES = tuple(0.05 * step for step in range(20))  # of the largest displacement
 MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
 FARTHEST = 0.2  # of that range, from its end to where a stop may be
+LITTLE_DAMPING = (1.0, 0.01)  # of the typical one, where an effect oscillates
 LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
-_AT_ONCE = 2  # compilers; each keeps a core busy
 
 
 def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, ...]:
@@ -81,13 +82,41 @@ def sensible(
     for effect in map(effects.BY_ID.__getitem__, effect_ids):
         for one in effect.parameters:
             path = f"effects.{effect.id}.{one.name}"
-            if effect.singular_null and not one.shape:
+            if effect.singular_null and not one.shape and not _is_damping(one):
                 limits[path] = (one.null + LEAST * typical_value(model, one), np.inf)
             elif one.spread is Spread.JOINT_RANGE:
                 end, inward = _end(one, measurements)
                 border = end + FARTHEST * inward
                 limits[path] = (-np.inf, border) if one.null < 0.0 else (border, np.inf)
     return limits
+
+
+def _is_damping(parameter: Parameter) -> bool:
+    """Whether a parameter damps, so that none of it is nothing singular."""
+    return parameter.name.endswith("damping")
+
+
+def starts(
+    model: Model, effect: Effect, measurements: Sequence[Measurement], shares: Sequence[float]
+) -> Iterator[dict[str, float]]:
+    """Parameters of an effect, by name, from which a look at it may begin.
+
+    Parameters
+    ----------
+    model : to which it is added
+    effect : Effect
+    measurements : fitted
+    shares : of the typical strength; a singular effect's damping begins far lower too
+    """
+    dampings = LITTLE_DAMPING if effect.singular_null else (1.0,)
+    for shape, share, damped in product(shapes(model, effect, measurements), shares, dampings):
+        strengths = {
+            one.name: one.null
+            + share * (damped if _is_damping(one) else 1.0) * (typical_value(model, one) - one.null)
+            for one in effect.parameters
+            if not one.shape
+        }
+        yield {**strengths, **shape}
 
 
 def _end(parameter: Parameter, measurements: Sequence[Measurement]) -> tuple[float, float]:
@@ -100,14 +129,32 @@ def _end(parameter: Parameter, measurements: Sequence[Measurement]) -> tuple[flo
 def _spread(
     model: Model, parameter: Parameter, measurements: Sequence[Measurement]
 ) -> tuple[float, ...]:
+    if parameter.spread is Spread.NULL:
+        return (parameter.null,)
     if parameter.spread is Spread.TURN:
         return QUADRANTS
+    if parameter.spread is Spread.ELONGATION:
+        return _elongations(model, measurements)
     if parameter.spread is Spread.JOINT_RANGE:
         end, inward = _end(parameter, measurements)
         return (parameter.null, *(end + margin * inward for margin in MARGINS))
     typical = typical_value(model, parameter)
     inside = np.clip([typical * one for one in MULTIPLES], parameter.lower, parameter.upper)
     return tuple(dict.fromkeys(float(value) for value in inside))
+
+
+def _elongations(model: Model, measurements: Sequence[Measurement]) -> tuple[float, ...]:
+    """Elongations of the upper spring, as shares of the largest, that divide what it reaches."""
+    transmission = model.transmission
+    radius, spring = transmission.joint_pulley_radius, transmission.upper_spring
+    deflections = [
+        part.signals["joint_position"]
+        - part.motor_position * transmission.motor_pulley_radius / radius
+        for part in measurements
+    ]
+    reach = radius * max(float(np.max(np.abs(deflection))) for deflection in deflections)
+    rest = prestretched_length(transmission.pretension_force, spring.combined_stiffness)
+    return tuple((rest + share * reach) / spring.max_deflection for share in REACHES)
 
 
 def prepare(structures: Sequence[tuple[str, ...]], report: Report) -> None:
@@ -117,12 +164,6 @@ def prepare(structures: Sequence[tuple[str, ...]], report: Report) -> None:
     ------
     BuildError : the compiler refuses
     """
-    total = len(structures)
-    pool = ThreadPoolExecutor(_AT_ONCE)
-    try:
-        building = [pool.submit(compiled.library_path, one) for one in structures]
-        for done, future in enumerate(as_completed(building), start=1):
-            future.result()
-            report(f"compiling effects, {done} of {total}", done / total)
-    finally:  # an interrupt does not wait for what has not begun
-        pool.shutdown(cancel_futures=True)
+    for done, structure in enumerate(structures):
+        report("compiling effects", done / len(structures))
+        compiled.library_path(structure)

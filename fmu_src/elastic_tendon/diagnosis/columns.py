@@ -28,7 +28,8 @@ from elastic_tendon.parameters import sizes_of
 Acts = Literal["load", "motor", "reading"]
 Answer = Callable[[Any], Any]  # equations of an effect for given coefficients: place -> answer
 
-PROBE_PARTS = 3
+PROBE_PARTS, PATH_PARTS, MOMENTS = 3, 5, 20
+SLIPS = (0.01, 0.03, 0.1, 0.3)  # of the largest deflection, after which elements slip
 WAVES = range(5, 31)  # in a turn: poles, teeth, balls; bumps show what is longer
 # of the actuator's sizes, the least change by which a response is found
 LEAST_CHANGE = 1e-7
@@ -146,15 +147,26 @@ _AT_SLOT: Mapping[Slot, tuple[Acts, Callable[[Answer, Motion], Array]]] = {
 
 
 def _probes(motions: Sequence[Motion]) -> list[Term]:
-    """Drift, errors of the measured load, inertia that changes, losses of springs, cogging."""
+    """Drift, ageing, memory, paths of tendons, errors of the measured load, inertia that changes,
+    losses of springs, cogging."""
     longest = max(float(motion.time[-1]) for motion in motions)
 
     def drift(motion: Motion) -> Array:
         share = motion.time / longest
         return np.column_stack([share, share**2])
 
+    def ageing(motion: Motion) -> Array:
+        torques = (motion.elastic_torque, motion.velocity, np.sign(motion.velocity))
+        return np.hstack([drift(motion) * torque[:, np.newaxis] for torque in torques])
+
     acts: tuple[Acts, ...] = ("load", "reading")
     found = [Term(("time",), one, drift) for one in acts]
+    found.append(Term(("time", "elastic_torque"), "load", ageing))
+    if grid := _grid(motions, "position", PATH_PARTS):
+        found.append(Term(("joint_position", "slack_state"), "load", _paths(grid)))
+        found.append(Term(("joint_position", "history"), "load", _joint_history))
+    if _grid(motions, "deflection", PROBE_PARTS):
+        found.append(Term(("elongation", "history"), "load", _spring_history))
     along: tuple[tuple[tuple[str, ...], str, Callable[[Motion], Array]], ...] = (
         (("load_torque",), "load_torque", lambda one: np.ones(len(one.time))),
         (("joint_position", "joint_acceleration"), "position", lambda one: one.acceleration),
@@ -164,6 +176,50 @@ def _probes(motions: Sequence[Motion]) -> list[Term]:
         if grid := _grid(motions, axis, PROBE_PARTS):
             found.append(Term(variables, "load", _bumps(grid, axis, factor)))
     return found + [Term(("joint_position",), "load", _waves(count)) for count in WAVES]
+
+
+def _paths(grid: Grid) -> Callable[[Motion], Array]:
+    """Tendons whose path is longer or shorter by the joint's position; each shows while taut."""
+
+    def columns(motion: Motion) -> Array:
+        each = [bump((motion.position - x) / grid.width) for x in grid.centres]
+        return np.column_stack([part * (taut > 0) for taut in motion.tensions for part in each])
+
+    return columns
+
+
+def _joint_history(motion: Motion) -> Array:
+    """Friction of the joint that yields before it slips."""
+    transmission = motion.model.transmission
+    longest = sizes_of(transmission, motion.model.link).max_deflection
+    return _slipping(motion.position, longest / transmission.joint_pulley_radius)
+
+
+def _spring_history(motion: Motion) -> Array:
+    """Hysteresis of the springs; a slack one shows none."""
+    longest = sizes_of(motion.model.transmission, motion.model.link).max_deflection
+    upper, lower = (
+        _slipping(one, longest) * (one > 0)[:, np.newaxis] for one in motion.elongations
+    )
+    return motion.model.transmission.joint_pulley_radius * (upper - lower)
+
+
+def _slipping(values: Array, longest: float) -> Array:
+    """Elements that each follow (n,) values until they slip, by shares of `longest`; (n, k)."""
+    slips = longest * np.array(SLIPS)
+    stretched, found = np.zeros(len(slips)), np.empty((len(values), len(slips)))
+    for index, step in enumerate(np.diff(values, prepend=values[0]).tolist()):
+        stretched = np.clip(stretched + step, -slips, slips)
+        found[index] = stretched
+    return found
+
+
+def moments(only: Motion) -> Term:
+    """A load at each moment of one recording."""
+    grid = grid_over(only.time, MOMENTS)
+    assert grid is not None
+    columns = _bumps(grid, "time", lambda motion: np.full(len(motion.time), float(motion is only)))
+    return Term(("time",), "load", columns)
 
 
 def _waves(count: int) -> Callable[[Motion], Array]:

@@ -1,204 +1,287 @@
-"""What is concluded from a way: what remains, what would decide, and the diagnosis itself."""
+"""What is concluded from a search: what remains, what would decide, and the diagnosis itself."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.confirm import heldout_errors
+from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.data import Data
+from elastic_tendon.diagnosis.evidence import probabilities
 from elastic_tendon.diagnosis.experiment import Undecidable, next_experiment
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
+from elastic_tendon.diagnosis.learned import learn
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
     LearnedTerm,
-    Remaining,
+    RecordingSummary,
     Round,
-    Verdict,
+    WouldShow,
 )
-from elastic_tendon.diagnosis.rounds import Data
+from elastic_tendon.diagnosis.rounds import neighbours_of
+from elastic_tendon.diagnosis.search import Progress, Search
 from elastic_tendon.diagnosis.separation import Rival
-from elastic_tendon.identify.add import Report, with_estimates
+from elastic_tendon.diagnosis.torque_screen import in_order
+from elastic_tendon.diagnosis.verdict import (
+    changed_parameters,
+    fails_elsewhere,
+    fall,
+    remaining_of,
+    sentence_of,
+    unexplained,
+    verdict_of,
+)
+from elastic_tendon.identify.add import with_estimates
 from elastic_tendon.identify.compare import Comparison, compare
+from elastic_tendon.identify.constants import explained_by
+from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.ladder import AS_GIVEN, Step, climb
 from elastic_tendon.identify.locate import locate
-from elastic_tendon.parameters import Model
+from elastic_tendon.parameters import Model, quantities
 
-FALSE_SHIFTS = 0.05  # of any number, where none is wrong
+CONFIRMING = Effort(
+    scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6
+)  # of a fit to everything that starts at the answer
+RIVALS = 2  # answers that an experiment is to tell apart, at the most
 
 
 @dataclass
 class Found:
-    """What a diagnosis has so far; an interrupt leaves it as it is."""
+    """What a diagnosis has so far; an interrupt leaves it as it is.
 
-    path: list[tuple[str, str | None, Answer]] = field(default_factory=list)  # title, what came in
+    `ladder` : title, effect that came in, and answer of each step after the model as given.
+    `classes` : answers that cannot be told apart, the one taken first.
+    """
+
+    ladder: list[tuple[str, str | None, Answer]] = field(default_factory=list)
     rounds: list[Round] = field(default_factory=list)
-    # added effect -> answers with another in its place, the other one last
-    rivals: dict[str, tuple[Answer, ...]] = field(default_factory=dict)
-    # for each added effect the answers that cannot be told apart, the one taken first
-    classes: list[tuple[Answer, ...]] = field(default_factory=list)
+    classes: tuple[tuple[Answer, ...], ...] = ()
     lack: dict[str, LackOfFit] = field(default_factory=dict)
-    unknown: bool = False
     learned: LearnedTerm | None = None
     experiment: Experiment | None = None
-    undecidable: list[str] = field(default_factory=list)  # why no experiment decides
+    no_experiment: list[str] = field(default_factory=list)
+    would_show: tuple[WouldShow, ...] = ()
 
     @property
     def answer(self) -> Answer:
-        return self.path[-1][2]
+        """The last one."""
+        return self.ladder[-1][2]
 
 
-# ---- what remains, and what would decide -----------------------------------------------------
-
-
-def judge_what_remains(data: Data, found: Found, report: Report) -> None:
-    """Does it depend on the state of the machine; and is more left than effects explained?"""
+def judge(data: Data, search: Search, found: Found, report: Progress) -> None:
+    """What remains, whether anything can be learned from it, and what would decide."""
     report("judging what remains", 0.0)
-    found.lack = lack_of_fit(found.answer.result, report)
-    found.unknown = _more_remains(data, found)
+    answer = found.answer
+    found.lack = lack_of_fit(answer.result, report)
+    given, last = (compare(model, data.fitted) for model in (data.given, answer.result.model))
+    if unexplained(remaining_of(given, last, found.lack)):
+        found.learned = learn(answer.result, report)
+    found.would_show = _would_show(search, answer)
+    _propose_experiment(data, found, report)
+    if data.excerpts:
+        _confirm(data, found, report)
 
 
-def _more_remains(data: Data, found: Found) -> bool:
-    """Whether more remains than effects explained, and not by chance."""
-    if not any(one.significant for one in found.lack.values()):
-        return False
-    errors = (heldout_errors(one, data.heldout) for one in (found.path[0][2], found.answer))
-    base, last = (float(np.mean(one**2)) for one in errors)  # 1 is the noise
-    return not found.answer.added or last - 1.0 > base - last
+def _confirm(data: Data, found: Found, report: Progress) -> None:
+    """Fit the answer, found on excerpts, to everything."""
+    words = "confirming the answer on all samples"
+    report(words, 0.0)
+    title, effect_id, answer = found.ladder[-1]
+    start = [answer.result.model]
+    whole = refit(
+        data.given, answer.added, data.whole, start, CONFIRMING, lambda share: report(words, share)
+    )
+    found.ladder[-1] = (title, effect_id, whole)
 
 
-def propose_experiment(data: Data, found: Found, report: Report) -> None:
-    """One that decides the first class that any can decide; and why none can."""
-    for answers in found.classes:
-        if len(answers) < 2 or found.experiment is not None:
+def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
+    """For each effect that was not found, the size that would have shown."""
+    if answer.added not in search.estimates:
+        return ()
+    estimate = search.estimates[answer.added]
+    found = []
+    for effect_id in search.data.candidates:
+        together = in_order((*answer.added, effect_id))
+        if effect_id in answer.added or not search.screen.goes(together):
+            continue  # it is there, or another law of the same thing is
+        if not search.screen.sees(effect_id):
             continue
+        units = {one.path: one.unit for one in quantities([effect_id])}
+        path = next(
+            f"effects.{effect_id}.{parameter.name}"
+            for parameter in effects.BY_ID[effect_id].parameters
+            if not parameter.shape
+        )
+        smallest = search.screen.smallest(estimate, effect_id)
+        found.append(WouldShow(effect_id, path, units[path], smallest))
+    return tuple(found)
+
+
+def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
+    """One that decides between answers that cannot be told apart; and why none can."""
+    for answers in found.classes:
         names = _different(answers)
-        rivals = [Rival(name, one.result) for name, one in zip(names, answers, strict=True)]
+        pairs = list(zip(names, answers, strict=True))[:RIVALS]
+        rivals = [Rival(name, part.result) for name, part in pairs]
         proposal = next_experiment(rivals, data.fitted, report)
         if isinstance(proposal, Undecidable):
-            found.undecidable.append(proposal.text)
+            found.no_experiment.append(proposal.text)
         else:
             found.experiment = proposal
 
 
-# ---- conclusions -------------------------------------------------------------------------------
-
-
-def conclude(data: Data, found: Found, report: Report, interrupted: bool) -> Diagnosis:
+def conclude(
+    data: Data,
+    search: Search,
+    found: Found,
+    options: Options,
+    report: Progress,
+    *,
+    complete: bool,
+    notes: Sequence[str] = (),
+) -> Diagnosis:
     """All that follows from what was found.
 
     Parameters
     ----------
-    data : Data
-    found : with at least one answer
+    data, search, found : with at least one answer
+    options : Options
     report : called with words and the share of the work at hand that is done
-    interrupted : more may be missing than was found
-
-    Returns
-    -------
-    Diagnosis
+    complete : false where more may be missing than was found
+    notes : what else is worth telling
     """
     answer = found.answer
-    steps = _steps(data, found)
-    changed = _changed(answer)
-    final = steps[-1].comparison
+    steps = _steps(data, search, found)
+    given, final = steps[0].comparison, steps[-1].comparison
+    remaining = remaining_of(given, final, found.lack)
+    changed, small = changed_parameters(answer, given, options.relevance)
+    recordings = _recordings(answer.result.model, steps[-1])
+    elsewhere = fails_elsewhere(final, steps[-1].heldout, recordings)
+    fell = fall(given, final)
+    verdict = verdict_of(answer.added, changed, remaining, fell, options.relevance, elsewhere)
+    matter = () if verdict == "adequate" else changed
     return Diagnosis(
-        verdict=_verdict(answer, found.unknown, changed),
-        words=tuple(found.undecidable),
+        verdict=verdict,
+        sentence=sentence_of(
+            verdict,
+            answer.added,
+            certainty(search, answer, [part for alike in found.classes for part in alike]),
+            [name for alike in found.classes for name in _different(alike)[1:]],
+            matter,
+            given,
+            final,
+            elsewhere=elsewhere,
+            complete=complete,
+        ),
+        notes=(*notes, *_notes(answer, [*small, *(p for p in changed if p not in matter)])),
         given=data.given,
         model=with_estimates(answer.result.model, answer.result.findings.estimates),
-        added=answer.added,
-        parameters_changed=changed,
+        added=_in_order_added(found),
+        parameters_changed=matter,
         findings=answer.result.findings,
         steps=steps,
         ladder=climb(steps),
         rounds=tuple(found.rounds),
-        remaining=_remaining(steps, found.lack),
-        noise={name: one.noise for name, one in final.files[0].signals.items()},
+        neighbours=neighbours_of(search, answer),
+        would_show=found.would_show,
+        recordings=recordings,
+        remaining=remaining,
+        noise={name: part.noise for name, part in final.files[0].signals.items()},
         comparison=final,
         location=locate(final, report),
-        indistinguishable=tuple(
-            tuple(_different(answers)) for answers in found.classes if len(answers) > 1
-        ),
+        indistinguishable=tuple(tuple(_different(answers)) for answers in found.classes),
         next_experiment=found.experiment,
+        no_experiment=tuple(found.no_experiment),
         learned=found.learned,
-        interrupted=interrupted,
+        complete=complete,
     )
 
 
-def _steps(data: Data, found: Found) -> tuple[Step, ...]:
-    def step(title: str, added: str | None, effective: float, model: Model) -> Step:
+def certainty(search: Search, answer: Answer, alike: Sequence[Answer]) -> dict[str, float]:
+    """Probability of each effect of an answer, or of what cannot be told from it, among all sets
+    that were refitted.
+
+    Parameters
+    ----------
+    search : Search
+    answer : what was found
+    alike : answers that the data cannot tell from it
+    """
+    same = {part.added for part in alike}
+    answers = search.allowed
+    if answer.added not in {part.added for part in answers}:
+        return dict.fromkeys(answer.added, 0.0)
+    weights = probabilities(search.evidence.of(answers))
+    return {
+        effect_id: sum(
+            weight
+            for other, weight in zip(answers, weights, strict=True)
+            if effect_id in other.added or other.added in same
+        )
+        for effect_id in answer.added
+    }
+
+
+def _in_order_added(found: Found) -> tuple[str, ...]:
+    came = [effect_id for _, effect_id, _ in found.ladder if effect_id is not None]
+    return tuple(dict.fromkeys([*came, *found.answer.added]))
+
+
+def _notes(answer: Answer, small: Sequence[str]) -> list[str]:
+    """Shifts that are sure and do not matter."""
+    estimates = {part.path: part for part in answer.result.findings.estimates}
+    return [
+        f"{path} moved from {estimates[path].given:.4g} to {estimates[path].fitted:.4g}, which "
+        "changes the error too little to matter."
+        for path in small
+    ]
+
+
+def _steps(data: Data, search: Search, found: Found) -> tuple[Step, ...]:
+    values = search.evidence.of(
+        [search.answers.get(in_order(a.added), a) for _, _, a in found.ladder]
+    )
+
+    def step(title: str, added: str | None, evidence: float | None, model: Model) -> Step:
         return Step(
             title=title,
             added=added,
             parameters=0 if added is None else len(effects.BY_ID[added].parameters),
-            effective=effective,
-            comparison=compare(model, data.fitted),
+            effective=0.0,
+            comparison=compare(model, data.whole),
             heldout=compare(model, data.heldout) if data.heldout else None,
+            evidence=evidence,
         )
 
     ways = [
-        step(title, added, answer.result.findings.effective, answer.result.model)
-        for title, added, answer in found.path
+        step(title, added, value, answer.result.model)
+        for (title, added, answer), value in zip(found.ladder, values, strict=True)
     ]
-    return (step(AS_GIVEN, None, 0.0, data.given), *ways)
+    return (step(AS_GIVEN, None, None, data.given), *ways)
 
 
-def _changed(answer: Answer) -> tuple[str, ...]:
-    """Numbers of the given model that surely moved: their intervals exclude what was given, and
-    that is no chance of so many numbers (Holm's correction)."""
-    from scipy.stats import norm
-
-    estimates = [
-        one
-        for one in answer.result.findings.estimates
-        if one.determined and not one.path.startswith("effects.") and one.sigma > 0.0
-    ]
-    tails = [2.0 * float(norm.sf(abs(one.fitted - one.given) / one.sigma)) for one in estimates]
-    moved = []
-    for rank, index in enumerate(np.argsort(tails)):
-        if tails[index] > FALSE_SHIFTS / (len(tails) - rank):
-            break
-        one = estimates[index]
-        # of few stretches of time the interval is wider than a normal distribution's
-        if not one.interval[0] <= one.given <= one.interval[1]:
-            moved.append(one.path)
-    return tuple(moved)
-
-
-def _verdict(answer: Answer, unknown: bool, changed: Sequence[str]) -> Verdict:
-    if unknown:
-        return "unknown_effect"
-    if answer.added:
-        return "missing_effect"
-    return "wrong_parameter" if changed else "adequate"
-
-
-def _remaining(steps: Sequence[Step], lack: dict[str, LackOfFit]) -> dict[str, Remaining]:
-    first, last = steps[0].comparison, steps[-1].comparison
-    floors = last.pooled(lambda error: error.noise.sigma)
-    ratios = last.noise_ratio()
-
-    def excess(comparison: Comparison, name: str) -> float:
-        return max(comparison.rmse()[name] ** 2 - floors[name] ** 2, 0.0)
-
-    return {
-        name: Remaining(
-            noise_ratio=ratios[name],
-            share_of_initial=excess(last, name) / max(excess(first, name), 1e-300)
-            if excess(last, name)
-            else 0.0,
-            significant=one.significant,
-            p_value=one.p_value,
-        )
-        for name, one in lack.items()
-    }
+def _recordings(model: Model, last: Step) -> tuple[RecordingSummary, ...]:
+    rows = []
+    for role, comparison in (("fitted", last.comparison), ("validation", last.heldout)):
+        for file in comparison.files if isinstance(comparison, Comparison) else ():
+            constant = explained_by(model, file.measurement) if role == "validation" else None
+            rows.append(
+                RecordingSummary(
+                    file=file.measurement.name,
+                    role="fitted" if role == "fitted" else "validation",
+                    rmse={name: error.rmse for name, error in file.signals.items()},
+                    explained_by=None if constant is None else constant.kind,
+                    sentence="" if constant is None else constant.sentence,
+                )
+            )
+    return tuple(rows)
 
 
 def _different(answers: Sequence[Answer]) -> list[str]:
-    """The ids in which the answers of a class differ, the one taken first."""
+    """What sets the answers of a class apart, the one taken first; "+" between ids of a set."""
     first, *others = answers
-    own = [one for one in first.added if any(one not in other.added for other in others)]
-    return [*own[:1], *(one.added[-1] for one in others)]
+    own = [one for one in first.added if any(one not in part.added for part in others)]
+    names = ["+".join(own)] if own else []
+    names += ["+".join(one for one in part.added if one not in first.added) for part in others]
+    return names

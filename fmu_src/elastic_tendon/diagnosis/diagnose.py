@@ -1,29 +1,25 @@
-"""The loop: refit, screen, add what is surely missing, take out what is needless, and conclude."""
+"""The loop: noise, base, screen, sets, refits, evidence, neighbours, verdict, experiment."""
 
+import time
 from collections.abc import Callable, Sequence
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.answer import UNDECIDED, Answer, bics
-from elastic_tendon.diagnosis.by_hand import base, data_of
-from elastic_tendon.diagnosis.conclude import (
-    Found,
-    conclude,
-    judge_what_remains,
-    propose_experiment,
-)
-from elastic_tendon.diagnosis.confirm import heldout_errors, refuted
-from elastic_tendon.diagnosis.lack_of_fit import lack_of_fit
-from elastic_tendon.diagnosis.learned import learn
+from elastic_tendon.diagnosis.conclude import Found, conclude, judge
+from elastic_tendon.diagnosis.data import data_of
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Diagnosis, Round
-from elastic_tendon.diagnosis.revise import alternatives, without_needless
-from elastic_tendon.diagnosis.rounds import Data, look
-from elastic_tendon.identify.add import Report
+from elastic_tendon.diagnosis.rounds import equivalence_classes, round_at
+from elastic_tendon.diagnosis.search import Progress, Search, Set
 from elastic_tendon.identify.ladder import REFIT
+from elastic_tendon.identify.signs import sign_errors
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
-MOST_ROUNDS = 6
 Ask = Callable[[Round], bool]
+
+
+class TimeIsUpError(KeyboardInterrupt):
+    """The time limit was reached; the best answer so far is given."""
 
 
 def _silent(_text: str, _share: float) -> None:
@@ -35,10 +31,11 @@ def diagnose(
     measurements: Sequence[Measurement],
     validation: Sequence[Measurement] = (),
     *,
-    report: Report = _silent,
+    options: Options | None = None,
+    report: Progress = _silent,
     ask: Ask | None = None,
 ) -> Diagnosis:
-    """Find out whether a model is adequate, its numbers are wrong, or an effect is missing.
+    """Find out whether a model is adequate, its parameters are wrong, or an effect is missing.
 
     The same call gives the same answer. An interrupt (Ctrl-C) keeps what was found.
 
@@ -46,9 +43,11 @@ def diagnose(
     ----------
     model : Model as given; its uncertainties are the prior of every step
     measurements : fitted
-    validation : never fitted, only judges; gives its initial state on its first 0.1 s
+    validation : never fitted, takes part in every choice; gives its initial state on its first
+        0.1 s
+    options : Options; None: the defaults
     report : called with words and the share of the work at hand that is done
-    ask : called after each round; False stops the search there
+    ask : called after each step of the ladder; False stops there
 
     Returns
     -------
@@ -56,94 +55,59 @@ def diagnose(
 
     Raises
     ------
-    MeasurementError : a recording is both fitted and held out
+    MeasurementError : a recording is both fitted and held out, or a held-out one lacks a signal
+    ModelError : options name effects that do not exist
     SimulationError : the model as given cannot be simulated
-    BuildError : the compiler refuses an effect
+    BuildError : the compiler refuses the model as given
     """
-    data = data_of(model, measurements, validation)
+    begin = time.monotonic()
+    options = options or Options()
+    options.check_ids()
+    data = data_of(model, measurements, validation, options)
+    notes = [finding.sentence for finding in sign_errors(model, measurements)]
+    notes += [note for part in measurements for note in part.noise_notes]
+    search = Search.of(data, report)
     found = Found()
-    interrupted = False
-    first = base(data, report)
-    found.path.append((REFIT, None, first))
+    search.base()
+    search.progress = progress = _limited(report, options.time_limit, begin)
+    complete = True
     try:
-        if not first.result.interrupted:
-            _search(data, found, report, ask)
-            _judge_what_remains(data, found, report)
-            propose_experiment(data, found, report)
+        search.run()
+        _tell(search, found, ask, refit=True)
+        judge(data, search, found, progress)
     except KeyboardInterrupt:
-        interrupted = True
-    return conclude(data, found, report, interrupted or first.result.interrupted)
+        complete = False
+        found.ladder, found.rounds = [], []
+        _tell(search, found, None, refit=False)
+    return conclude(data, search, found, options, report, complete=complete, notes=notes)
 
 
-def _search(data: Data, found: Found, report: Report, ask: Ask | None) -> None:
-    while len(found.rounds) < MOST_ROUNDS:
-        outcome = look(data, found.answer, report)
-        found.rounds.append(outcome.round)
-        if outcome.chosen is None:
+def _limited(report: Progress, limit: float | None, begin: float) -> Progress:
+    """Progress that ends the work when its time since the beginning is up."""
+    if limit is None:
+        return report
+    end = begin + limit
+
+    def progress(text: str, share: float) -> None:
+        report(text, share)
+        if time.monotonic() > end:
+            raise TimeIsUpError
+
+    return progress
+
+
+def _tell(search: Search, found: Found, ask: Ask | None, *, refit: bool) -> None:
+    """The ladder to the answer, one effect a step, and what was considered at each."""
+    before: Set = ()
+    found.ladder.append((REFIT, None, search.answers[()]))
+    for added in search.ladder(refit=refit):
+        came = tuple(effect_id for effect_id in added if effect_id not in before)
+        entry = round_at(search, before, came)
+        found.rounds.append(entry)
+        title = " ".join(f"+ {effects.BY_ID[effect_id].title}" for effect_id in came)
+        found.ladder.append((title, came[0], search.answers[added]))
+        if ask is not None and not ask(entry):
             return
-        answer = outcome.chosen
-        effect_id = answer.added[-1]
-        found.path.append((f"+ {effects.BY_ID[effect_id].title}", effect_id, answer))
-        found.rivals[effect_id] = (*outcome.alike, *outcome.others)
-        found.classes = [(answer, *outcome.alike)]
-        if len(answer.added) > 1:
-            _revise(data, found, report)
-        if ask is not None and not ask(outcome.round):
-            return
-
-
-def _revise(data: Data, found: Found, report: Report) -> None:
-    """Take out what others made needless, and put a rival in the place of what it surpasses."""
-    answer = without_needless(data, found.answer, report)
-    variants = alternatives(data, answer, found.rivals, report)
-    flat = [one for others in variants.values() for one in others]
-    own, *values = bics([answer, *flat])
-    best = min(zip(values, flat, strict=True), key=lambda pair: pair[0], default=None)
-    if best is not None and best[0] < own - UNDECIDED:
-        answer = best[1]
-        variants = {}
-    else:
-        bic = dict(zip(map(id, flat), values, strict=True))
-        heldout, judges = heldout_errors(answer, data.heldout), data.heldout or data.fitted
-        variants = {
-            one: [
-                other
-                for other in others
-                if bic[id(other)] < own + UNDECIDED
-                and not refuted(heldout_errors(other, data.heldout), heldout, judges)
-            ]
-            for one, others in variants.items()
-        }
-    found.classes = [(answer, *others) for others in variants.values()]
-    if answer.added != found.answer.added:
-        _replace(found, answer)
-
-
-def _replace(found: Found, answer: Answer) -> None:
-    """Go on with an answer that has fewer or other effects, and remember the one it surpassed."""
-    before = found.answer
-    gone = [one for one in before.added if one not in answer.added]
-    came = [one for one in answer.added if one not in before.added]
-    words = [f"- {effects.BY_ID[one].title}" for one in gone]
-    words += [f"+ {effects.BY_ID[one].title}" for one in came]
-    for old, new in zip(gone, came, strict=False):
-        found.rivals[new] = found.rivals.pop(old, ())
-    found.path.append((", ".join(words), came[0] if came else None, answer))
-
-
-def _judge_what_remains(data: Data, found: Found, report: Report) -> None:
-    """Does it depend on the state of the machine; and if no effect is the cause, how?"""
-    judge_what_remains(data, found, report)
-    if found.unknown and found.answer.added:
-        _take_all_out(found)
-        found.lack = lack_of_fit(found.answer.result, report)
-    if found.unknown:
-        found.learned = learn(found.answer.result, report)
-
-
-def _take_all_out(found: Found) -> None:
-    """Back to the refitted model: effects that leave more than they explain are not the cause."""
-    base = found.path[0][2]
-    titles = [f"- {effects.BY_ID[one].title}" for one in found.answer.added]
-    found.path.append((", ".join(titles), None, base))
-    found.classes = []
+        before = added
+    found.rounds.append(round_at(search, before, ()))
+    found.classes = equivalence_classes(search, search.answers[before])

@@ -1,16 +1,19 @@
-"""The contract ``elastic-tendon/diagnosis/1``: a diagnosis as plain data."""
+"""The contract ``elastic-tendon/diagnosis/2``: a diagnosis as plain data."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from math import sqrt
 from typing import Any
 
-from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, LearnedTerm, Round
+from elastic_tendon.diagnosis.evidence import is_plausible
+from elastic_tendon.diagnosis.result import Candidate, Diagnosis, LearnedTerm, Round
 from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.comparison_json import plain
 
-SCHEMA = "elastic-tendon/diagnosis/1"
+SCHEMA = "elastic-tendon/diagnosis/2"
+NOTHING_TO_DECIDE = "no other answer explains these data equally well, so there is none to rule out"
+NOT_SOUGHT = "none was looked for: the search was stopped before its end"
 
 
 def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dict[str, Any]:
@@ -30,23 +33,27 @@ def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dic
         {
             "schema": SCHEMA,
             "verdict": diagnosis.verdict,
-            "words": diagnosis.words,
-            "interrupted": diagnosis.interrupted,
+            "sentence": diagnosis.sentence,
+            "notes": diagnosis.notes,
+            "complete": diagnosis.complete,
             "fitted_files": _names(diagnosis.comparison),
             "heldout_files": _names(diagnosis.steps[-1].heldout),
             "added": diagnosis.added,
             "parameters_changed": diagnosis.parameters_changed,
-            "remaining": {name: asdict(one) for name, one in diagnosis.remaining.items()},
-            "noise": {name: asdict(one) for name, one in diagnosis.noise.items()},
-            "parameters": [asdict(one) for one in found.estimates],
-            "ratios": [asdict(one) for one in found.ratios],
+            "remaining": {name: asdict(left) for name, left in diagnosis.remaining.items()},
+            "noise": {name: asdict(floor) for name, floor in diagnosis.noise.items()},
+            "parameters": list(_parameters(diagnosis)),
+            "ratios": [asdict(ratio) for ratio in found.ratios],
             "undetermined": found.sentences,
             "ladder": [rung.to_json() for rung in diagnosis.ladder],
-            "rounds": [_round(one) for one in diagnosis.rounds],
+            "rounds": [_round(judged) for judged in diagnosis.rounds],
+            "neighbours": [asdict(neighbour) for neighbour in diagnosis.neighbours],
+            "would_show": [asdict(limit) for limit in diagnosis.would_show],
+            "recordings": [asdict(summary) for summary in diagnosis.recordings],
             "indistinguishable": diagnosis.indistinguishable,
             "where": list(_where(diagnosis)),
             "learned": _learned(diagnosis.learned, learned_file),
-            "next_experiment": _experiment(diagnosis.next_experiment),
+            "next_experiment": _next_experiment(diagnosis),
             "model": diagnosis.model.model_dump(mode="json", exclude_none=True),
         }
     )
@@ -58,27 +65,32 @@ def _names(comparison: Comparison | None) -> list[str]:
     return [file.measurement.name for file in files]
 
 
-def _round(one: Round) -> dict[str, Any]:
+def _parameters(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
+    for estimate in diagnosis.findings.estimates:
+        plausible = is_plausible(diagnosis.model, estimate.path, estimate.fitted)
+        yield asdict(estimate) | {"plausible": plausible}
+
+
+def _round(judged: Round) -> dict[str, Any]:
     return {
-        "chosen": one.chosen,
-        "reason": one.reason,
-        "candidates": [_candidate(candidate) for candidate in one.candidates],
+        "chosen": judged.chosen,
+        "reason": judged.reason,
+        "candidates": [_candidate(candidate) for candidate in judged.candidates],
     }
 
 
-def _candidate(one: Candidate) -> dict[str, Any]:
+def _candidate(candidate: Candidate) -> dict[str, Any]:
     return {
-        "id": one.id,
-        "kind": one.kind,
-        "probability": one.probability,
-        "score": one.score,
-        "expected_parameters": dict(one.expected),
-        "fitted_parameters": [asdict(estimate) for estimate in one.fitted],
-        "p_value": one.p_value,
-        "gain": one.gain,
-        "heldout_gain": one.heldout_gain,
-        "equivalence_class": one.equivalence_class,
-        "verdict": one.verdict,
+        "ids": candidate.ids,
+        "probability": candidate.probability,
+        "evidence": candidate.evidence,
+        "expected_parameters": dict(candidate.expected),
+        "fitted": candidate.fitted,
+        "fitted_parameters": [asdict(estimate) for estimate in candidate.estimates],
+        "gain": candidate.gain,
+        "heldout_gain": candidate.heldout_gain,
+        "equivalence_class": candidate.equivalence_class,
+        "reason": candidate.reason,
     }
 
 
@@ -86,15 +98,17 @@ def _learned(term: LearnedTerm | None, file: str | None) -> dict[str, Any] | Non
     return None if term is None else asdict(term) | {"file": file}
 
 
-def _experiment(one: Experiment | None) -> dict[str, Any] | None:
-    if one is None:
-        return None
+def _next_experiment(diagnosis: Diagnosis) -> dict[str, Any]:
+    proposed = diagnosis.next_experiment
+    if proposed is None:
+        default = NOTHING_TO_DECIDE if diagnosis.complete else NOT_SOUGHT
+        return {"reason": " ".join(diagnosis.no_experiment) or default}
     return {
-        "text": one.text,
-        "power": one.power,
-        "time_s": one.time,
-        "motor_position_rad": one.motor_position,
-        "load_torque_Nm": one.load_torque,
+        "text": proposed.text,
+        "power": proposed.power,
+        "time_s": proposed.time,
+        "motor_position_rad": proposed.motor_position,
+        "load_torque_Nm": proposed.load_torque,
     }
 
 

@@ -42,10 +42,10 @@ Pair = tuple[int, int]  # numbers of the rival that is right and of the one that
 
 SEED = 20130506
 # simulations with derivatives in all; shared among the rivals, so that time does not grow
-SEARCH = 300
+SEARCH = 120
 DRAWN = 0.6  # share of them that is spent on motions drawn at random
 KEPT = 4  # so many motions are improved ...
-CHECKED = 3  # ... and so many of all are checked by full refits
+CHECKED = 1  # ... and so many of all are checked by full refits
 DISTANCE = 0.2  # over which the numbers of a motion are first changed
 SEARCH_SAMPLES = 2500  # enough to judge a motion by
 ROUNDS_TO_FIT = 4  # in which a motion is made smaller until the springs bear it

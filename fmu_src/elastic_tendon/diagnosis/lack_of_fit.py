@@ -10,9 +10,10 @@ from elastic_tendon.diagnosis.block_test import (
     chance_of,
     error_as_is,
     gains_of,
+    sudden,
     unseen_weights,
 )
-from elastic_tendon.diagnosis.columns import Term, terms_for
+from elastic_tendon.diagnosis.columns import Term, moments, terms_for
 from elastic_tendon.diagnosis.motion import Motion
 from elastic_tendon.diagnosis.rows import Rows, rows_of
 from elastic_tendon.identify.fit import FitResult
@@ -21,8 +22,10 @@ from elastic_tendon.identify.residuals import Array, rms
 Report = Callable[[str, float], object]
 
 SIGNIFICANT = 0.02  # probability by chance, of all signals together
-# of the noise floor: what explains less than this RMS is no effect, but what solving leaves
-AUDIBLE = 0.1
+# of the noise floor: what explains less than this RMS is no effect, but what solving leaves, or
+# noise of the motor's encoder, which shows where the motor turns
+AUDIBLE = 0.7
+RARELY = 10.0  # times less often than anything else a load comes once, of which nobody knows
 # times the noise floor: nobody would call a model adequate, whatever disturbs the machine
 OVERWHELMING = 20.0
 # correlations above those of chance by so many standard deviations are memory
@@ -92,10 +95,19 @@ def search(result: FitResult, report: Report = lambda _text, _share: None) -> Se
     firsts = rows.longer_blocks(_memory(rows, terms[best], products[best]))
     products = [one.merged(firsts) for one in products]
     gains = gains_of(products, error_as_is(products[0]))[..., 0]
-    chances = chance_of(products, gains)
+    chances = chance_of(products, gains) * len(rows.names)
+    for motion in motions:
+        if not motion.measurement.static:
+            terms.append(moments(motion))
+            products.append(rows.products(terms[-1]))
+            chance, shares = sudden(products[-1])
+            chance *= RARELY * len(motions)
+            once = (chance < chances) & (shares > gains.max(axis=0))
+            chances = np.where(once, chance, chances)
+            gains = np.vstack([gains, np.where(once, shares, 0.0)])
     found = {}
     for signal, name in enumerate(rows.names):
-        p_value = min(1.0, float(chances[signal]) * len(rows.names))
+        p_value = min(1.0, float(chances[signal]))
         best, explains = int(np.argmax(gains[:, signal])), max(0.0, float(gains[:, signal].max()))
         found[name] = LackOfFit(
             p_value=p_value,

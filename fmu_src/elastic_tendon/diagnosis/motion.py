@@ -87,6 +87,12 @@ class Motion:
         return self.trajectory["upper_spring_force"], self.trajectory["lower_spring_force"]
 
     @property
+    def elastic_torque(self) -> Array:
+        """Torque of the tendons on the joint, N·m."""
+        upper, lower = self.tensions
+        return self.model.transmission.joint_pulley_radius * (upper - lower)
+
+    @property
     def tension(self) -> Array:
         """Both tensions one after the other, (2 n,), N."""
         return np.concatenate(self.tensions)

@@ -16,46 +16,94 @@ from elastic_tendon.parameters import Model
 
 Array = NDArray[np.float64]
 
-Verdict = Literal["adequate", "wrong_parameter", "missing_effect", "unknown_effect"]
-Kind = Literal["effect", "parameter"]
+Verdict = Literal["adequate", "wrong_parameter", "missing_effect", "unexplained"]
+Role = Literal["fitted", "validation"]
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One answer that a round considered, and the evidence for it.
+    """A set of effects that a round considered, and the evidence for it.
 
-    `id` : of an effect, or the dotted path of a parameter.
-    `score` : chi-squared of the score test at the refitted model, scaled to what the errors really
-    tell; `probability` : weight of this answer among all of the round, from its BIC, 0 to 1.
-    `expected` : parameters that the score test expects, dotted path -> value in its unit.
-    `fitted` : estimates after its own refit, empty where the score made a refit needless.
-    `p_value` : of a gain as large from nothing, errors that hang together counted by blocks; None
-    where it was not tested. `gain` and `heldout_gain` : share (0 to 1) by which the sum of squared
-    errors falls on fitted and on held-out data, negative where it grows; None where not judged.
-    `equivalence_class` : ids that explain this data equally well, this one among them.
-    `verdict` : in words why it was taken or not.
+    `ids` : the effects that would come in, one or several. `evidence` : see
+    `diagnosis.evidence`, less that of the model before the round (negative: better); of a set
+    without a refit what the screen expects. `probability` : weight among all of the round, 0 to 1.
+    `expected` : parameters that the screen expects, dotted path -> value in its unit.
+    `fitted` : whether the set was refitted; `estimates` of its parameters then. `gain` and
+    `heldout_gain` : share (0 to 1) by which the sum of squared errors falls on fitted and on
+    held-out data, negative where it grows; None where not judged. `equivalence_class` : sets that
+    explain these data equally well, this one among them. `reason` : in words why it was taken or
+    not.
     """
 
-    id: str
-    kind: Kind
-    score: float
+    ids: tuple[str, ...]
     probability: float
+    evidence: float | None
     expected: Mapping[str, float]
-    fitted: tuple[Estimate, ...]
-    p_value: float | None
+    fitted: bool
+    estimates: tuple[Estimate, ...]
     gain: float | None
     heldout_gain: float | None
-    equivalence_class: tuple[str, ...]
-    verdict: str
+    equivalence_class: tuple[tuple[str, ...], ...]
+    reason: str
 
 
 @dataclass(frozen=True)
 class Round:
-    """Candidates of one round, the likeliest first; `chosen` is an id, or None where none was."""
+    """Candidates of one round, the likeliest first; `chosen` are the ids of what was taken, none
+    where nothing was."""
 
-    chosen: str | None
+    chosen: tuple[str, ...]
     candidates: tuple[Candidate, ...]
     reason: str
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A set that differs from the answer by one change, and how it does.
+
+    `change` : "+id", "-id" or "id -> id". `evidence` : less that of the answer, positive where it
+    is worse; `refitted` false: as the screen expects it, None where that cannot say. `probability`
+    beside the answer, 0 to 1. `rmse` : signal -> its unit; empty where not refitted. `reason` :
+    why it could not be refitted, or was refused; "" where neither.
+    """
+
+    change: str
+    evidence: float | None
+    probability: float
+    rmse: Mapping[str, float]
+    refitted: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class WouldShow:
+    """The size from which the recordings would have revealed an effect that was not found (95 %).
+
+    `id` of the effect; `path` of the parameter that measures it, `unit`; `smallest` size, None
+    where no size that is plausible would show.
+    """
+
+    id: str
+    path: str
+    unit: str
+    smallest: float | None
+
+
+@dataclass(frozen=True)
+class RecordingSummary:
+    """How the answer does on one recording.
+
+    `rmse` : signal -> its unit. `explained_by` : kind of constant ("offset", "sign", "load",
+    "gain", "delay", "stiffness") that explains most of its error, None where none does, and the
+    `sentence` that says so. `contradicts` : names of recordings that call for other parameters.
+    """
+
+    file: str
+    role: Role
+    rmse: Mapping[str, float]
+    explained_by: str | None = None
+    sentence: str = ""
+    contradicts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -64,12 +112,14 @@ class Remaining:
 
     `noise_ratio` : RMS over the noise floor. `share_of_initial` : squared error above the floor,
     of that of the model as given. `significant` : it depends on the state of the machine, by more
-    than chance, with `p_value`; or it is far too large for noise.
+    than chance, with `p_value`; or it is far too large for noise. `matters` : it is larger than
+    what anybody wants to hear of.
     """
 
     noise_ratio: float
     share_of_initial: float
     significant: bool
+    matters: bool
     p_value: float
 
 
@@ -108,17 +158,21 @@ class Experiment:
 class Diagnosis:
     """The whole answer.
 
-    `given` and `model` are the model as given and as improved (its uncertainties are those of the
-    estimates). `added` : ids in the order added. `steps` and `ladder` : as given, refitted, then
-    each effect added or taken out again. `findings` : of the final fit; `parameters_changed` :
-    dotted paths whose value moved significantly. `indistinguishable` : ids of answers that this
-    data cannot tell apart. `comparison` and `location` : of the final model with the fitted data.
-    `interrupted` : stopped by the user, holds what was found so far; `remaining` is empty where
-    that was not judged. `words` : why no experiment decides, where none does.
+    `verdict` and `sentence`, the same in words. `given` and `model` are the model as given and as
+    improved (its uncertainties are those of the estimates). `added` : ids in the order added.
+    `steps` and `ladder` : as given, refitted, then each effect added. `findings` : of the final
+    fit; `parameters_changed` : dotted paths whose value moved significantly and matters; `notes` :
+    what is worth knowing and no verdict, one sentence each. `rounds` : what was considered;
+    `neighbours` of the answer, none of which does better. `would_show`, `recordings`.
+    `indistinguishable` : sets of effects that these data cannot tell apart, "+" between the ids of
+    a set. `comparison` and `location` : of the final model with the fitted data. `complete` false:
+    stopped by the user or at the time limit, the best answer so far; `remaining` is empty where
+    that was not judged. `no_experiment` : why no experiment decides, where none does.
     """
 
     verdict: Verdict
-    words: tuple[str, ...]
+    sentence: str
+    notes: tuple[str, ...]
     given: Model
     model: Model
     added: tuple[str, ...]
@@ -127,11 +181,15 @@ class Diagnosis:
     steps: tuple[Step, ...]
     ladder: tuple[Rung, ...]
     rounds: tuple[Round, ...]
+    neighbours: tuple[Neighbour, ...]
+    would_show: tuple[WouldShow, ...]
+    recordings: tuple[RecordingSummary, ...]
     remaining: Mapping[str, Remaining]
     noise: Mapping[str, NoiseFloor]
     comparison: Comparison
     location: Location
     indistinguishable: tuple[tuple[str, ...], ...]
     next_experiment: Experiment | None
+    no_experiment: tuple[str, ...]
     learned: LearnedTerm | None
-    interrupted: bool
+    complete: bool

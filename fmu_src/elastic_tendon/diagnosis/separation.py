@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import least_squares
 from scipy.stats import ncx2
 
-from elastic_tendon.diagnosis.answer import UNDECIDED
+from elastic_tendon.diagnosis.evidence import DECISIVE
 from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.identify.fit import FitResult
 from elastic_tendon.identify.initial_state import estimate_initial_state
@@ -241,7 +241,7 @@ def refit(
 
 def power(noncentrality: float) -> float:
     """Probability that the deviance will differ by more than what decides, 0 to 1."""
-    return float(ncx2.sf(UNDECIDED, 1, noncentrality))
+    return float(ncx2.sf(DECISIVE, 1, noncentrality))
 
 
 def expected_power(

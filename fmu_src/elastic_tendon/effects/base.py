@@ -62,7 +62,9 @@ class Spread(Enum):
     """Over what a search for a shape spreads its first tries."""
 
     TYPICAL = "multiples of the typical magnitude"
+    NULL = "the null alone, from which a fit finds the rest"
     TURN = "a whole turn"
+    ELONGATION = "the elongations that the springs reach, as shares of the largest"
     JOINT_RANGE = "the ends of the range of the joint, the lower one where the null is below 0"
 
 

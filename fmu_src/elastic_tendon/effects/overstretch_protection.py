@@ -8,6 +8,7 @@ from elastic_tendon.effects.base import (
     Parameter,
     Relation,
     Slot,
+    Spread,
     Spring,
 )
 from elastic_tendon.symbolic import where
@@ -57,6 +58,7 @@ EFFECT = Effect(
             upper=2.0,
             typical=0.8,
             shape=True,
+            spread=Spread.ELONGATION,
         ),
         Parameter(
             name="stiffness",

@@ -8,17 +8,18 @@ from elastic_tendon.effects.base import (
     Parameter,
     Relation,
     Slot,
+    Spread,
     Spring,
     State,
 )
-from elastic_tendon.symbolic import absolute, where
+from elastic_tendon.symbolic import absolute, power, where
 
 
 def equations(
     at: Spring, p: SimpleNamespace, state: SimpleNamespace, mode: SimpleNamespace
 ) -> Contribution:
-    """Bouc-Wen with n = 1, beta = gamma = 1/2: ``z' = e'/y (1 - |z|)`` loading, else ``e'/y``."""
-    yielding = where(mode.loading, 1.0 - absolute(state.lag), 1.0)
+    """Bouc-Wen with beta = gamma = 1/2: ``z' = e'/y (1 - |z|^n)`` loading, else ``e'/y``."""
+    yielding = where(mode.loading, 1.0 - power(absolute(state.lag), p.exponent), 1.0)
     return Contribution(
         value=p.force * state.lag,
         rates={"lag": at.rate / p.yield_length * yielding},
@@ -37,8 +38,8 @@ EFFECT = Effect(
     "its corners after each reversal of the velocity. With equal springs it is half as high where "
     "a tendon is slack (states I and II) as where both are taut (III), because a slack spring adds "
     "nothing. Oscillations decay without any damping; very small ones are stiffer and decay less.",
-    law="added force of one spring: force z, z' = (e' / yield_length) (1 - |z|) where e' z > 0, "
-    "else e' / yield_length; z starts at 0",
+    law="added force of one spring: force z, z' = (e' / yield_length) (1 - |z|^exponent) where "
+    "e' z > 0, else e' / yield_length; z starts at 0",
     confused_with="Coulomb friction and LuGre friction: their loops are as high in every slack "
     "state. Tendon guide friction: its loop grows with the tension. Spring relaxation and spring "
     "damping: their loops close in slow motion.",
@@ -51,7 +52,7 @@ EFFECT = Effect(
     "the loop over the joint encoder.",
     magnitude="force is about 0.5 % of the largest spring force for free steel coils, 2 to 5 % "
     "where coils or strands rub, 5 to 20 % for rubber and textile; yield_length is 1 to 10 % of "
-    "max_deflection.",
+    "max_deflection; exponent is 1 to 2.",
     parameters=(
         Parameter(
             name="force",
@@ -71,6 +72,17 @@ EFFECT = Effect(
             upper=1.0,
             typical=lambda sizes: 0.05 * sizes.max_deflection,
             shape=True,
+        ),
+        Parameter(
+            name="exponent",
+            unit="1",
+            meaning="how late and sharply the hysteretic force yields: 1 gradually, 5 at a corner",
+            null=1.0,
+            lower=0.5,
+            upper=5.0,
+            typical=2.0,
+            shape=True,
+            spread=Spread.NULL,
         ),
     ),
     equations=equations,

@@ -1,22 +1,24 @@
-"""Add a named effect to a model, refit, and watch the error fall."""
+"""Add named effects to a model, refit after each, and watch the error fall."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from functools import partial
 from itertools import product
 from typing import Any
 
 from elastic_tendon import effects, problems
-from elastic_tendon.effects.base import Effect, Parameter
+from elastic_tendon.effects.base import Effect, Parameter, Spread
 from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.identify.compare import compare
+from elastic_tendon.identify.comparison_json import plain
 from elastic_tendon.identify.determinability import Estimate, Findings
 from elastic_tendon.identify.fit import FitResult, fit
 from elastic_tendon.identify.ladder import AS_GIVEN, REFIT, Rung, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, parse_model, typical_value
 
-SCHEMA = "elastic-tendon/addition/1"
+SCHEMA = "elastic-tendon/addition/2"
 
 Report = Callable[[str, float], None]  # what is being done, and the share of all that is done
 
@@ -24,8 +26,9 @@ Report = Callable[[str, float], None]  # what is being done, and the share of al
 STRENGTHS = (0.1, 1.0, 3.0)
 # ... and any other number, which says where or how fast the effect acts
 SHAPES = (0.3, 0.6, 1.0)
-# share of the work in the refit of the parameters alone; the effect has several starts
+# share of the work in the refit of the parameters alone; each effect has several starts
 REFIT_SHARE = 0.2
+REFITTING = "refitting the parameters"
 # of its uncertainty, below which a fitted number is zero: sigmas are relative to the value
 NOTHING = 1e-9
 
@@ -34,12 +37,12 @@ NOTHING = 1e-9
 class Addition:
     """The improved model and the way to it.
 
-    `steps` and `ladder` run from the model as given to `model`, which carries fitted values and
-    their uncertainties. `fits` are the fits behind the steps after the first. `interrupted`:
-    stopped by the user, holds the best so far.
+    `effect_ids` : effects to be added, in this order. `steps` and `ladder` run from the model as
+    given to `model`, which carries fitted values and their uncertainties. `fits` are the fits
+    behind the steps after the first. `interrupted`: stopped by the user, holds the best so far.
     """
 
-    effect_id: str
+    effect_ids: tuple[str, ...]
     model: Model
     steps: tuple[Step, ...]
     ladder: tuple[Rung, ...]
@@ -54,47 +57,52 @@ class Addition:
     def to_json(self) -> dict[str, Any]:
         """Ladder and parameters as in the diagnosis contract, and the final model."""
         found = self.findings
-        return {
-            "schema": SCHEMA,
-            "effect": self.effect_id,
-            "interrupted": self.interrupted,
-            "ladder": [rung.to_json() for rung in self.ladder],
-            "parameters": [asdict(estimate) for estimate in found.estimates],
-            "ratios": [asdict(ratio) for ratio in found.ratios],
-            "undetermined": list(found.sentences),
-            "model": self.model.model_dump(mode="json", exclude_none=True),
-        }
+        content: dict[str, Any] = plain(
+            {
+                "schema": SCHEMA,
+                "effects": self.effect_ids,
+                "interrupted": self.interrupted,
+                "ladder": [rung.to_json() for rung in self.ladder],
+                "parameters": [asdict(estimate) for estimate in found.estimates],
+                "ratios": [asdict(ratio) for ratio in found.ratios],
+                "undetermined": found.sentences,
+                "model": self.model.model_dump(mode="json", exclude_none=True),
+            }
+        )
+        return content
 
 
-def add_typical(model: Model, effect_id: str) -> Model:
-    """Model with the effect at its typical values, where there is no data to fit it to.
+def add_typical(model: Model, effect_ids: str | Sequence[str]) -> Model:
+    """Model with effects at their typical values, where there is no data to fit them to.
 
     Raises
     ------
     ModelError : no such effect, or one that the model has already or cannot take
     """
-    check_welcome(model, effect_id)
-    return model.with_effect(
-        effect_id, {one.name: _typical(model, one) for one in effects.BY_ID[effect_id].parameters}
-    )
+    for effect_id in _listed(effect_ids):
+        check_welcome(model, effect_id)
+        parameters = effects.BY_ID[effect_id].parameters
+        typical = {parameter.name: _typical(model, parameter) for parameter in parameters}
+        model = model.with_effect(effect_id, typical)
+    return model
 
 
 def add(
     model: Model,
-    effect_id: str,
+    effect_ids: str | Sequence[str],
     measurements: Sequence[Measurement],
     validation: Sequence[Measurement] = (),
     report: Report = lambda _text, _share: None,
 ) -> Addition:
-    """Refit the model, add an effect, refit both, and compare each step.
+    """Refit the model, add effects one after the other, refit after each, and compare each step.
 
-    The effect starts from several strengths, on the model as given and on the refitted one, and
+    An effect starts from several strengths, on the model as given and on the refitted one, and
     from its null on the refitted one, so adding never increases the cost of the fit.
 
     Parameters
     ----------
     model : Model as given; its uncertainties are the prior of every step
-    effect_id : of the catalogue or of one's own, absent from the model
+    effect_ids : of the catalogue or of one's own, one or several, absent from the model
     measurements : fitted
     validation : never fitted; gives its initial state on its first 0.1 s and nothing else
     report : called with words and the share of the work done, 0 to 1
@@ -109,54 +117,102 @@ def add(
     MeasurementError : a recording is both fitted and held out
     SimulationError : the model as given cannot be simulated
     """
-    check_welcome(model, effect_id)
+    wanted = _listed(effect_ids)
+    with_nulls = model
+    for effect_id in wanted:
+        check_welcome(with_nulls, effect_id)
+        with_nulls = with_nulls.with_effect(effect_id, None)
     check_apart(measurements, validation)
+    way = _Way(model, measurements, validation)
+    report("comparing the model as given", 0.0)
+    way.compare_as_given()
+    fits: tuple[str | None, ...] = (None, *wanted)
+    for done, added in enumerate(fits):
+        words = REFITTING if added is None else f"adding {effects.BY_ID[added].title}"
+        progress = partial(_tell, report, words, done, len(wanted))
+        progress(0.0)
+        try:
+            way.go(added, progress)
+        except KeyboardInterrupt:  # before the fit had anything to keep
+            if not way.fits:
+                raise
+            way.interrupted = True
+        if way.interrupted:
+            break
+    return way.addition(wanted)
 
-    def step(title: str, added: str | None, result: FitResult | None) -> Step:
-        reached = model if result is None else result.model
-        return Step(
-            title=title,
-            added=added,
-            parameters=0 if added is None else len(effects.BY_ID[added].parameters),
-            effective=0.0 if result is None else result.findings.effective,
-            comparison=compare(reached, measurements),
-            heldout=compare(reached, validation) if validation else None,
+
+def _listed(effect_ids: str | Sequence[str]) -> tuple[str, ...]:
+    return (effect_ids,) if isinstance(effect_ids, str) else tuple(effect_ids)
+
+
+def _tell(report: Report, words: str, done: int, count: int, share: float) -> None:
+    """Report a share of the fit that follows `done` others; `count` effects come in at all."""
+    if done:
+        share = (done - 1 + share) / count
+        report(words, REFIT_SHARE + (1.0 - REFIT_SHARE) * share)
+    else:
+        report(words, REFIT_SHARE * share)
+
+
+@dataclass
+class _Way:
+    """Steps from the model as given, so far."""
+
+    given: Model
+    measurements: Sequence[Measurement]
+    validation: Sequence[Measurement]
+    added: tuple[str, ...] = ()
+    steps: list[Step] = field(default_factory=list)
+    fits: list[FitResult] = field(default_factory=list)
+    interrupted: bool = False
+
+    def compare_as_given(self) -> None:
+        self._keep(AS_GIVEN, None, self.given, 0.0)
+
+    def go(self, effect_id: str | None, progress: Callable[[float], None]) -> None:
+        """Refit with one more effect; None: with none."""
+        added = self.added if effect_id is None else (*self.added, effect_id)
+        start = self.given
+        for one_id in added:
+            start = start.with_effect(one_id, None)
+        starts = []
+        if effect_id is not None:
+            refitted = self.fits[-1].model
+            given = self.given
+            for one_id in self.added:
+                given = given.with_effect(one_id, refitted.effects[one_id])
+            starts = list(_starts(given, refitted, effect_id))
+        result = fit(start, self.measurements, starts=starts, progress=progress)
+        self.added = added
+        self.fits.append(result)
+        self.interrupted = result.interrupted
+        title = REFIT if effect_id is None else f"+ {effects.BY_ID[effect_id].title}"
+        self._keep(title, effect_id, result.model, result.findings.effective)
+
+    def _keep(self, title: str, added: str | None, model: Model, effective: float) -> None:
+        self.steps.append(
+            Step(
+                title=title,
+                added=added,
+                parameters=0 if added is None else len(effects.BY_ID[added].parameters),
+                effective=effective,
+                comparison=compare(model, self.measurements),
+                heldout=compare(model, self.validation) if self.validation else None,
+            )
         )
 
-    report("comparing the model as given", 0.0)
-    steps = [step(AS_GIVEN, None, None)]
-    report("refitting the parameters", 0.0)
-    refit = fit(
-        model,
-        measurements,
-        progress=lambda share: report("refitting the parameters", REFIT_SHARE * share),
-    )
-    fits = [refit]
-    steps.append(step(REFIT, None, refit))
-    interrupted = refit.interrupted
-    if not interrupted:
-        words = f"adding {effects.BY_ID[effect_id].title}"
-        try:
-            fitted = fit(
-                model.with_effect(effect_id, None),
-                measurements,
-                starts=list(_starts(model, refit.model, effect_id)),
-                progress=lambda share: report(words, REFIT_SHARE + (1.0 - REFIT_SHARE) * share),
-            )
-        except KeyboardInterrupt:  # before the fit had anything to keep
-            interrupted = True
-        else:
-            interrupted = fitted.interrupted
-            fits.append(fitted)
-            steps.append(step(f"+ {effects.BY_ID[effect_id].title}", effect_id, fitted))
-    return Addition(
-        effect_id=effect_id,
-        model=with_estimates(fits[-1].model, fits[-1].findings.estimates),
-        steps=tuple(steps),
-        ladder=climb(steps),
-        fits=tuple(fits),
-        interrupted=interrupted,
-    )
+    def addition(self, wanted: tuple[str, ...]) -> Addition:
+        """What came of it."""
+        last = self.fits[-1]
+        return Addition(
+            effect_ids=wanted,
+            model=with_estimates(last.model, last.findings.estimates),
+            steps=tuple(self.steps),
+            ladder=climb(self.steps),
+            fits=tuple(self.fits),
+            interrupted=self.interrupted,
+        )
 
 
 def with_estimates(model: Model, estimates: Sequence[Estimate]) -> Model:
@@ -221,8 +277,8 @@ def check_apart(fitted: Sequence[Measurement], heldout: Sequence[Measurement]) -
                 )
 
 
-def _typical(model: Model, parameter: Parameter) -> float:
-    value = typical_value(model, parameter)
+def _typical(model: Model, parameter: Parameter, multiple: float = 1.0) -> float:
+    value = typical_value(model, parameter) * multiple
     return min(max(value, parameter.lower), parameter.upper)
 
 
@@ -242,14 +298,19 @@ def _grid(model: Model, effect_id: str) -> Iterator[Mapping[str, float]]:
     shapes = [one for one in parameters if one.shape]
     signed = any(one.lower < 0.0 for one in strengths)
     for strength in _with_signs(STRENGTHS, signed):
-        for multiples in product(
-            *(_with_signs(SHAPES, one.null == 0.0 and one.lower < 0.0) for one in shapes)
-        ):
-            pairs = [*((one, strength) for one in strengths), *zip(shapes, multiples, strict=True)]
+        for values in product(*(_tried(model, one) for one in shapes)):
             yield {
-                one.name: min(max(typical_value(model, one) * multiple, one.lower), one.upper)
-                for one, multiple in pairs
+                **{one.name: _typical(model, one, strength) for one in strengths},
+                **{one.name: value for one, value in zip(shapes, values, strict=True)},
             }
+
+
+def _tried(model: Model, shape: Parameter) -> tuple[float, ...]:
+    """Values of a shape from which a search begins, in its unit."""
+    if shape.spread is Spread.NULL:
+        return (shape.null,)
+    multiples = _with_signs(SHAPES, shape.null == 0.0 and shape.lower < 0.0)
+    return tuple(_typical(model, shape, one) for one in multiples)
 
 
 def _with_signs(multiples: Sequence[float], signed: bool) -> tuple[float, ...]:

@@ -281,7 +281,7 @@ def _estimates(
                 fitted=fitted,
                 sigma=sigma,
                 interval=(low, high),
-                determined=path not in open_paths and sigma < DETERMINED_RATIO * before,
+                determined=path not in open_paths and bool(sigma < DETERMINED_RATIO * before),
             )
         )
     return tuple(estimates)

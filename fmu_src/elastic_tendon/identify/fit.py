@@ -10,30 +10,34 @@ N_eff log(sum of squares) + prior, so the rounds below converge.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.identify.coordinates import Limits, free_parameters
+from elastic_tendon.identify.descent import descend
 from elastic_tendon.identify.determinability import Findings, findings
 from elastic_tendon.identify.problem import Problem, Sigmas, problem_of
-from elastic_tendon.identify.residuals import Array, InitialState
+from elastic_tendon.identify.residuals import Array, InitialState, noise_floors
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
 Progress = Callable[[float], None]  # share of the work done, 0 to 1
 
+STEEPEST = 1e100  # derivative of a residual beyond which there is nothing to descend along
 SIGMA_TOLERANCE = 0.02  # sigmas that change less than this leave the optimum where it is
 COST_TOLERANCE = 1e-8
-# a start on a bound is moved inside so far, in prior sigmas: there trf's first step would be cut
-# to nothing and taken for convergence
+# a start on a bound is moved inside so far, in prior sigmas: at its null an effect may have no
+# derivative
 START_MARGIN = 1e-6
 # a number this close to its bound or its given value, in prior sigmas, is at it ...
 BOUND_TOLERANCE = 1e-5
 GIVEN_TOLERANCE = 1e-3
 # ... if putting it there raises the cost by no more than this, and this share of it
 SETTLING_COST = 1e-6
+# a start that scouting leaves with so many times the least cost is not followed to the end
+HOPELESS = 10.0
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,8 @@ class Effort:
 
     `scouted` : so many starts, those of least cost first, are followed for `scouting` evaluations,
     enough to tell a good basin from a bad one; `polished` of them to the end beside the best.
-    `evaluations` : of one descent. `rounds` : in which sigmas are renewed.
+    `evaluations` : of one descent. `rounds` : in which sigmas are renewed. `tolerance` : relative
+    fall of the cost at which a descent ends.
     """
 
     scouted: int
@@ -50,6 +55,7 @@ class Effort:
     polished: int
     evaluations: int
     rounds: int
+    tolerance: float = COST_TOLERANCE
 
 
 THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
@@ -73,9 +79,13 @@ class FitResult:
     sigmas: Sigmas
     cost: float
     start_cost: float
-    findings: Findings
     evaluations: int
     interrupted: bool
+
+    @cached_property
+    def findings(self) -> Findings:
+        """What the data say about each number; worked out when it is asked for."""
+        return findings(self.problem, self.vector, self.sigmas)
 
     @property
     def initial_states(self) -> list[InitialState]:
@@ -107,7 +117,10 @@ class _Search:
         return values
 
     def jacobian(self, vector: Array) -> Array:
-        return self.problem.jacobian(vector, self.sigmas)
+        derivatives = self.problem.jacobian(vector, self.sigmas)
+        if not np.max(np.abs(derivatives)) < STEEPEST:
+            raise SimulationError("the motion is unstable: its derivatives grow without bound")
+        return derivatives
 
     def cost(self, vector: Array) -> float:
         values = self.residuals(vector)
@@ -131,26 +144,23 @@ class _Search:
         self.cost(self.best)
         return max(abs(ratio - 1.0) for ratio in ratios) > SIGMA_TOLERANCE
 
-    def descend(self, start: Array, evaluations: int) -> tuple[Array, float]:
+    def descend(self, start: Array, evaluations: int, tolerance: float) -> tuple[Array, float]:
         """Local optimum near a start, or as far as this many evaluations lead."""
         margin = np.minimum(START_MARGIN, 0.1 * (self.upper - self.lower))
         inside = np.clip(start, self.lower + margin, self.upper - margin)
         if not np.isfinite(self.cost(inside)):
             return inside, np.inf
         try:
-            solution = least_squares(
+            return descend(
                 self.residuals,
+                self.jacobian,
                 inside,
-                jac=self.jacobian,
-                bounds=(self.lower, self.upper),
-                method="trf",
-                x_scale="jac",
-                ftol=COST_TOLERANCE,
-                max_nfev=evaluations,
+                (self.lower, self.upper),
+                evaluations,
+                tolerance,
             )
         except SimulationError:  # derivatives can fail where the trajectory itself does not
             return inside, np.inf
-        return solution.x, float(solution.cost)
 
     def settle(self, vector: Array) -> Array:
         """Put numbers exactly to their bound or given value where that costs nothing."""
@@ -208,7 +218,7 @@ def fit(
             vectors.append(problem.start(model))
         except SimulationError:  # a start that cannot be simulated is no start
             continue
-    search = _Search(problem, problem.sigmas(vectors[0], independent=True), vectors[0])
+    search = _Search(problem, _closest_sigmas(problem, vectors), vectors[0])
     interrupted = False
     try:
         _run(search, vectors, effort, progress)
@@ -223,9 +233,17 @@ def fit(
         sigmas=search.sigmas,
         cost=search.cost(vector),
         start_cost=min(search.cost(start) for start in vectors),
-        findings=findings(problem, vector, search.sigmas),
         evaluations=search.evaluations,
         interrupted=interrupted,
+    )
+
+
+def _closest_sigmas(problem: Problem, vectors: Sequence[Array]) -> Sigmas:
+    """Sigmas of the start that errs least: data weigh against the prior by what they can reach."""
+    floors = tuple(noise_floors(measurement) for measurement in problem.measurements)
+    return problem.sigmas(
+        min(vectors, key=lambda vector: float(np.sum(problem.residuals(vector, floors) ** 2))),
+        independent=True,
     )
 
 
@@ -241,7 +259,7 @@ def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Pro
 
     def descend(start: Array, evaluations: int) -> tuple[Array, float]:
         nonlocal done
-        found = search.descend(start, evaluations)
+        found = search.descend(start, evaluations, effort.tolerance)
         done += 1
         progress(min(done / steps, 1.0))
         return found
@@ -255,7 +273,8 @@ def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Pro
         # under new sigmas another vector may be the best
         search.offer(starts)
         if index == 0:
-            for vector, _ in scouted[: effort.polished]:
-                descend(vector, effort.evaluations)
+            for vector, cost in scouted[: effort.polished]:
+                if cost < HOPELESS * scouted[0][1]:
+                    descend(vector, effort.evaluations)
         descend(search.best, effort.evaluations)
     progress(1.0)

@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import log
+from math import exp, log
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.residuals import Array, autocorrelation_time, residuals_of
@@ -22,7 +21,7 @@ class Step:
     """A model on its way and how it compares.
 
     `added` is the id of the effect that came in, with `parameters` numbers; `effective` counts
-    the numbers that the data determine.
+    the numbers that the data determine. `evidence` : where it is known already, see `climb`.
     """
 
     title: str
@@ -31,6 +30,7 @@ class Step:
     effective: float
     comparison: Comparison
     heldout: Comparison | None
+    evidence: float | None = None
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,8 @@ class Rung:
 
     `rmse`, `heldout_rmse` : signal -> root mean square error in the signal's unit.
     `noise_ratio` : signal -> `rmse` over the noise floor.
-    `bic` : lower is better, comparable within one ladder.
-    `p_value` : probability of so large a gain over the step before if what was added were nothing;
-    None where nothing was added.
+    `evidence` : lower is better, comparable within one ladder; a difference of 10 decides.
+    `probability` : weight among all steps of the ladder, from their evidence, 0 to 1.
     """
 
     title: str
@@ -49,8 +48,8 @@ class Rung:
     rmse: dict[str, float]
     heldout_rmse: dict[str, float]
     noise_ratio: dict[str, float]
-    bic: float
-    p_value: float | None
+    evidence: float
+    probability: float
 
     def to_json(self) -> dict[str, Any]:
         """Entry of ``ladder`` in the diagnosis contract, with a title for people."""
@@ -60,23 +59,23 @@ class Rung:
             "rmse": self.rmse,
             "heldout_rmse": self.heldout_rmse,
             "noise_ratio": self.noise_ratio,
-            "bic": self.bic,
-            "p_value": self.p_value,
+            "evidence": self.evidence,
+            "probability": self.probability,
         }
 
 
 def climb(steps: Sequence[Step]) -> tuple[Rung, ...]:
     """Judge steps against one another.
 
+    Where a step does not bring its evidence, it is found from its errors in units of the noise.
     Errors that hang together count less: the samples of each signal are divided by the
-    autocorrelation time of the last step's error, the whitest there is, and the same count
-    N_eff serves every step, so that
+    autocorrelation time of the last step's error, the whitest there is, and the same count of
+    facts serves every step, so that
 
-    ``bic = sum over signals of N_eff log(mean square) + effective log(sum of N_eff)``.
+    ``evidence = sum over signals of facts log(mean square) + effective log(sum of facts)``.
 
-    A number that stays with its prior costs nothing, as it explains nothing. The p value is that
-    of the likelihood ratio, chi-squared with as many degrees of freedom as numbers came in;
-    halved for a single one, which at zero lies on its bound (Self & Liang 1987).
+    A number that stays with its prior costs nothing, as it explains nothing. Beside steps that
+    bring their evidence, only the difference to the nearest of these is found so.
 
     Parameters
     ----------
@@ -86,32 +85,45 @@ def climb(steps: Sequence[Step]) -> tuple[Rung, ...]:
     -------
     tuple of Rung, one for each step
     """
-    counts = _effective_counts(steps[-1].comparison)
-    deviances = [_deviance(step.comparison, counts) for step in steps]
-    rungs = []
-    for index, step in enumerate(steps):
-        p_value = None
-        if step.added is not None:
-            p_value = _p_value(deviances[index - 1] - deviances[index], step.parameters)
-        rungs.append(
-            Rung(
-                title=step.title,
-                added=step.added,
-                rmse=step.comparison.rmse(),
-                heldout_rmse={} if step.heldout is None else step.heldout.rmse(),
-                noise_ratio=step.comparison.noise_ratio(),
-                bic=deviances[index] + step.effective * log(sum(counts.values())),
-                p_value=p_value,
-            )
+    evidence = _evidence(steps)
+    return tuple(
+        Rung(
+            title=step.title,
+            added=step.added,
+            rmse=step.comparison.rmse(),
+            heldout_rmse={} if step.heldout is None else step.heldout.rmse(),
+            noise_ratio=step.comparison.noise_ratio(),
+            evidence=value,
+            probability=probability,
         )
-    return tuple(rungs)
+        for step, value, probability in zip(steps, evidence, _probabilities(evidence), strict=True)
+    )
 
 
-def _p_value(gain: float, freedom: int) -> float:
-    if gain <= 0.0:
-        return 1.0
-    tail = float(chi2.sf(gain, freedom))
-    return 0.5 * tail if freedom == 1 else tail
+def _evidence(steps: Sequence[Step]) -> list[float]:
+    """Evidence of each step in one scale, that of the steps that bring theirs."""
+    known = {index: step.evidence for index, step in enumerate(steps) if step.evidence is not None}
+    if len(known) == len(steps):
+        return list(known.values())
+    counts = _effective_counts(steps[-1].comparison)
+    found = [
+        _deviance(step.comparison, counts) + step.effective * log(sum(counts.values()))
+        for step in steps
+    ]
+
+    def shift(place: int) -> float:
+        nearest = min(known, key=lambda index: (abs(index - place), -index))
+        return known[nearest] - found[nearest]
+
+    if not known:
+        return found
+    return [known.get(place, value + shift(place)) for place, value in enumerate(found)]
+
+
+def _probabilities(evidence: Sequence[float]) -> list[float]:
+    least = min(evidence)
+    weights = [exp(-0.5 * min(value - least, 1400.0)) for value in evidence]
+    return [weight / sum(weights) for weight in weights]
 
 
 def _errors(comparison: Comparison) -> dict[str, list[Array]]:
@@ -133,7 +145,6 @@ def _deviance(comparison: Comparison, counts: dict[str, float]) -> float:
     floors = comparison.pooled(lambda error: error.noise.sigma)
     deviance = 0.0
     for name, errors in _errors(comparison).items():
-        mean_square = float(np.mean(np.concatenate(errors) ** 2))
-        least = (LEAST_SHARE_OF_NOISE * floors[name]) ** 2
-        deviance += counts[name] * log(max(mean_square, least))
+        mean_square = float(np.mean(np.concatenate(errors) ** 2)) / floors[name] ** 2
+        deviance += counts[name] * log(max(mean_square, LEAST_SHARE_OF_NOISE**2))
     return deviance

@@ -30,6 +30,9 @@ from elastic_tendon.parameters import Model
 
 # for each recording: signal -> one sigma in its unit
 Sigmas = tuple[Mapping[str, float], ...]
+# of the solver: it then errs by 1e-9 to 1e-6 rad, below what an encoder resolves, and quick
+# dynamics, of bristles or of masses on springs, take half the time
+TOLERANCE = 1e-6
 _STATES = len(INITIAL_STATES)
 
 
@@ -91,7 +94,8 @@ class Problem:
         model = self.model(vector)
         pairs = zip(self.measurements, self.initial_states(vector), strict=True)
         return [
-            residuals_of(simulate_measurement(model, one, initial), one) for one, initial in pairs
+            residuals_of(simulate_measurement(model, one, initial, TOLERANCE), one)
+            for one, initial in pairs
         ]
 
     def sigmas(self, vector: Array, *, independent: bool = False) -> Sigmas:
@@ -156,7 +160,7 @@ class Problem:
         count, paths = len(self.coordinates.paths), self.coordinates.paths
         blocks = []
         for index, one in enumerate(self.measurements):
-            derivatives = sensitivity(model, one, states[index], paths).derivatives
+            derivatives = sensitivity(model, one, states[index], paths, TOLERANCE).derivatives
             own = stack([derivatives], [sigmas[index]])
             block = np.zeros((len(own), count + _STATES * len(self.measurements)))
             block[:, :count] = own[:, :count]

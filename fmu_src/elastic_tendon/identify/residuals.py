@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon import compiled
-from elastic_tendon.compiled import Trajectory
+from elastic_tendon.compiled import DEFAULT_TOLERANCE, Trajectory
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
@@ -42,7 +42,10 @@ class Sensitivity:
 
 
 def simulate_measurement(
-    model: Model, measurement: Measurement, initial: InitialState
+    model: Model,
+    measurement: Measurement,
+    initial: InitialState,
+    tolerance: float = DEFAULT_TOLERANCE,
 ) -> Trajectory:
     """Simulate the recorded experiment at its own sample times.
 
@@ -51,6 +54,7 @@ def simulate_measurement(
     model : Model
     measurement : Measurement; gives time (n,) s, motor position (n,) rad and load (n,) N·m
     initial : InitialState, rad and rad/s
+    tolerance : of the solver, see `compiled.simulate`
 
     Returns
     -------
@@ -67,6 +71,7 @@ def simulate_measurement(
         measurement.load_torque,
         initial_state=initial.as_dict(),
         interpolation=measurement.interpolation,
+        tolerance=tolerance,
         as_measured=True,
     )
 
@@ -80,7 +85,11 @@ def residuals_of(trajectory: Trajectory, measurement: Measurement) -> dict[str, 
 
 
 def sensitivity(
-    model: Model, measurement: Measurement, initial: InitialState, parameters: Sequence[str]
+    model: Model,
+    measurement: Measurement,
+    initial: InitialState,
+    parameters: Sequence[str],
+    tolerance: float = DEFAULT_TOLERANCE,
 ) -> Sensitivity:
     """Residuals and exact derivatives to parameters and initial state.
 
@@ -90,6 +99,7 @@ def sensitivity(
     measurement : Measurement
     initial : InitialState, rad and rad/s
     parameters : dotted paths, m - 2 of them
+    tolerance : of the solver, see `compiled.simulate`
 
     Returns
     -------
@@ -108,6 +118,7 @@ def sensitivity(
         initial_states=INITIAL_STATES,
         initial_state=initial.as_dict(),
         interpolation=measurement.interpolation,
+        tolerance=tolerance,
         as_measured=True,
     )
     return Sensitivity(

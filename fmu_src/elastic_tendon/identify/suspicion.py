@@ -75,7 +75,7 @@ def suspicions(model: Model, measurement: Measurement) -> tuple[str, ...]:
     if np.ptp(measurement.signals["joint_position"]) == 0.0:
         return implausible(model, measurement, explained=False)  # nothing moves, to be explained
     excerpt = liveliest(measurement, SAMPLES)
-    declared = _unexplained(model, excerpt)
+    declared = unexplained_motion(model, excerpt)
     found = _misread(model, excerpt, declared)
     if found:
         return (_sentence(measurement, found, declared),)
@@ -130,7 +130,7 @@ def _left_by(model: Model, excerpt: Measurement, reading: Reading) -> float:
     read = reading.apply(excerpt)
     if "time" in reading.factors and not _is_long(model, read):
         return math.inf  # its initial state would explain it
-    unexplained = _unexplained(model, read)
+    unexplained = unexplained_motion(model, read)
     if reading.motor_share:
         # a joint that is held shows no deflection of its own to explain
         spread = float(np.std(excerpt.signals["joint_position"]))
@@ -190,7 +190,7 @@ def _gear(model: Model, excerpt: Measurement) -> _Trial | None:
 
     def trial(ratio: float) -> _Trial:
         reading = gear_reading(ratio, slope)
-        return _Trial(reading, _unexplained(model, reading.apply(excerpt)))
+        return _Trial(reading, unexplained_motion(model, reading.apply(excerpt)))
 
     start = max(abs(slope), 1.0 / abs(slope))
     # where the motor counts before the gear, what is left is nearly a parabola over 1 / ratio
@@ -223,7 +223,7 @@ def _period(model: Model) -> float:
     return 2.0 * math.pi * math.sqrt(model.link.inertia / stiffness)
 
 
-def _unexplained(model: Model, excerpt: Measurement) -> float:
+def unexplained_motion(model: Model, excerpt: Measurement) -> float:
     """RMS of the error less its mean over that of the joint's motion; infinite without motion.
 
     A constant offset between the encoders is nobody's misreading, but it may throw the simulated

@@ -1,6 +1,7 @@
 """Measurements: read at the door, SI inside, with the noise floor of each signal."""
 
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors
+from elastic_tendon.measurement.noise_text import parse_noise
 from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.measurement.reader import (
     read_measurement,
@@ -14,6 +15,7 @@ __all__ = [
     "NoiseFloor",
     "Preparation",
     "noise_floors",
+    "parse_noise",
     "read_measurement",
     "read_measurements",
     "read_prepared",

@@ -8,17 +8,25 @@ estimate falls with the order until only noise is left, so the first order that 
 not lower is taken.
 
 Whatever the estimate, a sensor that shows steps has at least the noise of rounding to them.
+
+A signal that was smoothed or filtered shows no noise at its high frequencies. Its floor is then the
+least that it can be, and says so (`NoiseFloor.falls_above`): too small a floor makes an error look
+large, too large a one would hide it.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from math import sqrt
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.measurement.noise_spectrum import MINIMUM_SAMPLES, spectral_noise
+from elastic_tendon.measurement.noise_spectrum import (
+    MINIMUM_SAMPLES,
+    SpectralNoise,
+    spectral_noise,
+)
 from elastic_tendon.measurement.repetition import period_of, repeated_noise
 
 Array = NDArray[np.float64]
@@ -43,7 +51,14 @@ _SPLINE_STEPS = (0.4, 2.5)
 # of the sampling rate: above, a spline through uneven samples shows less than their noise
 _SPLINE_TOP = 0.25
 
-Method = Literal["repeated periods", "high frequencies"]
+Method = Literal["repeated periods", "high frequencies", "what was given"]
+Source = Literal["given", "periods", "spectrum"]
+
+_SOURCES: Mapping[Method, Source] = {
+    "repeated periods": "periods",
+    "high frequencies": "spectrum",
+    "what was given": "given",
+}
 
 
 @dataclass(frozen=True)
@@ -52,13 +67,41 @@ class NoiseFloor:
 
     `sigma` is the total standard deviation in the signal's unit, never zero. `correlation` is the
     autocorrelation of coloured noise from one sample to the next, at most 0.99; 0 for the other
-    kinds.
+    kinds. `source` is `method` by the word of the JSON. `spectrum` is what the high frequencies
+    alone say, in the signal's unit; where they say nothing, because the spectrum falls too
+    steeply for noise above `falls_above` (Hz), it is the least that they allow.
     """
 
     sigma: float
     kind: Literal["white", "coloured", "quantised"]
     method: Method = "high frequencies"
     correlation: float = 0.0
+    spectrum: float | None = None
+    falls_above: float | None = None
+    source: Source = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Set what follows from the method."""
+        object.__setattr__(self, "source", _SOURCES[self.method])
+
+    @property
+    def is_least(self) -> bool:
+        """Whether the noise may be larger, and nothing in the recording tells by how much."""
+        return self.source == "spectrum" and self.falls_above is not None
+
+    def given(self, sigma: float, least: float) -> "NoiseFloor":
+        """The floor that a user gives, beside what the recording itself says.
+
+        Parameters
+        ----------
+        sigma : float > 0, the signal's unit
+        least : float >= 0, the signal's unit; what rounding to a sensor's steps adds at least
+        """
+        size = max(sigma, least)
+        kind: Literal["white", "quantised"] = "quantised" if least > size / sqrt(2.0) else "white"
+        if self.kind == "coloured" and not self.is_least:
+            return replace(self, sigma=size, method="what was given")
+        return replace(self, sigma=size, kind=kind, method="what was given", correlation=0.0)
 
 
 def noise_floors(
@@ -79,7 +122,9 @@ def noise_floors(
     """
     period = None
     if _is_even(time):
-        sigmas = {name: _from_high_frequencies(time, values)[0] for name, values in inputs.items()}
+        sigmas = {
+            name: _from_high_frequencies(time, values).sigma for name, values in inputs.items()
+        }
         period = period_of(inputs, sigmas)
     return {name: _noise_floor(time, values, period) for name, values in signals.items()}
 
@@ -95,16 +140,38 @@ def _is_near_even(time: Array) -> bool:
     return bool(low >= _SPLINE_STEPS[0] and high <= _SPLINE_STEPS[1])
 
 
+def rounding_noise(signal: Array) -> float:
+    """Standard deviation of rounding to a sensor's steps, the signal's unit; 0 without steps."""
+    return quantisation_step(signal) / sqrt(12.0)
+
+
 def _noise_floor(time: Array, signal: Array, period: int | None) -> NoiseFloor:
-    rounding = quantisation_step(signal) / sqrt(12.0)
+    rounding = rounding_noise(signal)
+    least = max(rounding, _smallest(signal))
+    high = _from_high_frequencies(time, signal)
     repeated = None if period is None else repeated_noise(signal, period)
     method: Method = "high frequencies" if repeated is None else "repeated periods"
-    noise, correlation = repeated or _from_high_frequencies(time, signal)
+    filtered = high.falls_at is not None
+    spectrum, colour = (high.least, 0.0) if filtered else (high.sigma, high.correlation)
+    noise, correlation = repeated or (spectrum, colour)
     # a dithered sensor shows its steps in the estimate as well, hence the larger, not the sum
-    sigma = max(noise, rounding, _smallest(signal))
+    sigma = max(noise, least)
+    floor = NoiseFloor(
+        sigma,
+        "coloured" if correlation > 0.0 else "white",
+        method,
+        correlation,
+        spectrum=max(spectrum, least),
+        falls_above=None if high.falls_at is None else high.falls_at * _rate(time),
+    )
     if rounding > sigma / sqrt(2.0):
-        return NoiseFloor(sigma, "quantised", method)
-    return NoiseFloor(sigma, "coloured" if correlation > 0.0 else "white", method, correlation)
+        return replace(floor, kind="quantised", correlation=0.0)
+    return floor
+
+
+def _rate(time: Array) -> float:
+    """Mean sampling rate, Hz."""
+    return float((len(time) - 1) / (time[-1] - time[0]))
 
 
 def _smallest(signal: Array) -> float:
@@ -114,21 +181,23 @@ def _smallest(signal: Array) -> float:
     )
 
 
-def _from_high_frequencies(time: Array, signal: Array) -> tuple[float, float]:
+def _from_high_frequencies(time: Array, signal: Array) -> SpectralNoise:
     """Noise, in the unit of the signal, and its correlation from sample to sample."""
     centred = np.asarray(signal - np.mean(signal), dtype=np.float64)
     even = _is_even(time)
     if len(centred) < MINIMUM_SAMPLES or not (even or _is_near_even(time)):
-        return _difference_sigma(time, centred), 0.0
+        return SpectralNoise(_difference_sigma(time, centred))
     step = quantisation_step(centred)
     if _is_only_rounded(centred, step):
-        return step / sqrt(12.0), 0.0
-    return spectral_noise(
+        return SpectralNoise(step / sqrt(12.0))
+    found = spectral_noise(
         centred if even else _at_even_times(time, centred),
         smallest=_smallest(signal),
         rounding=step / sqrt(12.0),
         top=0.5 if even else _SPLINE_TOP,
     )
+    # a spline through uneven samples falls by itself
+    return found if even else replace(found, falls_at=None)
 
 
 def _is_only_rounded(signal: Array, step: float) -> bool:

@@ -10,6 +10,10 @@ down to zero frequency, where the motion hides it.
 Impacts are rare in time: segments of the recording that a short event makes louder than the others
 are left out, and of those that are left the median counts. Differences of second order take the
 size out of the motion before the taper has to.
+
+A signal that was filtered has no such part: its spectrum falls, somewhere in its upper half, far
+more steeply than any motion or noise does. What is left at the top is then the least that the
+noise can be, and the rest is not known (`SpectralNoise.falls_at`).
 """
 
 from dataclasses import dataclass
@@ -55,8 +59,27 @@ _MODEL_ERROR = 0.05
 # share of a median's information on the mean of squares that are distributed as chi-squared of
 # two degrees; and neighbouring bins share half of theirs through the taper
 _INFORMATION = 0.5 * 0.5
+# the tail of a motion falls by 64 in an octave of the power; noisy motions of the truth simulator
+# were seen to fall by 131 above this share of the sampling rate, filters of second order by 19 000
+_FALL, _FALL_LOWEST, _OCTAVE = 1000.0, 0.12, 2.0
 _OVERLAP = 4  # segments begin this many times per length
 _INDEPENDENT = 0.45  # of a segment's length, apart from each other, are independent ones
+
+
+@dataclass(frozen=True)
+class SpectralNoise:
+    """Noise as the high frequencies show it, in the unit of the signal.
+
+    `sigma` is that of all noise together if the high frequencies are noise, `correlation` that from
+    one sample to the next, 0 for white noise. `falls_at` is the share of the sampling rate above
+    which the spectrum falls too steeply for that, None where it does not; then `least`, the
+    standard deviation of white noise as low as the spectrum becomes, is all that is known.
+    """
+
+    sigma: float
+    correlation: float = 0.0
+    falls_at: float | None = None
+    least: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -77,9 +100,7 @@ class _Models:
     fewest: int
 
 
-def spectral_noise(
-    signal: Array, smallest: float, rounding: float, top: float
-) -> tuple[float, float]:
+def spectral_noise(signal: Array, smallest: float, rounding: float, top: float) -> SpectralNoise:
     """Total noise of a signal and its correlation from sample to sample.
 
     Parameters
@@ -92,8 +113,7 @@ def spectral_noise(
 
     Returns
     -------
-    sigma : float, the unit of the signal; of all noise together
-    correlation : float, from one sample to the next; 0 for white noise
+    SpectralNoise
     """
     length = 2 ** round(np.log2(np.clip(len(signal) / _SEGMENTS, _SHORTEST, _LONGEST)))
     density, segments = _density(signal, length)
@@ -103,7 +123,27 @@ def spectral_noise(
     # from high to low: limits of the explained part are then ends of cumulated sums
     power = np.maximum(bands, smallest**2)[::-1]
     weight = 1.0 / (1.0 / (_INFORMATION * segments * count) + _MODEL_ERROR**2)
-    return _fitted(power, weight[::-1], _models(length, top), rounding)
+    sigma, correlation = _fitted(power, weight[::-1], _models(length, top), rounding)
+    return SpectralNoise(
+        sigma, correlation, _steep_fall(power, _centres(length, top)), float(np.sqrt(np.min(power)))
+    )
+
+
+def _steep_fall(power: Array, frequency: Array) -> float | None:
+    """Frequency above which a spectrum falls as only a filtered one does, None where it does not.
+
+    Parameters
+    ----------
+    power : (k,) array, from high to low frequencies
+    frequency : (k,) array, shares of the sampling rate
+    """
+    within = (frequency[None, :] > frequency[:, None]) & (
+        frequency[None, :] <= _OCTAVE * frequency[:, None]
+    )
+    lowest = np.min(np.where(within, power[None, :], np.inf), axis=1)
+    fall = np.where(frequency >= _FALL_LOWEST, power / lowest, 0.0)
+    steepest = int(np.argmax(fall))
+    return float(frequency[steepest]) if fall[steepest] >= _FALL else None
 
 
 def _taper(length: int) -> Array:

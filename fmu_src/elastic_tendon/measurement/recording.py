@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.interpolation import Interpolation
-from elastic_tendon.measurement.noise import NoiseFloor, noise_floors
+from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
+from elastic_tendon.measurement.noise_text import check_sigma, floor_notes, given_note
 from elastic_tendon.measurement.preparation import (
     Preparation,
     check_preparation,
@@ -57,6 +58,8 @@ class Measurement:
     static : a static curve: the motor is held at 0 and the load passes through it slowly
     preparation : what made these samples of the file; reading it so gives them again
     source : path of the file as it was given; "" where the samples are from no file
+    given_noise : name of a signal -> standard deviation in its SI unit, of the user's word; see
+        `with_noise`
     """
 
     name: str
@@ -69,6 +72,7 @@ class Measurement:
     static: bool = False
     preparation: Preparation = field(default_factory=Preparation)
     source: str = ""
+    given_noise: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def inputs(self) -> dict[str, Array]:
@@ -78,8 +82,50 @@ class Measurement:
 
     @cached_property
     def noise(self) -> Mapping[str, NoiseFloor]:
-        """Noise floor of each signal."""
-        return noise_floors(self.time, self.inputs, self.signals)
+        """Noise floor of each signal: what was given, else what the recording shows."""
+        floors = noise_floors(self.time, self.inputs, self.signals)
+        given = {
+            name: floors[name].given(sigma, rounding_noise(self.signals[name]))
+            for name, sigma in self.given_noise.items()
+        }
+        return floors | given
+
+    @property
+    def noise_notes(self) -> tuple[str, ...]:
+        """Why the noise floor of a signal is known badly, a sentence each.
+
+        Not among `notes`, as it takes a look at the spectrum of every signal.
+        """
+        return floor_notes(self.noise)
+
+    def with_noise(self, sigmas: Mapping[str, float]) -> "Measurement":
+        """The recording with noise that the user knows.
+
+        Parameters
+        ----------
+        sigmas : name of a signal -> standard deviation of its noise, rad or N·m
+
+        Returns
+        -------
+        Measurement; its noise floors have these sizes, and never less than the sensor's steps
+        make. A note says where the recording itself shows noise of another size
+
+        Raises
+        ------
+        MeasurementError : a signal was not measured, or a size is not positive
+        """
+        notes = []
+        for name, sigma in sigmas.items():
+            if name not in self.signals:
+                raise MeasurementError(f"{self.name}: {name} was not measured and has no noise")
+            check_sigma(sigma, f"{self.name}: noise of {name}")
+            rounding = rounding_noise(self.signals[name])
+            notes.append(given_note(name, sigma, self.noise[name], rounding))
+        return replace(
+            self,
+            given_noise={**self.given_noise, **sigmas},
+            notes=(*self.notes, *(note for note in notes if note)),
+        )
 
     def shares_samples(self, other: "Measurement") -> bool:
         """Whether the two are of one recording and overlap in time: equal at all common times."""

@@ -28,7 +28,7 @@ from elastic_tendon.report.comparison_figures import (
     static_torque,
     tidy,
 )
-from elastic_tendon.report.diagnosis_tables import NONE, called, none_of_them
+from elastic_tendon.report.diagnosis_tables import NONE, called, called_set, none_of_them
 from elastic_tendon.report.location_figures import Drawing, file_names, missing_torque
 from elastic_tendon.report.names import shortened, verbatim
 from elastic_tendon.report.thinning import envelope, some
@@ -154,7 +154,7 @@ def _finish_pair(
 
 
 def candidates(rounds: Sequence[Round]) -> Figure:
-    """Probability and gain of the likeliest answers of each round.
+    """Probability and gain of the likeliest candidates of each round.
 
     Parameters
     ----------
@@ -164,32 +164,33 @@ def candidates(rounds: Sequence[Round]) -> Figure:
     -------
     matplotlib.figure.Figure; two panels for each round
     """
-    drawn = [(number, one) for number, one in enumerate(rounds, start=1) if one.candidates]
-    counts = [1 + min(len(one.candidates), BARS) for _, one in drawn]
+    drawn = [(number, judged) for number, judged in enumerate(rounds, start=1) if judged.candidates]
+    counts = [1 + min(len(judged.candidates), BARS) for _, judged in drawn]
     size = (9.0, 0.9 + sum(0.9 + 0.36 * count for count in counts))
     figure = Figure(figsize=size, layout="constrained")
     panels = figure.subplots(
         len(drawn), 2, squeeze=False, sharey="row", gridspec_kw={"height_ratios": counts}
     )
-    for (left, right), (number, one) in zip(panels, drawn, strict=True):
-        shown_ones = one.candidates[:BARS]
-        _draw_probability(left, shown_ones, one)
-        _draw_gains(right, shown_ones)
-        what = "nothing added" if one.chosen is None else f"{called(one.chosen)} added"
-        left.set_title(f"round {number}: {verbatim(what)}", loc="left", fontsize="medium")
-    panels[-1, 0].set_xlabel("probability among the answers of the round (%)")
+    for (left, right), (number, judged) in zip(panels, drawn, strict=True):
+        likeliest = judged.candidates[:BARS]
+        _draw_probability(left, likeliest, judged)
+        _draw_gains(right, likeliest)
+        added = called("+".join(judged.chosen)) if judged.chosen else "nothing"
+        left.set_title(f"round {number}: {verbatim(added)} added", loc="left", fontsize="medium")
+    panels[-1, 0].set_xlabel("probability in the round (%)")
     panels[-1, 1].set_xlabel("squared error explained (%)")
     handles, labels = panels[0, 1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 
-def _draw_probability(axes: Axes, found: Sequence[Candidate], one: Round) -> None:
-    colours = [VERMILLION if candidate.id == one.chosen else "0.7" for candidate in found]
+def _draw_probability(axes: Axes, found: Sequence[Candidate], judged: Round) -> None:
+    taken = [candidate.ids == judged.chosen for candidate in found]
     lengths = [candidate.probability for candidate in found]
-    names = [verbatim(called(candidate.id)) for candidate in found]
+    names = [verbatim(called_set(candidate)) for candidate in found]
+    colours = [VERMILLION if chosen else "0.7" for chosen in taken]
     axes.barh(np.arange(len(found)), lengths, color=colours, height=0.7)
-    axes.barh(len(found), none_of_them(one), color="0.7", height=0.7)
+    axes.barh(len(found), none_of_them(judged), color="0.7", height=0.7)
     axes.set_yticks(np.arange(len(found) + 1), [*names, NONE])
     axes.set_ylim(len(found) + 0.6, -0.6)  # the likeliest on top
     axes.set_xlim(0.0, 1.0)
@@ -197,14 +198,13 @@ def _draw_probability(axes: Axes, found: Sequence[Candidate], one: Round) -> Non
 
 
 def _draw_gains(axes: Axes, found: Sequence[Candidate]) -> None:
-    places = np.arange(len(found))
     kinds = [("gain", "on fitted data", BLUE, -0.19), ("heldout_gain", "held out", ORANGE, 0.19)]
     for kind, label, colour, offset in kinds:
-        known = [(place, getattr(one, kind)) for place, one in zip(places, found, strict=True)]
-        known = [(place, gain) for place, gain in known if gain is not None]
+        gains = [(place, getattr(candidate, kind)) for place, candidate in enumerate(found)]
+        known = [(place, gain) for place, gain in gains if gain is not None]
         if not known:  # nothing was refitted
             continue
-        # an answer that ruins held-out data would hide all others
+        # a candidate that ruins held-out data would hide all others
         lengths = [max(gain, -1.0) for _, gain in known]
         where = np.array([place for place, _ in known]) + offset
         axes.barh(where, lengths, color=colour, height=0.36, label=label)

@@ -21,60 +21,57 @@ from elastic_tendon.diagnosis.result import (
 from elastic_tendon.identify.determinability import Estimate
 from elastic_tendon.parameters import quantities
 from elastic_tendon.quantity import unit_text
+from elastic_tendon.report.recordings import recording_sentences
 from elastic_tendon.report.tables import alias_sentences, with_interval
-from elastic_tendon.report.units import number, shown, times_noise
+from elastic_tendon.report.units import evidence_text, number, shown, times_noise
 
 # candidates that are shown of a round; the option --all-candidates shows all
 CANDIDATES = 5
 CHANCE = 0.05  # probability from which on a dependence is not told as one
+TOO_LITTLE = ", too little to matter"
 NONE = "none of them"
 LIKELY = 0.5  # probability from which on it needs no word that nothing was added
 SMALLEST = 0.005  # shares below it are shown as "<1 %"
 
 
 def called(answer: str) -> str:
-    """An answer for people: an effect by its title, a parameter by its path.
+    """An answer for people: effects by their titles, a parameter by its path.
 
     Parameters
     ----------
-    answer : id of an effect, or the dotted path of a parameter
+    answer : ids of effects with "+" between them, or the dotted path of a parameter
     """
-    effect = effects.BY_ID.get(answer)
-    return answer.removeprefix("transmission.") if effect is None else effect.title
+    return " + ".join(map(_called, ids_in(answer)))
+
+
+def _called(name: str) -> str:
+    effect = effects.BY_ID.get(name)
+    return name.removeprefix("transmission.") if effect is None else effect.title
+
+
+def ids_in(answer: str) -> tuple[str, ...]:
+    """Effects of a set whose ids are joined by "+"."""
+    return tuple(answer.split("+"))
 
 
 def verdict_sentences(diagnosis: Diagnosis) -> list[str]:
-    """The answer: what is wrong or missing and how large it is, then how far the error falls."""
-    stopped = ["Stopped before the end; this is what was found so far."]
-    return [
-        *(stopped if diagnosis.interrupted else []),
-        *_answers(diagnosis),
-        *_falls(diagnosis),
-    ]
+    """The verdict; then how large what was added or moved is, and how far the error falls."""
+    return [diagnosis.sentence, *_sizes(diagnosis), *_falls(diagnosis)]
 
 
-def _answers(diagnosis: Diagnosis) -> Iterator[str]:
-    found_out = not diagnosis.interrupted  # else more may be missing than is known
-    if diagnosis.verdict == "adequate":
-        explains = f"{diagnosis.given.name} explains these data"
-        yield f"Nothing is missing: {explains}." if found_out else "Nothing was found missing yet."
-    elif diagnosis.verdict == "unknown_effect":
-        known = "that no known effect explains" if found_out else "and it is not known yet what"
-        yield f"Something is missing{'' if found_out else ','} {known}."
+def _sizes(diagnosis: Diagnosis) -> Iterator[str]:
     if diagnosis.added:
-        listed = "; ".join(_sized(diagnosis, one) for one in diagnosis.added)
-        unknown = diagnosis.verdict == "unknown_effect"
-        yield f"{'It was still worth adding' if unknown else 'What is missing'}: {listed}."
+        yield f"Added: {'; '.join(_sized(diagnosis, added) for added in diagnosis.added)}."
     if diagnosis.parameters_changed:
         wrong = diagnosis.verdict == "wrong_parameter"
-        moved = diagnosis.parameters_changed
-        changes = [(_moved if wrong else _shift)(_estimates(diagnosis)[path]) for path in moved]
+        estimates = _estimates(diagnosis)
+        told = [
+            (_moved if wrong else _shift)(estimates[path]) for path in diagnosis.parameters_changed
+        ]
         if wrong:
-            yield f"Wrong numbers: {'; '.join(changes)}."
-            if found_out:
-                yield "No effect is missing."
+            yield f"Wrong numbers: {'; '.join(told)}."
         else:
-            yield f"Numbers that are off too: {', '.join(changes)}."
+            yield f"Numbers that are off too: {', '.join(told)}."
 
 
 def _estimates(diagnosis: Diagnosis) -> dict[str, Estimate]:
@@ -148,17 +145,19 @@ def _falls(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
-    """What these data cannot tell apart, what they leave open, and what remains of the error."""
+    """What these data cannot tell apart, what they leave open, which recordings do not fit in,
+    and what remains of the error."""
     sentences = []
-    for one in diagnosis.indistinguishable:
-        text = f"These data cannot tell apart: {_listed(one)}."
-        taken = [member for member in one if member in diagnosis.added]
+    for alike in diagnosis.indistinguishable:
+        text = f"These data cannot tell apart: {_listed(alike)}."
+        taken = [answer for answer in alike if set(ids_in(answer)) <= set(diagnosis.added)]
         if taken:
             text += f" {called(taken[0])} was added; the others would do as well."
         sentences.append(text)
     for effect_id in diagnosis.added:
         sentences += alias_sentences(effects.BY_ID[effect_id])
-    sentences += [*diagnosis.words, *diagnosis.findings.sentences]
+    sentences += [*diagnosis.no_experiment, *diagnosis.findings.sentences]
+    sentences += [*recording_sentences(diagnosis.recordings), *diagnosis.notes]
     return [*sentences, *_remains(diagnosis)]
 
 
@@ -170,7 +169,7 @@ def _remains(diagnosis: Diagnosis) -> Iterator[str]:
             yield (
                 f"{text}{_dependence(remaining)} (p = {remaining.p_value:.2g}); "
                 f"it is {percent(remaining.share_of_initial)} of the squared error above the "
-                "noise that the model had as given."
+                f"noise that the model had as given{'' if remaining.matters else TOO_LITTLE}."
             )
             yield from _where(diagnosis, name)
         else:
@@ -207,9 +206,9 @@ def percent(share: float) -> str:
 class Call:
     """What the user gave and what was written, as words of a command.
 
-    `model` and `data` (one or more) as given; `effects` the options that load the user's own, and
-    `reading` those about reading data; `saved`, `learned` and `experiment` are files that were
-    written, None where none was.
+    `model` and `data` (one or more) as given; `effects` the options that load the user's own,
+    `reading` those about reading data, and `search` those that only a diagnosis has; `saved`,
+    `learned` and `experiment` are files that were written, None where none was.
     """
 
     model: str
@@ -219,6 +218,7 @@ class Call:
     saved: str | None
     learned: str | None
     experiment: str | None
+    search: tuple[str, ...] = ()
 
     def line(self, *words: str) -> str:
         """A command to type, with the effects that it needs."""
@@ -240,14 +240,20 @@ def next_lines(diagnosis: Diagnosis, call: Call) -> list[str]:
         lines += _next_learned(diagnosis.learned, call)
     if diagnosis.added:
         lines.append("How to make sure on the machine, and how to be rid of it:")
-        meant = [*diagnosis.added, *(one for alike in diagnosis.indistinguishable for one in alike)]
-        lines += [call.line("effects", one) for one in dict.fromkeys(meant)]
+        lines += [call.line("effects", effect_id) for effect_id in meant(diagnosis)]
     if call.saved is not None:
         fmu = str(Path(call.saved).with_suffix(".fmu"))
         lines += ["To ship the model:", call.line("export", call.saved, "-o", fmu)]
     elif diagnosis.verdict != "adequate":
         lines.append("To keep the improved model, give --save-model improved.toml.")
     return lines
+
+
+def meant(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Ids of the effects that were added, and of those that could stand in their place."""
+    alike = (answer for group in diagnosis.indistinguishable for answer in group)
+    rivals = (effect_id for answer in alike for effect_id in ids_in(answer))
+    return tuple(dict.fromkeys([*diagnosis.added, *rivals]))
 
 
 def _next_experiment(experiment: Experiment, call: Call) -> list[str]:
@@ -257,7 +263,9 @@ def _next_experiment(experiment: Experiment, call: Call) -> list[str]:
     return [
         experiment.text,
         f"Run {call.experiment} on the machine, and diagnose with both recordings:",
-        call.line("diagnose", call.model, *call.data, "new_recording.csv", *call.reading),
+        call.line(
+            "diagnose", call.model, *call.data, "new_recording.csv", *call.reading, *call.search
+        ),
         "What the model does there:",
         call.line("simulate", model, call.experiment, "-o", "predicted.csv"),
     ]
@@ -281,68 +289,74 @@ def _next_learned(term: LearnedTerm, call: Call) -> list[str]:
 # ---- the evidence ------------------------------------------------------------------------------
 
 
-def round_title(number_of_round: int, one: Round) -> str:
+def round_title(number_of_round: int, judged: Round) -> str:
     """What a round decided, and why."""
-    decided = "Nothing" if one.chosen is None else called(one.chosen)
-    return f"Round {number_of_round}: {one.reason}. {decided} was added."
+    decided = called("+".join(judged.chosen)) if judged.chosen else "Nothing"
+    return f"Round {number_of_round}: {judged.reason}. {decided} was added."
 
 
-def unsure_sentence(one: Round) -> str:
+def unsure_sentence(judged: Round) -> str:
     """Why a round added nothing, though its probabilities leave little for that; "" elsewhere."""
-    nothing = none_of_them(one)
-    if one.chosen is not None or not one.candidates or nothing >= LIKELY:
+    nothing = none_of_them(judged)
+    if judged.chosen or not judged.candidates or nothing >= LIKELY:
         return ""
-    best = one.candidates[0]
+    best = judged.candidates[0]
     return (
         f"Nothing was added although only {percent(nothing)} are left for “{NONE}”: probabilities "
-        "are shared out by the fit alone, and no gain is surely more than chance. The likeliest, "
-        f"{called(best.id)}: {best.verdict}."
+        "are shared out by the evidence alone, and what is added has to be surely more than "
+        f"chance. The likeliest, {called_set(best)}: {best.reason}."
     )
 
 
-def candidates_table(one: Round, *, every: bool = False) -> Table | None:
-    """Answers that a round considered, with the evidence for each.
+def called_set(candidate: Candidate) -> str:
+    """A candidate for people: the titles of its effects."""
+    return called("+".join(candidate.ids))
+
+
+def candidates_table(judged: Round, *, every: bool = False) -> Table | None:
+    """Candidates of a round, with the evidence for each.
 
     Parameters
     ----------
-    one : Round
+    judged : Round
     every : all of them, instead of the first `CANDIDATES`
 
     Returns
     -------
     Table, or None where there were no candidates
     """
-    if not one.candidates:
+    if not judged.candidates:
         return None
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), caption_justify="left")
-    table.add_column("answer", overflow="fold", ratio=3)
-    for heading in ("proba-\nbility", "score", "gain\nfitted", "gain\nheld out"):
+    table.add_column("candidate", overflow="fold", ratio=3)
+    for heading in ("proba-\nbility", "evi-\ndence", "gain\nfitted", "gain\nheld out"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("numbers, and why", overflow="fold", ratio=4)
-    chosen = one.candidates if every else one.candidates[:CANDIDATES]
+    chosen = judged.candidates if every else judged.candidates[:CANDIDATES]
     for candidate in chosen:
         table.add_row(
-            escape(called(candidate.id)),
+            escape(called_set(candidate)),
             percent(candidate.probability),
-            number(candidate.score),
+            evidence_text(candidate.evidence),
             gain(candidate.gain),
             gain(candidate.heldout_gain),
-            escape("\n".join([*candidate_numbers(candidate), candidate.verdict])),
+            escape("\n".join([*candidate_numbers(candidate), candidate.reason])),
         )
-    table.add_row(NONE, percent(none_of_them(one)), "-", "-", "-", "")
+    table.add_row(NONE, percent(none_of_them(judged)), *("-",) * 3, "")
     captions = [
+        "evidence: beside the model before the round, less is better, 10 decide",
         "gain: share by which the squared error falls; held out: on samples that the",
         "fit has not seen, other recordings or one stretch after the other",
     ]
-    if left := len(one.candidates) - len(chosen):
+    if left := len(judged.candidates) - len(chosen):
         captions.append(f"{left} more, see --all-candidates")
     table.caption = "\n".join(captions)
     return table
 
 
-def none_of_them(one: Round) -> float:
+def none_of_them(judged: Round) -> float:
     """Probability, 0 to 1, that no candidate of a round is to be added."""
-    return max(0.0, 1.0 - sum(candidate.probability for candidate in one.candidates))
+    return max(0.0, 1.0 - sum(candidate.probability for candidate in judged.candidates))
 
 
 def gain(share: float | None) -> str:
@@ -351,8 +365,8 @@ def gain(share: float | None) -> str:
 
 
 def candidate_numbers(candidate: Candidate) -> Iterator[str]:
-    """Fitted numbers with interval; those that the score alone expects, where none was fitted."""
-    fitted = {estimate.path: estimate for estimate in candidate.fitted}
+    """Fitted numbers with interval; those that the screen expects, where none was fitted."""
+    fitted = {estimate.path: estimate for estimate in candidate.estimates}
     units = _units([*fitted, *candidate.expected])
     for path in units:
         if path not in fitted:

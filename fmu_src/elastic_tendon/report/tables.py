@@ -1,6 +1,7 @@
 """Tables and sentences for the terminal; numbers come ready from `design` and `identify`."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import floor, log10, nan
 
 from rich.box import SIMPLE_HEAD
@@ -137,14 +138,19 @@ def with_interval(value: float, interval: tuple[float, float]) -> str:
 
 
 def addition_sentences(addition: Addition) -> list[str]:
-    """What adding the effect did, in words."""
+    """What adding the effects did, in words."""
     first, last = addition.ladder[0], addition.ladder[-1]
     sentences = fall_sentences(first, last)
-    if last.added is not None:
-        sentences += distrust_sentences(addition.ladder[-2], last)
-        sentences += alias_sentences(effects.BY_ID[last.added])
-    else:
-        sentences.append(f"Stopped before {addition.effect_id} was fitted: it is not in the model.")
+    for before, after in pairwise(addition.ladder):
+        if after.added is not None:
+            sentences += distrust_sentences(before, after)
+            sentences += alias_sentences(effects.BY_ID[after.added])
+    fitted = [rung.added for rung in addition.ladder]
+    if left := [effect_id for effect_id in addition.effect_ids if effect_id not in fitted]:
+        verb = "was" if len(left) == 1 else "were"
+        pronoun = "it is" if len(left) == 1 else "they are"
+        names = " and ".join(left)
+        sentences.append(f"Stopped before {names} {verb} fitted: {pronoun} not in the model.")
     return sentences
 
 
@@ -186,7 +192,7 @@ def distrust_sentences(before: Rung, after: Rung) -> list[str]:
     """
     sentences = []
     title = effects.BY_ID[after.added].title if after.added else after.title
-    if after.bic >= before.bic:
+    if after.evidence >= before.evidence:
         sentences.append(
             f"These data do not ask for {title}: its gain over the step before is no more than "
             "its additional freedom explains."

@@ -1,7 +1,7 @@
 """How signals are called and scaled for people; errors of an angle read best in mrad."""
 
 from dataclasses import dataclass
-from math import floor, log10
+from math import floor, isfinite, isnan, log10
 
 from elastic_tendon.measurement import NoiseFloor
 from elastic_tendon.quantity import unit_text
@@ -68,6 +68,13 @@ def number(value: float) -> str:
     if value != 0.0 and 3 <= floor(log10(abs(value))) < 7:
         return f"{value:.0f}"
     return f"{value:#.3g}".rstrip(".")
+
+
+def evidence_text(evidence: float | None) -> str:
+    """A difference of evidence; its fractions say nothing. "-" where it is not known."""
+    if evidence is None or isnan(evidence):
+        return "-"
+    return f"{evidence:.0f}" if isfinite(evidence) else "∞"
 
 
 def noise_ratio(ratio: float) -> str:

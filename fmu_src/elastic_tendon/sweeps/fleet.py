@@ -139,7 +139,7 @@ class Fleet:
         model = self.model.model
         read = [measurement for data in self.robots[run].data for measurement in self._read(data)]
         found = diagnose(model, believed(model, read, silent, as_declared=self.as_declared))
-        if found.interrupted:  # half a diagnosis is none
+        if not found.complete:  # half a diagnosis is none
             raise KeyboardInterrupt
         return _summary(found)
 
@@ -368,21 +368,24 @@ def _appearances(found: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterato
         for name, value in found.model.effects[effect_id].items():
             one = estimates.get(f"effects.{effect_id}.{name}")
             parts.append(f"{name} {_number(value) if one is None else _with_interval(one)}")
-        alike = {
-            other
-            for members in found.indistinguishable
-            if effect_id in members
-            for other in members
-            if other != effect_id
-        }
-        if alike:
+        if alike := _alike(found, effect_id):
             parts.append(f"not told apart from {' and '.join(sorted(alike))}")
         yield f"{effect_id}: {', '.join(parts)}"
-    if found.verdict == "unknown_effect":
-        text = f"{UNKNOWN}: no known effect explains the error"
+    if found.verdict == "unexplained":
+        left = "what remains of the error" if found.added else "the error"
+        text = f"{UNKNOWN}: no known effect explains {left}"
         if found.learned is not None:
             text += f", which depends on {', '.join(found.learned.variables)}"
         yield text
+
+
+def _alike(found: Diagnosis, effect_id: str) -> set[str]:
+    """Sets of effects that explain the data as well as the one with an effect that was added."""
+    alike = set()
+    for group in found.indistinguishable:
+        own = {answer for answer in group if effect_id in answer.split("+")}
+        alike |= set(group) - own if own else set()
+    return alike
 
 
 def _number(value: float, digits: int = DIGITS) -> str:

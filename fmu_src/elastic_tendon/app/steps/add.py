@@ -237,7 +237,7 @@ def _register_controls(app: Dash, workspace: Workspace) -> None:
         words = versions.refit_words(document)
         return (
             options,
-            chosen if chosen in values else (found.chosen if found else None),
+            chosen if chosen in values else ranking.first_choice(found),
             words,
             not words,
             document.version.parent is None,

@@ -3,7 +3,18 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dash import Dash, Input, Output, Patch, State, ctx, dcc, html, no_update
+from dash import (
+    ClientsideFunction,
+    Dash,
+    Input,
+    Output,
+    Patch,
+    State,
+    ctx,
+    dcc,
+    html,
+    no_update,
+)
 from dash.development.base_component import Component
 
 from elastic_tendon.app import results
@@ -12,23 +23,17 @@ from elastic_tendon.app.document import Document
 from elastic_tendon.app.readings import (
     FORMULAS,
     NO_CURSORS,
-    Window,
-    beyond,
-    chosen_samples,
     cursor_rows,
-    decimals,
     error_heads,
     error_rows,
     in_order,
+    span,
     with_cursor,
-    within,
-    zoomed,
 )
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
-    View,
     before_of,
     compared_now,
     fingerprint,
@@ -42,7 +47,7 @@ from elastic_tendon.app.view import (
     view_of,
     while_waiting,
 )
-from elastic_tendon.app.workspace import Result, Session, Workspace
+from elastic_tendon.app.workspace import Result, Workspace
 from elastic_tendon.report.comparison_tables import failing_sentence
 from elastic_tendon.report.interactive.loop import torque_loop, torque_words
 from elastic_tendon.report.interactive.overlay import overlay
@@ -75,6 +80,10 @@ def _layout() -> Sequence[Component]:
         dcc.Store(id="compare-view", storage_type="session"),
         dcc.Store(id="compare-window", storage_type="session"),
         dcc.Store(id="compare-cursors", storage_type="session"),
+        # what there is to zoom into in each step, and what was asked of its curves
+        dcc.Store(id="compare-spans"),
+        dcc.Store(id="compare-gesture"),
+        dcc.Store(id="where-gesture"),
         # what the figures show now
         dcc.Store(id="compare-drawn"),
         dcc.Store(id="compare-loop-drawn"),
@@ -179,7 +188,7 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
 
 def _register(app: Dash, workspace: Workspace) -> None:
     _register_view(app, workspace)
-    _register_window(app, workspace)
+    _register_window(app)
     _register_cursors(app)
     _register_curves(app, workspace)
     _register_tables(app, workspace)
@@ -191,6 +200,7 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
 
     @app.callback(
         Output("compare-view", "data"),
+        Output("compare-spans", "data"),
         Output("compare-recording", "options"),
         Output("compare-recording", "value"),
         Output("compare-signal", "options"),
@@ -213,19 +223,24 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         *values, before, view_stored = chosen
         found = compared_now(workspace.open(stored)) if stored else None
         if found is None or opened not in ("compare", "where"):
-            return (no_update,) * 10
+            return (no_update,) * 11
         changed = dict(view_stored or {}) | {"before": bool(before)}
-        names = [f"{step}-{part}" for step in ("compare", "where") for part in SHOW]
-        # a choice may come together with news of the session
-        for name, value in zip(names, values, strict=True):
-            if f"{name}.value" in ctx.triggered_prop_ids and value:
-                changed[name.split("-")[1]] = value
+        looks = (view_of(view_stored, found), fitted_view(view_stored, found))
+        looked_at = [getattr(look, part) for look in looks for part in SHOW]
+        # told by what the fields show: a question that a later one overtakes is never answered
+        for part, value, was in zip([*SHOW, *SHOW], values, looked_at, strict=True):
+            if value and value != was:
+                changed[part] = value
         view = view_of(changed, found)
         fitted = fitted_view(changed, found)
         files = recordings(found)
         return (
             # what did not change must not draw all figures again
             view.stored() if view.stored() != view_stored else no_update,
+            {
+                step: span(look.recording, files[look.recording].measurement)
+                for step, look in (("compare", view), ("where", fitted))
+            },
             recording_options(found),
             view.recording,
             signal_options(files[view.recording]),
@@ -238,68 +253,37 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         )
 
 
-def _register_window(app: Dash, workspace: Workspace) -> None:
-    """Which stretch of time is seen, in the curves of both steps and in the loop."""
+def _register_window(app: Dash) -> None:
+    """Which stretch of time is seen, in the curves of both steps and in the loop; see
+    assets/compare.js.
+    """
 
-    @app.callback(
+    def script(name: str) -> ClientsideFunction:
+        return ClientsideFunction("elastic_tendon_compare", name)
+
+    for step in ("compare", "where"):
+        app.clientside_callback(
+            script("gesture"),
+            Output(f"{step}-gesture", "data"),
+            Output(f"{step}-overlay", "relayoutData"),
+            Input(f"{step}-overlay", "relayoutData"),
+        )
+    app.clientside_callback(
+        script("zoom"),
         Output("compare-window", "data"),
         Output("compare-from", "value"),
         Output("compare-to", "value"),
-        Input("compare-overlay", "relayoutData"),
-        Input("where-overlay", "relayoutData"),
+        Input("compare-gesture", "data"),
+        Input("where-gesture", "data"),
         Input("compare-from", "value"),
         Input("compare-to", "value"),
         Input("compare-reset", "n_clicks"),
         Input("where-reset", "n_clicks"),
         Input("where-mark", "data"),
-        Input("compare-view", "data"),
+        Input("compare-spans", "data"),
         State("compare-window", "data"),
-        State("session", "data"),
         prevent_initial_call=True,
     )
-    def zoom(here: Any, there: Any, low: Any, high: Any, *others: Any) -> Any:
-        marked, view, seen, stored = others[2:]
-        session = workspace.open(stored) if stored else None
-        found = compared_now(session) if session else None
-        # after a reload the figure may move before it is known again which recording is looked at
-        if session is None or found is None or not view:
-            return no_update, no_update, no_update
-        # Where shows recordings that are fitted only
-        view_in = fitted_view if str(ctx.triggered_id).startswith("where") else view_of
-        look = view_in(view, found)
-        measurement = recordings(found)[look.recording].measurement
-        if measurement.static:
-            return no_update, no_update, no_update  # it has no time to zoom into
-        time = measurement.time
-        asked = seen or {}
-        was = asked.get("window") if asked.get("recording") == look.recording else None
-        window = tuple(was) if was else None
-        undone = False
-        if ctx.triggered_id == "compare-overlay":
-            window = zoomed(here, window)
-        elif ctx.triggered_id == "where-overlay":
-            window = zoomed(there, window)
-        elif ctx.triggered_id in ("compare-from", "compare-to"):
-            first, last = float(time[0]), float(time[-1])
-            window = (first if low in EMPTY else low, last if high in EMPTY else high)
-        elif ctx.triggered_id == "where-mark":
-            undone = _out_of_sight(session, look, marked, window)
-        if undone or ctx.triggered_id in ("compare-reset", "where-reset"):
-            window = None
-        window = within(window, time)
-        # `undone`: reset by a mark, which the step Where tells
-        now = {"recording": look.recording, "window": window and list(window), "undone": undone}
-        ends = [round(one, decimals(time)) for one in window] if window else ["", ""]
-        return (now if now != seen else no_update), *ends
-
-
-def _out_of_sight(session: Session, look: View, marked: Any, window: Window | None) -> bool:
-    """Whether samples were marked of which none lies in the stretch of time that is seen."""
-    location = location_of(session, look)
-    if location is None or not marked or marked["recording"] != look.recording:
-        return False
-    chosen = chosen_samples(location, marked["mark"])
-    return chosen is not None and beyond(chosen, location.variables["time"], window)
 
 
 def _register_cursors(app: Dash) -> None:

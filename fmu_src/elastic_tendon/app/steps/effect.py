@@ -18,7 +18,7 @@ from elastic_tendon.diagnosis.by_hand import decided
 from elastic_tendon.diagnosis.result import Candidate, Round
 from elastic_tendon.report.diagnosis_tables import (
     NONE,
-    called,
+    called_set,
     candidate_numbers,
     gain,
     none_of_them,
@@ -29,15 +29,17 @@ from elastic_tendon.report.interactive.candidates import candidates
 from elastic_tendon.report.interactive.overlay import Run, overlay
 from elastic_tendon.report.interactive.signature import signature_figure
 from elastic_tendon.report.interactive.theme import CONFIG, THEMES
+from elastic_tendon.report.units import evidence_text
 
 FIGURES: Any = CONFIG | {"scrollZoom": False}  # a wheel that turns over a figure moves the page
 TRIED = 340  # height of what was tried, so that the page of the effect is in sight too, pixels
 HEAD = 48  # above figures, which have headings of the page, pixels
-GAINS = (
+MEANINGS = (
+    "Evidence: beside the model without it; less is better, and a difference of 10 decides. "
     "Gain: share by which the squared error falls; held out: on samples that no fit has seen, "
     "other recordings or one stretch after the other."
 )
-HEADS = ("Effect", "Probability", "Gain, fitted", "Gain, held out")
+HEADS = ("Effect", "Probability", "Evidence", "Gain, fitted", "Gain, held out")
 
 
 # ---- layout --------------------------------------------------------------------------------
@@ -90,24 +92,24 @@ def _page() -> Component:
     )
 
 
-def _list(one: Round) -> list[Component]:
+def _list(judged: Round) -> list[Component]:
     """The ranked list of a round; `decided`, so that nothing is called taken."""
-    shown = decided(one, None)
+    shown = decided(judged, None)
     groups = [_group(group) for group in ranking.refitted(shown)]
     last = html.Tr(
         [
             html.Th(NONE, scope="row"),
-            html.Td(percent(none_of_them(one)), className="figure"),
-            *(html.Td("-", className="figure") for _ in range(2)),
+            html.Td(percent(none_of_them(judged)), className="figure"),
+            *(html.Td("-", className="figure") for _ in HEADS[2:]),
         ]
     )
     parts: list[Component] = [
-        html.P(ranking.suggestion(one)),
+        html.P(ranking.suggestion(judged)),
         _table([*groups, html.Tbody(last)]),
-        html.P(GAINS, className="quiet"),
+        html.P(MEANINGS, className="quiet"),
     ]
     if rest := ranking.unlikely(shown):
-        words = f"{len(rest)} more, of which the score test expects too little for a refit"
+        words = f"{len(rest)} more, of which the screen expects too little for a refit"
         body = html.Tbody([row for candidate in rest for row in _rows(candidate)])
         parts.append(html.Details([html.Summary(words), _table([body])]))
     return parts
@@ -129,14 +131,20 @@ def _group(group: Sequence[Candidate]) -> Component:
     return html.Tbody(rows, className="alike" if len(group) > 1 else "")
 
 
-def _rows(one: Candidate) -> list[Component]:
+def _rows(candidate: Candidate) -> list[Component]:
     """The figures of a candidate; below them its numbers, and why it would be taken or not."""
-    title = html.Button(called(one.id), id={"effect-pick": one.id}, className="link")
-    figures = (percent(one.probability), gain(one.gain), gain(one.heldout_gain))
+    (effect_id,) = candidate.ids  # a walk by hand goes one effect at a time
+    title = html.Button(called_set(candidate), id={"effect-pick": effect_id}, className="link")
+    figures = (
+        percent(candidate.probability),
+        evidence_text(candidate.evidence),
+        gain(candidate.gain),
+        gain(candidate.heldout_gain),
+    )
     cells = [html.Td(figure, className="figure") for figure in figures]
-    below = [html.Div("; ".join(candidate_numbers(one)))]
-    if one.heldout_gain is not None:  # else all have the same reason
-        below.append(html.Div(one.verdict, className="quiet"))
+    below = [html.Div("; ".join(candidate_numbers(candidate)))]
+    if candidate.fitted:  # else all have the same reason
+        below.append(html.Div(candidate.reason, className="quiet"))
     return [
         html.Tr([html.Th(title, scope="row"), *cells], className="figures"),
         html.Tr(html.Td(below, colSpan=len(HEADS))),
@@ -269,7 +277,7 @@ def _register_buttons(app: Dash, workspace: Workspace) -> None:
             return True, "Try", True, "Add", True, "plain", ""
         session = workspace.open(stored)
         found = walk.round_of(session)
-        known = found is not None and effect.id in {one.id for one in found.candidates}
+        known = found is not None and ranking.known(found, effect.id) is not None
         refused = ranking.refusal(session.document.version.loaded(), effect)
         words = refused or ("" if known else ranking.why_not_tried(found))
         return (
@@ -278,7 +286,7 @@ def _register_buttons(app: Dash, workspace: Workspace) -> None:
             waits or not known or bool(refused),
             f"Add {effect.title}",
             waits or bool(refused),
-            "" if found is not None and found.chosen == effect.id else "plain",
+            "" if found is not None and found.chosen == (effect.id,) else "plain",
             busy.WORDS if waits else words,
         )
 
@@ -354,8 +362,9 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         figure.update_layout(title=None, margin={"t": HEAD}, height=TRIED)
         file = runs[0].file.measurement.name
         title = html.H3(f"{file} with {effects.BY_ID[chosen].title}, tried and not added")
-        one = next(candidate for candidate in found.candidates if candidate.id == chosen)
-        words = [html.P(text) for text in ranking.tried_sentences(tried, one)]
+        candidate = ranking.known(found, chosen)
+        assert candidate is not None  # else it could not be tried
+        words = [html.P(text) for text in ranking.tried_sentences(tried, candidate)]
         return [title, dcc.Graph(figure=figure, config=FIGURES)], words
 
     app.clientside_callback(

@@ -10,7 +10,13 @@ from dash.development.base_component import Component
 
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document
-from elastic_tendon.app.readings import bin_row, chosen_samples, chosen_words, strongest_bins
+from elastic_tendon.app.readings import (
+    beyond,
+    bin_row,
+    chosen_samples,
+    chosen_words,
+    strongest_bins,
+)
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step, aria
 from elastic_tendon.app.steps.compare import (
@@ -190,12 +196,12 @@ def _register_mark(app: Dash, workspace: Workspace) -> None:
         Input("where-clear", "n_clicks"),
         Input("compare-view", "data"),
         State("session", "data"),
+        State("compare-window", "data"),
         State("where-mark", "data"),
         prevent_initial_call=True,
     )
-    def mark(
-        bar: Any, cell: Any, rows: list[Any], _clear: Any, view: Any, stored: Any, held: Any
-    ) -> Any:
+    def mark(bar: Any, cell: Any, rows: list[Any], _clear: Any, view: Any, *states: Any) -> Any:
+        stored, window, held = states
         seen = _seen(workspace.open(stored), view) if stored else None
         if seen is None:
             return no_update
@@ -213,7 +219,11 @@ def _register_mark(app: Dash, workspace: Workspace) -> None:
                 return no_update  # the table came, nobody clicked
             one = location.bins[chosen.signal][ctx.triggered_id["where-bin"]]
             found = [one.by, one.bin]
-        return {"recording": chosen.recording, "mark": found}
+        samples, seen_of = chosen_samples(location, found), window_of(window, chosen.recording)
+        hidden = samples is not None and beyond(samples, location.variables["time"], seen_of)
+        # a stretch of time in which none of the samples lies is seen no longer
+        undoes = window if hidden else None
+        return {"recording": chosen.recording, "mark": found, "undoes": undoes}
 
 
 def _clicked(happened: Any) -> Any:
@@ -264,7 +274,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         words = HINT
         if samples is not None:
             words = chosen_words(run, chosen.signal, location, mark, samples)
-            if window and window.get("undone"):
+            if held["undoes"] and window_of(window, chosen.recording) is None:
                 words = f"{words} {UNDONE}"
         changed: Any = _low(responsive(figure, HEIGHT, window))
         # the chosen samples of a static curve are points, not marks

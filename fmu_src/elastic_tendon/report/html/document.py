@@ -8,7 +8,7 @@ from elastic_tendon.identify.add import Report
 from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.locate import Location
 from elastic_tendon.report.comparison_tables import repeats, summary_sentences
-from elastic_tendon.report.diagnosis_tables import doubt_sentences, verdict_sentences
+from elastic_tendon.report.diagnosis_tables import doubt_sentences, meant, verdict_sentences
 from elastic_tendon.report.html import papers
 from elastic_tendon.report.html.answers import equations, linear_models, numbers
 from elastic_tendon.report.html.blocks import (
@@ -21,7 +21,7 @@ from elastic_tendon.report.html.blocks import (
     Section,
     Table,
 )
-from elastic_tendon.report.html.evidence import glance, rounds, steps
+from elastic_tendon.report.html.evidence import glance, rounds, steps, sureness
 from elastic_tendon.report.html.origin import Origin
 from elastic_tendon.report.html.page import page
 from elastic_tendon.report.html.recordings import Alike, Recording, facts, overlays, places, torque
@@ -57,6 +57,7 @@ def diagnosis_document(
         ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
         ("where", "Where the model as given fails", lambda: _where(diagnosis, where, alike)),
         ("effects", "What would explain it", lambda: rounds(diagnosis)),
+        ("sure", "How sure the answer is", lambda: sureness(diagnosis)),
         (
             "ladder",
             "The error after each step",
@@ -125,7 +126,7 @@ def _told_once(diagnosis: Diagnosis, alike: Alike) -> Diagnosis:
         replace(rung, rmse={name: error for name, error in rung.rmse.items() if name in alike})
         for rung in diagnosis.ladder
     )
-    remaining = {name: one for name, one in diagnosis.remaining.items() if name in alike}
+    remaining = {name: left for name, left in diagnosis.remaining.items() if name in alike}
     return replace(diagnosis, ladder=rungs, remaining=remaining)
 
 
@@ -173,10 +174,7 @@ def _where(diagnosis: Diagnosis, where: Location, alike: Alike) -> Iterator[Bloc
 
 
 def _papers_of(diagnosis: Diagnosis) -> Listing:
-    considered = [
-        *diagnosis.model.effect_ids,
-        *(one for alike in diagnosis.indistinguishable for one in alike),
-    ]
+    considered = [*diagnosis.model.effect_ids, *meant(diagnosis)]
     return Listing(
         (
             papers.MODEL,

@@ -1,4 +1,4 @@
-"""The evidence of a diagnosis: answers of each round, what they explain, how the error falls."""
+"""The evidence of a diagnosis: candidates of each round, what they explain, how the error falls."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -15,6 +15,7 @@ from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.identify.ladder import Rung
 from elastic_tendon.report.diagnosis_tables import (
     called,
+    called_set,
     candidates_table,
     round_title,
     unsure_sentence,
@@ -26,6 +27,7 @@ from elastic_tendon.report.interactive.experiment import experiment
 from elastic_tendon.report.interactive.explained import explained
 from elastic_tendon.report.interactive.ladder import ladder
 from elastic_tendon.report.interactive.theme import Theme
+from elastic_tendon.report.neighbours import neighbours_table, would_show_table
 from elastic_tendon.report.tables import ladder_table
 from elastic_tendon.report.units import shown, times_noise
 
@@ -33,14 +35,14 @@ GLANCE = 240  # height of a ladder beside sentences, pixels
 
 
 def rounds(diagnosis: Diagnosis) -> Iterator[Block]:
-    """Answers that each round considered, what those added explain, and the next experiment."""
-    for number, one in enumerate(diagnosis.rounds, start=1):
+    """Candidates of each round, what those added explain, and the next experiment."""
+    for number, judged in enumerate(diagnosis.rounds, start=1):
         yield Heading(f"Round {number}")
-        unsure = unsure_sentence(one)
-        yield Paragraphs((round_title(number, one), *([unsure] if unsure else [])))
-        if (table := candidates_table(one, every=True)) is not None:
-            yield _bars(number, one)
-            yield as_table(table, f"Answers of round {number}, the likeliest first")
+        unsure = unsure_sentence(judged)
+        yield Paragraphs((round_title(number, judged), *([unsure] if unsure else [])))
+        if (table := candidates_table(judged, every=True)) is not None:
+            yield _bars(number, judged)
+            yield as_table(table, f"Candidates of round {number}, the likeliest first")
     for effect_id in diagnosis.added:
         yield from _explains(called(effect_id), partial(explained_by_effect, diagnosis, effect_id))
     if diagnosis.learned is not None:
@@ -52,12 +54,24 @@ def rounds(diagnosis: Diagnosis) -> Iterator[Block]:
         yield plot(lambda theme: experiment(proposed, theme=theme), proposed.text)
 
 
-def _bars(number: int, one: Round) -> Plot:
-    first = one.candidates[0]
+def sureness(diagnosis: Diagnosis) -> Iterator[Block]:
+    """What comes nearest to the answer, and what would have shown had it been there."""
+    tables = (
+        neighbours_table(diagnosis, every=True),
+        would_show_table(diagnosis.would_show),
+    )
+    judged = [as_table(table) for table in tables if table is not None]
+    yield from judged
+    if not judged:
+        yield Paragraphs(("This was not judged.",))
+
+
+def _bars(number: int, judged: Round) -> Plot:
+    first = judged.candidates[0]
     return plot(
-        lambda theme: candidates(one, theme=theme),
-        f"Round {number}: probability of the likeliest answers, and what they gain; "
-        f"{called(first.id)} has {100.0 * first.probability:.0f} %.",
+        lambda theme: candidates(judged, theme=theme),
+        f"Round {number}: probability of the likeliest candidates, and what they gain; "
+        f"{called_set(first)} has {100.0 * first.probability:.0f} %.",
     )
 
 

@@ -36,17 +36,21 @@ COMPARISON = (
 # what answers are ranked and confirmed by
 DIAGNOSIS = (
     (
-        "Probability of an answer",
+        "Evidence for an answer",
         "G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6(2), 1978; R. E. "
         "Kass, A. E. Raftery, Bayes factors, Journal of the American Statistical Association "
         "90(430), 1995",
     ),
     (
-        "Score tests",
-        "R. B. Davies, Hypothesis testing when a nuisance parameter is present only under the "
-        "alternative, Biometrika 74(1), 1987; S. G. Self, K.-Y. Liang, Asymptotic properties of "
-        "maximum likelihood estimators and likelihood ratio tests under nonstandard conditions, "
-        "Journal of the American Statistical Association 82(398), 1987",
+        "The screen of all effects",
+        "D. A. Messenger, D. M. Bortz, Weak SINDy: Galerkin-based data-driven model selection, "
+        "Multiscale Modeling & Simulation 19(3), 2021",
+    ),
+    (
+        "Whether a gain is chance",
+        "S. G. Self, K.-Y. Liang, Asymptotic properties of maximum likelihood estimators and "
+        "likelihood ratio tests under nonstandard conditions, Journal of the American Statistical "
+        "Association 82(398), 1987",
     ),
     (
         "Gains on held-out data",

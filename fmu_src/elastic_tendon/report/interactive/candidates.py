@@ -1,4 +1,4 @@
-"""Answers of a round beside each other: how likely each is, and what it gains."""
+"""Candidates of a round beside each other: how likely each is, and what it gains."""
 
 from collections.abc import Sequence
 
@@ -9,33 +9,35 @@ from elastic_tendon.diagnosis.result import Candidate, Round
 from elastic_tendon.report.diagnosis_tables import (
     NONE,
     SMALLEST,
-    called,
+    called_set,
     none_of_them,
     percent,
 )
 from elastic_tendon.report.interactive.theme import LIGHT, Theme, blank, plain
 
 BARS = 8  # candidates of a round that are drawn
-WORST = -100.0  # %; an answer that ruins held-out data would hide all others
+WORST = -100.0  # %; a candidate that ruins held-out data would hide all others
 _KINDS = (("gain", "on fitted data"), ("heldout_gain", "held out"))
 
 
-def candidates(one: Round, *, theme: Theme = LIGHT) -> go.Figure:
-    """Probability and gains of the likeliest answers of a round.
+def candidates(judged: Round, *, theme: Theme = LIGHT) -> go.Figure:
+    """Probability and gains of the likeliest candidates of a round.
 
     Parameters
     ----------
-    one : Round with candidates
+    judged : Round with candidates
     theme : Theme
 
     Returns
     -------
-    plotly.graph_objects.Figure; two panels that share the answers, one where none gains anything
+    plotly.graph_objects.Figure; two panels that share the candidates, one where none gains anything
     """
-    drawn = one.candidates[:BARS]
-    names = [plain(called(candidate.id)) for candidate in drawn]
-    colours = [theme.ink if each.id == one.chosen else theme.quiet for each in drawn]
-    likely = [100.0 * candidate.probability for candidate in drawn] + [100.0 * none_of_them(one)]
+    drawn = judged.candidates[:BARS]
+    names = [plain(called_set(candidate)) for candidate in drawn]
+    taken = [candidate.ids == judged.chosen for candidate in drawn]
+    colours = [theme.ink if chosen else theme.quiet for chosen in taken]
+    likely = [100.0 * candidate.probability for candidate in drawn]
+    likely.append(100.0 * none_of_them(judged))
     empty = blank(theme, height=140 + 34 * (len(drawn) + 1), barmode="group", bargap=0.3)
     gaining = any(map(_gains, drawn))
     columns = 2 if gaining else 1
@@ -78,9 +80,9 @@ def candidates(one: Round, *, theme: Theme = LIGHT) -> go.Figure:
     return figure
 
 
-def _gains(one: Candidate) -> bool:
-    """Whether an answer has a gain to be drawn: from a refit, or one that can be seen."""
-    return one.heldout_gain is not None or abs(one.gain or 0.0) >= SMALLEST
+def _gains(candidate: Candidate) -> bool:
+    """Whether a candidate has a gain to be drawn: from a refit, or one that can be seen."""
+    return candidate.heldout_gain is not None or abs(candidate.gain or 0.0) >= SMALLEST
 
 
 def _span(drawn: Sequence[Candidate]) -> list[float]:

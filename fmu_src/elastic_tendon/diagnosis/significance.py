@@ -15,12 +15,9 @@ from scipy.stats import t as t_distribution
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer, facts_between
-from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.residuals import (
     Array,
     autocorrelation_time,
-    noise_floors,
-    residuals_of,
     stack,
 )
 from elastic_tendon.identify.stretches import left_out, stretch_numbers
@@ -74,50 +71,6 @@ def significance(before: Answer, after: Answer, effect_id: str) -> float:
     return 0.5 * tail if one_sided else tail
 
 
-def _cross_validated(answer: Answer) -> list[dict[str, Array]]:
-    """Errors of each stretch of time under the numbers that the other stretches call for.
-
-    The refit is linearised at the optimum of all.
-
-    Parameters
-    ----------
-    answer : Answer
-
-    Returns
-    -------
-    for each recording, signal -> (n,) array, the signal's unit
-    """
-    jacobian, errors = _linear(answer, without=())
-    memory = max(autocorrelation_time(values) for part in answer.errors for values in part.values())
-    numbers = stretch_numbers(answer.result.problem.measurements, memory)
-    moves = left_out(jacobian, errors, numbers)
-    samples = len(numbers)
-    predicted = errors[:samples] + np.einsum("ij,ij->i", jacobian[:samples], moves[numbers])
-    return _unstack(answer, predicted)
-
-
-def heldout_errors(answer: Answer, heldout: Sequence[Measurement]) -> Array:
-    """Errors (N,) in units of the noise on data that the answer was not fitted to.
-
-    Parameters
-    ----------
-    answer : Answer
-    heldout : recordings kept apart; none: each stretch of the fitted ones is judged by the fit
-        to the others
-
-    Raises
-    ------
-    SimulationError : a recording that was kept apart cannot be simulated
-    """
-    if heldout:
-        files = compare(answer.result.model, heldout).files
-        errors = [residuals_of(file.trajectory, file.measurement) for file in files]
-        judged = tuple(heldout)
-    else:
-        errors, judged = _cross_validated(answer), answer.result.problem.measurements
-    return stack(errors, tuple(noise_floors(one) for one in judged))
-
-
 def heldout_significance(before: Array, after: Array, heldout: Sequence[Measurement]) -> float:
     """Probability that squared errors on held-out recordings fall so much by chance.
 
@@ -138,12 +91,13 @@ def heldout_significance(before: Array, after: Array, heldout: Sequence[Measurem
     return float(t_distribution.sf(float(np.mean(means)) / scatter, len(means) - 1))
 
 
-def refuted(rival: Array, answer: Array, judges: Sequence[Measurement]) -> bool:
-    """Whether errors on data that was not fitted speak for an answer and against its rival.
+def heldout_worse(after: Array, before: Array, heldout: Sequence[Measurement]) -> bool:
+    """Whether errors on held-out recordings have surely grown from one answer to the next.
 
-    A single bad moment does not: numbers that the fitted data leave open may show there first.
+    A single bad moment does not say so: parameters that the fitted data leave open may show there
+    first.
     """
-    return heldout_significance(rival, answer, judges) < REFUTED
+    return heldout_significance(after, before, heldout) < REFUTED
 
 
 def _stretches(before: Answer, after: Answer) -> NDArray[np.int_]:
@@ -162,14 +116,3 @@ def _linear(answer: Answer, without: Sequence[int]) -> tuple[Array, Array]:
     kept = jacobian[:, free]
     kept = kept[:, np.linalg.norm(kept, axis=0) > 0.0]
     return kept, problem.residuals(result.vector, result.sigmas)
-
-
-def _unstack(answer: Answer, values: Array) -> list[dict[str, Array]]:
-    parts, first = [], 0
-    for errors, sigmas in zip(answer.errors, answer.result.sigmas, strict=True):
-        part = {}
-        for name, error in errors.items():
-            part[name] = values[first : first + len(error)] * sigmas[name]
-            first += len(error)
-        parts.append(part)
-    return parts

@@ -1,0 +1,166 @@
+"""What a diagnosis works on: recordings without the motor encoder's noise, or excerpts of them.
+
+Most of a search is done on the liveliest stretches; the answer is confirmed on everything.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from elastic_tendon.diagnosis.candidates import candidates
+from elastic_tendon.diagnosis.inputs import smoothed
+from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.effects import BY_ID
+from elastic_tendon.errors import MeasurementError
+from elastic_tendon.identify.add import check_apart
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+
+MOST = 7_500  # samples of all recordings together that a search works on
+WINDOWS = 5  # stretches that an excerpt has
+FASTEST = 0.002  # s; samples closer together are averaged where there are too many
+FEWEST = 20  # samples in a piece
+
+
+@dataclass(frozen=True)
+class Data:
+    """The model as given, recordings, and which effects are candidates.
+
+    `given` : without effects whose values do nothing, which are candidates like any other.
+    `fitted` : what the search works on, excerpts where recordings are long; `whole` : all of them.
+    `heldout` : never fitted. `only`, `without` : ids, see `Options`.
+    """
+
+    given: Model
+    fitted: tuple[Measurement, ...]
+    heldout: tuple[Measurement, ...]
+    whole: tuple[Measurement, ...]
+    only: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+
+    @property
+    def excerpts(self) -> bool:
+        """Whether the search works on less than everything."""
+        return self.fitted is not self.whole
+
+    @cached_property
+    def candidates(self) -> tuple[str, ...]:
+        """Effects that may be missing, in the catalogue's order."""
+        return tuple(
+            effect_id
+            for effect_id in candidates(self.given, self.fitted)
+            if effect_id not in self.without and (not self.only or effect_id in self.only)
+        )
+
+
+def data_of(
+    model: Model,
+    measurements: Sequence[Measurement],
+    validation: Sequence[Measurement],
+    options: Options | None = None,
+) -> Data:
+    """What a diagnosis works on.
+
+    Parameters
+    ----------
+    model : Model as given; its uncertainties are the prior of every step
+    measurements : fitted
+    validation : never fitted
+    options : Options; None: the defaults
+
+    Raises
+    ------
+    MeasurementError : a recording is both fitted and held out, or a held-out one lacks a signal
+    """
+    options = options or Options()
+    check_apart(measurements, validation)
+    _check_signals(measurements, validation)
+    clean = tuple(map(smoothed, measurements))
+    if options.horizon is not None:
+        clean = tuple(piece for part in clean for piece in _pieces(part, options.horizon))
+    total = sum(len(part.time) for part in clean)
+    fitted = clean
+    if total > MOST:
+        fitted = tuple(piece for part in clean for piece in _excerpt(part, MOST / total))
+    return Data(
+        given=model.without(idle_effects(model)),
+        fitted=fitted,
+        heldout=tuple(map(smoothed, validation)),
+        whole=clean,
+        only=options.only,
+        without=options.without,
+    )
+
+
+def idle_effects(model: Model) -> tuple[str, ...]:
+    """Effects that a model has at values at which they do nothing."""
+    return tuple(
+        effect_id
+        for effect_id, values in model.effects.items()
+        if all(
+            values[parameter.name] == parameter.null
+            for parameter in BY_ID[effect_id].parameters
+            if not parameter.shape
+        )
+    )
+
+
+def _check_signals(measurements: Sequence[Measurement], validation: Sequence[Measurement]) -> None:
+    wanted = {name for part in measurements for name in part.signals}
+    for part in validation:
+        if missing := sorted(wanted - set(part.signals)):
+            raise MeasurementError(
+                f"{part.name}: it is to validate and lacks {', '.join(missing)}, which the fitted "
+                "recordings have; give a recording with the same signals"
+            )
+
+
+def _pieces(measurement: Measurement, horizon: float) -> Iterator[Measurement]:
+    """Windows of so many s, each with its own initial state; (static curves stay whole)."""
+    count = max(round(float(measurement.time[-1] - measurement.time[0]) / horizon), 1)
+    if measurement.static or count == 1 or len(measurement.time) < FEWEST * count:
+        yield measurement
+        return
+    for part in np.array_split(np.arange(len(measurement.time)), count):
+        start, end = float(measurement.time[part[0]]), float(measurement.time[part[-1]])
+        yield measurement.window(start, end)
+
+
+def _excerpt(measurement: Measurement, share: float) -> Iterator[Measurement]:
+    """The liveliest stretches of a recording, about this share of its samples."""
+    wanted = int(share * len(measurement.time))
+    short = _averaged(measurement, wanted)
+    n = len(short.time)
+    if n <= wanted or short.static:
+        yield short
+        return
+    length = max(wanted // WINDOWS, FEWEST)
+    starts = np.arange(0, n - length + 1, length)
+    moving = np.abs(np.gradient(short.signals["joint_position"]))
+    lively = [float(np.mean(moving[start : start + length])) for start in starts]
+    for start in sorted(starts[np.argsort(lively)[::-1][:WINDOWS]]):
+        yield short.samples(slice(int(start), int(start) + length))
+
+
+def _averaged(measurement: Measurement, wanted: int) -> Measurement:
+    """Means of neighbouring samples where they are closer than need be."""
+    n = len(measurement.time)
+    step = float(measurement.time[-1] - measurement.time[0]) / (n - 1)
+    count = min(max(int(FASTEST / step), 1), max(n // max(wanted, 1), 1))
+    if count < 2 or measurement.static:
+        return measurement
+
+    def mean(values: Array) -> Array:
+        return np.asarray(values[: n // count * count].reshape(-1, count).mean(axis=1))
+
+    load = measurement.load_torque
+    return replace(
+        measurement,
+        time=mean(measurement.time),
+        motor_position=mean(measurement.motor_position),
+        signals={name: mean(values) for name, values in measurement.signals.items()},
+        load_torque=None if load is None else mean(load),
+    )

@@ -1,0 +1,197 @@
+"""The evidence for an answer: one number, the same in every table, figure and choice.
+
+Minus twice the log-likelihood with what a parameter costs, so that less is better and a difference
+of 10 decides (Kass & Raftery, Journal of the American Statistical Association 90, 1995)::
+
+    N log(mean square) + n log(held-out mean square) + prior + implausibility + k log(N)
+
+Errors are in units of the noise floor. `N` and `n` count the independent facts that the errors of
+the best answer hold: samples that err together are one.
+"""
+
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, field
+from math import exp, log
+
+import numpy as np
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.held_out import heldout_errors
+from elastic_tendon.effects.base import Parameter, Spread
+from elastic_tendon.identify.ladder import LEAST_SHARE_OF_NOISE
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.identify.stretches import independent_facts
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model, typical_value
+
+DECISIVE = 10.0  # difference of evidence below which data do not decide
+AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left
+WORSE = 1.01  # times a held-out mean square that is no worse
+IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
+PLAUSIBLE = 30.0  # times the typical value, up to which one is plausible
+
+
+@dataclass
+class Evidence:
+    """Judges answers to the same question; remembers what they err on held-out recordings."""
+
+    heldout: tuple[Measurement, ...]
+    _errors: dict[int, tuple[Answer, Array]] = field(default_factory=dict, repr=False)
+
+    def heldout_errors(self, answer: Answer) -> Array:
+        """Errors (n,) on recordings that were not fitted, see `heldout_errors`."""
+        key = id(answer)
+        if key not in self._errors:
+            self._errors[key] = (answer, heldout_errors(answer.result, self.heldout))
+        return self._errors[key][1]
+
+    def of(self, answers: Sequence[Answer]) -> list[float]:
+        """Evidence of each answer, in one scale; lower is better.
+
+        Parameters
+        ----------
+        answers : Answer to the same recordings
+
+        Returns
+        -------
+        list of float, one for each
+        """
+        if not answers:
+            return []
+        facts = self.facts(answers)
+        judged = 0.0
+        if self.heldout:
+            closest = min(answers, key=lambda answer: _mean_square(self.heldout_errors(answer)))
+            errors = self.heldout_errors(closest)
+            judged = _facts(closest, self.heldout, errors) if np.isfinite(errors).all() else 1.0
+        return [self._of(answer, facts, judged) for answer in answers]
+
+    def facts(self, answers: Sequence[Answer]) -> float:
+        """Number of independent facts that the errors of the best of some answers hold."""
+        best = min(answers, key=lambda answer: _mean_square(answer.floored))
+        return max(_facts(best, best.result.problem.measurements, best.floored), 2.0)
+
+    def heldout_square(self, answer: Answer) -> float:
+        """Mean square error on held-out recordings, in units of the noise; 0 without any."""
+        return _mean_square(self.heldout_errors(answer)) if self.heldout else 0.0
+
+    def _of(self, answer: Answer, facts: float, judged: float) -> float:
+        value = facts * log(_mean_square(answer.floored))
+        if self.heldout:
+            square = _mean_square(self.heldout_errors(answer))
+            value += judged * log(square) if np.isfinite(square) else np.inf
+        implausible = IMPLAUSIBLE * len(implausible_values(answer))
+        return value + answer.implausibility + implausible + answer.complexity * log(facts)
+
+    def allowed(
+        self, answers: Sequence[Answer], refused: Container[tuple[str, ...]] = ()
+    ) -> list[Answer]:
+        """Answers that may be chosen: none that bring what nobody would hear of, or err more on
+        held-out recordings than with fewer effects.
+
+        Parameters
+        ----------
+        answers : Answer to the same recordings, that without effects among them
+        refused : sets of effects that are left out too
+        """
+        return [
+            answer
+            for answer in answers
+            if answer.added not in refused
+            and audible(answer, answers)
+            and self.lasting(answer, answers)
+        ]
+
+    def best(self, answers: Sequence[Answer]) -> Answer:
+        """The simplest of those that cannot be told from the best."""
+        values = self.of(answers)
+        near = [
+            answer
+            for answer, value in zip(answers, values, strict=True)
+            if value <= min(values) + DECISIVE  # also where all of them are infinite
+        ]
+        order = list(effects.BY_ID)  # the catalogue begins with what is most common
+
+        def simplicity(answer: Answer) -> tuple[int, int, list[int]]:
+            places = sorted(order.index(effect_id) for effect_id in answer.added)
+            return answer.complexity, len(answer.added), places
+
+        return min(near, key=simplicity)
+
+    def lasting(self, answer: Answer, answers: Sequence[Answer]) -> bool:
+        """Whether held-out recordings are met no worse than with fewer of the effects."""
+        own = self.heldout_square(answer)
+        return all(
+            own <= WORSE * self.heldout_square(part)
+            for part in answers
+            if set(part.added) < set(answer.added)
+        )
+
+
+def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
+    """Whether an answer explains so much more than each with fewer of its effects that anybody
+    would hear of it, whatever the number of samples makes significant."""
+    own = _mean_square(answer.floored)
+    least = AUDIBLE**2 * max(own, 1.0)
+    return all(
+        _mean_square(part.floored) - own >= least
+        for part in answers
+        if set(part.added) < set(answer.added)
+    )
+
+
+def probabilities(values: Sequence[float]) -> list[float]:
+    """Weight of each answer among all, from their evidence."""
+    least = min(values, default=0.0)
+    beyond = [value - least if value > least else 0.0 for value in values]  # all may be infinite
+    weights = [exp(-0.5 * min(part, 1400.0)) for part in beyond]
+    return [weight / sum(weights) for weight in weights]
+
+
+def implausible_values(answer: Answer) -> dict[str, float]:
+    """Estimates of effects that no real actuator of this size has, by path."""
+    model = answer.result.model
+    found = {}
+    for effect_id in answer.added:
+        for parameter in effects.BY_ID[effect_id].parameters:
+            value = answer.values(effect_id)[parameter.name]
+            if not _plausible(model, parameter, value):
+                found[f"effects.{effect_id}.{parameter.name}"] = value
+    return found
+
+
+def is_plausible(model: Model, path: str, value: float) -> bool:
+    """Whether a real actuator of this size may have such a value.
+
+    Parameters
+    ----------
+    model : Model
+    path : dotted path; parameters of the model itself have their prior
+    value : in its unit
+    """
+    section, _, rest = path.partition(".")
+    if section != "effects":
+        return True
+    effect_id, _, name = rest.partition(".")
+    parameter = next(part for part in effects.BY_ID[effect_id].parameters if part.name == name)
+    return _plausible(model, parameter, value)
+
+
+def _plausible(model: Model, parameter: Parameter, value: float) -> bool:
+    """Whether a value is within what the catalogue calls typical, widely taken."""
+    if parameter.spread in (Spread.TURN, Spread.JOINT_RANGE, Spread.ELONGATION, Spread.NULL):
+        return True  # where it lies is the machine's own
+    typical = abs(typical_value(model, parameter))
+    if not parameter.shape:
+        return abs(value - parameter.null) <= PLAUSIBLE * typical
+    return typical / PLAUSIBLE <= abs(value) <= typical * PLAUSIBLE
+
+
+def _facts(answer: Answer, recordings: Sequence[Measurement], errors: Array) -> float:
+    return independent_facts(answer.result.model, recordings, errors)
+
+
+def _mean_square(errors: Array) -> float:
+    """Of errors in units of their noise."""
+    return max(float(np.mean(errors**2)), LEAST_SHARE_OF_NOISE**2)

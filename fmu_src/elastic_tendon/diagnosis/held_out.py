@@ -1,0 +1,89 @@
+"""What a fitted model errs on recordings that it was not fitted to."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.identify.fit import FitResult
+from elastic_tendon.identify.problem import Problem, Sigmas
+from elastic_tendon.identify.residuals import Array, noise_floors, stack
+from elastic_tendon.measurement import Measurement
+
+REACHES = (1.0, 0.3)  # shares of the step that are tried
+
+
+def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Array:
+    """Errors on held-out recordings, parameters moved as far as the fit leaves them open.
+
+    The fitted recordings may hardly show a parameter on which others depend; that is no failure of
+    the law. One step of Gauss and Newton, with what the fit says of the parameters as their prior;
+    each recording gives its initial state on its first 0.1 s.
+
+    Parameters
+    ----------
+    result : of a fit to other recordings
+    recordings : with the same signals
+
+    Returns
+    -------
+    (n,) array in units of the noise; one infinite value where the model cannot follow
+    """
+    problem = Problem(result.problem.coordinates, tuple(recordings))
+    floors = tuple(map(noise_floors, recordings))
+    try:
+        start = problem.start(result.model)
+        errors = stack(problem.errors(start), floors)
+    except ElasticTendonError:
+        return np.array([np.inf])
+    best = errors
+    for share in REACHES:
+        try:
+            moved = _moved(result, problem, start, share)
+            best = min(best, stack(problem.errors(moved), floors), key=_square)
+        except (ElasticTendonError, np.linalg.LinAlgError):
+            continue
+        if best is not errors:
+            break
+    return best
+
+
+def _moved(result: FitResult, problem: Problem, start: Array, share: float) -> Array:
+    """Vector of the held-out problem after a share of the step."""
+    count = len(problem.coordinates.paths)
+    sigmas = _sigmas(result, problem.measurements)
+    errors = stack(problem.errors(start), sigmas)
+    slopes = problem.data_jacobian(start, sigmas)[:, :count]
+    slopes = slopes @ problem.coordinates.derivatives(start[:count])
+    step = np.linalg.solve(slopes.T @ slopes + _information(result), slopes.T @ errors)
+    lower, upper = problem.bounds()
+    moved = np.clip(start[:count] - share * step, lower[:count], upper[:count])
+    return problem.start(problem.coordinates.model(moved))
+
+
+def _information(result: FitResult) -> Array:
+    """What fit and prior say of the m parameters, (m, m), whatever the initial states."""
+    count = len(result.problem.coordinates.paths)
+    slopes = result.problem.jacobian(result.vector, result.sigmas)
+    whole = slopes.T @ slopes
+    beside = whole[:count, count:]
+    inner = whole[count:, count:] + 1e-12 * np.trace(whole) * np.eye(len(whole) - count)
+    return np.asarray(whole[:count, :count] - beside @ np.linalg.solve(inner, beside.T))
+
+
+def _sigmas(result: FitResult, recordings: Sequence[Measurement]) -> Sigmas:
+    """Of held-out recordings: as many times their noise as the fit gives the fitted ones."""
+    fitted = [noise_floors(part) for part in result.problem.measurements]
+    ratios = {
+        name: float(np.mean([own[name] / floor[name] for own, floor in pairs]))
+        for name in result.sigmas[0]
+        for pairs in [[(s, f) for s, f in zip(result.sigmas, fitted, strict=True) if name in s]]
+    }
+    return tuple(
+        {name: ratios.get(name, 1.0) * floor for name, floor in noise_floors(part).items()}
+        for part in recordings
+    )
+
+
+def _square(errors: Array) -> float:
+    return float(errors @ errors)

@@ -1,0 +1,779 @@
+"""The search: sets of effects from the screen, refits of the likely ones, until no neighbour wins.
+
+Every set is scored by the screen first (`torque_screen`); few deserve a refit of the whole
+trajectory, which starts at the screen's own estimates. An answer is final when no addition,
+removal, exchange or simpler law among its neighbours does better (`evidence`).
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+from threading import Event
+from typing import TypeVar
+
+import numpy as np
+
+from elastic_tendon import compiled, effects
+from elastic_tendon.diagnosis.answer import Answer, bounded, refit
+from elastic_tendon.diagnosis.candidates import starts
+from elastic_tendon.diagnosis.data import Data
+from elastic_tendon.diagnosis.evidence import AUDIBLE, DECISIVE, Evidence
+from elastic_tendon.diagnosis.significance import (
+    CHANCE,
+    heldout_significance,
+    heldout_worse,
+    significance,
+)
+from elastic_tendon.diagnosis.torque_screen import Estimate, Screen, badness, in_order
+from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
+from elastic_tendon.effects.base import Spread
+from elastic_tendon.errors import ElasticTendonError, ModelError
+from elastic_tendon.identify.coordinates import Coordinates
+from elastic_tendon.identify.fit import Effort
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.parameters import Model
+
+Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
+Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
+T = TypeVar("T")
+Set = tuple[str, ...]  # ids of effects in the catalogue's order
+
+FAR_BETTER = 0.5  # a pair that leaves less than this share of the best single's square is tried
+PAIRED = 8  # singles, the best first, that are looked at with every other effect
+TRUSTED = 2.0  # mean square on the torque screen of an answer that leaves nothing but noise
+BASES, BETTER_BASE = (
+    3,
+    0.8,
+)  # singles whose base is tried, and the share of the square it must leave
+LOOKED, FOLLOWED = 6, 3  # sets with one more effect that are estimated, from each origin
+REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
+EQUALS = 2  # ... and those that promise about as much with no more parameters
+ABOUT = 50.0  # evidence by which these may seem worse on the screen
+# mean squares up to which an answer leaves nothing to explain, on fitted and held-out recordings
+AT_NOISE, HELDOUT_AT_NOISE = 1.1, 1.5
+PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
+MUCH = 2.25  # mean square from which every addition is tried: what is left matters
+WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
+CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
+SURELY_NEEDED = 2.0  # times the mean square that the screen expects without an effect
+MOST_ROUNDS, MOST_REFITS = 8, 20
+EFFORT = Effort(scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5)
+# refits from around an answer: how many, how many in vain, and how far, in standard deviations
+HOPS, FRUITLESS, DISTANCES = 30, 6, (1.0, 3.0, 10.0)
+HOPPING = Effort(scouted=2, scouting=12, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
+# sets besides, and how many times the answer's mean square they may leave
+DISPUTED, POOR = 2, 10.0
+WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all, have to leave
+HOPELESS = 0.97  # share of the mean square that a look at a trajectory must leave at most
+AT_ONCE = 2  # refits; the compiled library lets Python go on
+PATIENCE = 0.5  # s between reports of a refit that takes long
+# of typical strengths, at which trajectories are looked at
+SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
+KEPT = 3  # starts of such a look, the best first, from which a refit begins
+MOST_ADDITIONS = 6  # that are refitted where much is left
+FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
+LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A set that differs from the answer by one change.
+
+    `change` : "+id", "-id" or "id -> id". `expected` : its evidence less the answer's, as the
+    screen has it; None where the screen could not say.
+    """
+
+    added: Set
+    change: str
+    expected: float | None
+
+
+@dataclass
+class Search:
+    """What a search has so far; an interrupt leaves it as it is.
+
+    `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
+    `failures` : why sets could not be refitted; `neighbours` : of the last answer; `path` : sets in
+    the order in which they were the best; `refused` : sets of which an effect may be chance.
+    """
+
+    data: Data
+    progress: Progress
+    evidence: Evidence
+    screen: Screen
+    answers: dict[Set, Answer] = field(default_factory=dict)
+    estimates: dict[Set, Estimate] = field(default_factory=dict)
+    starts: dict[Set, list[Model]] = field(default_factory=dict)
+    failures: dict[Set, str] = field(default_factory=dict)
+    neighbours: tuple[Neighbour, ...] = ()
+    path: list[Set] = field(default_factory=list)
+    tables: list[tuple[Set, tuple[Neighbour, ...]]] = field(default_factory=list)
+    refused: dict[Set, str] = field(default_factory=dict)
+    _exhausted: set[Set] = field(default_factory=set)
+    _hopped: dict[Set, Answer] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, data: Data, progress: Progress) -> "Search":
+        """A search that has not begun."""
+        progress("reading the motion", 0.0)
+        return cls(data, progress, Evidence(data.heldout), Screen(data.given, data.fitted))
+
+    # ---- the loop ----------------------------------------------------------------------------
+
+    @property
+    def answer(self) -> Answer:
+        """The best so far."""
+        return self.evidence.best(self.allowed)
+
+    @property
+    def allowed(self) -> list[Answer]:
+        """Refitted sets that may be the answer."""
+        return self.evidence.allowed(list(self.answers.values()), self.refused)
+
+    def run(self) -> None:
+        """From the base to an answer that no neighbour beats."""
+        ids = self._screened()
+        self._screen_singles(ids, None)
+        better_base = self._better_base()
+        self._refit_in_turn(self._best_single())
+        if not self._at_noise():
+            if better_base:
+                self._screen_singles(ids, self.estimates[()].values)
+            self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
+        for _ in range(MOST_ROUNDS):
+            self._follow_neighbours()
+            if self._hop():
+                continue
+            if not (self._refuse_one() or self._better_addition()):
+                return
+
+    def base(self) -> None:
+        """The model as given, its parameters refitted."""
+        self.estimates[()] = self.screen.fit((), {}, 8)
+        self._refit([()], "refitting the parameters")
+        if () not in self.answers:
+            raise ElasticTendonError(self.failures[()])
+        self.path.append(())
+
+    def look_on_from(self, answer: Answer) -> None:
+        """One round by hand: additions to a model that somebody chose, the likeliest refitted."""
+        added = in_order(answer.added)
+        self.answers[added] = answer
+        self.path.append(added)
+        self._screen_singles(self._screened(), None)
+        own = self._own(added)
+        self.progress("looking at what could do better", 0.0)
+        found, _ = self.screen.combined(own, self._screened(), len(self.data.candidates))
+        self._keep([own, *found.values()])
+        grown = sorted(found, key=self._badness)[:REFITTED]
+        forms = [form for near in grown for form in simpler(near) if set(added) < set(form)]
+        self._refit(list(dict.fromkeys([*grown, *forms])), "refitting the likeliest")
+        if not self._at_noise():
+            likely = [
+                near for near, left in self._looks(added, self._unseen()).items() if left < WORTH
+            ]
+            self._refit(likely, "refitting what only the motion shows")
+
+    def starts_beside(self, answer: Answer, effect_id: str) -> list[Model]:
+        """Where a refit with one more effect may begin: the screen's estimate beside an answer."""
+        added = in_order((*answer.added, effect_id))
+        if not self.screen.sees(effect_id):
+            self.answers[in_order(answer.added)] = answer
+            self._looks(in_order(answer.added), [effect_id])
+            return list(self._starts(added))
+        self.screen.single(effect_id)
+        found, _ = self.screen.combined(self._estimate(answer), [effect_id], 1)
+        self._keep(found.values())
+        return list(self._starts(added))
+
+    def _screened(self) -> list[str]:
+        """Candidates that the screen sees."""
+        return [effect_id for effect_id in self.data.candidates if self.screen.sees(effect_id)]
+
+    def _refit_in_turn(self, short: Sequence[Set]) -> None:
+        """Refit what is likeliest, until the rest cannot win any more."""
+        for start in range(0, len(short), AT_ONCE):
+            if self._at_noise():
+                return
+            self._refit(short[start : start + AT_ONCE], "refitting the likeliest sets")
+
+    def _follow_neighbours(self) -> None:
+        """Refit neighbours of the best until it stays the best."""
+        for _ in range(MOST_ROUNDS):
+            added = self.answer.added
+            if self.path[-1] != added:
+                self.path.append(added)
+            self.neighbours = self._neighbours(added)
+            self.tables.append((added, self.neighbours))
+            chosen = list(self._promising(added)) if len(self.answers) < MOST_REFITS else []
+            self._refit(chosen, "refitting what may do better")
+            if self.answer.added == added:
+                return
+
+    def ladder(self, *, refit: bool) -> list[Set]:
+        """Sets from the first effect to the answer, each with one more, the best first.
+
+        Parameters
+        ----------
+        refit : also what is missing on the way; else a step may bring several effects
+        """
+        whole = self.answer.added
+        ladder = [whole] if whole else []
+        while ladder and len(ladder[0]) > 1:
+            fewer = [_without(ladder[0], effect_id) for effect_id in ladder[0]]
+            fewer.sort(key=self._badness)
+            known = [added for added in fewer if added in self.answers]
+            if refit and not known:
+                self._refit(fewer[:1], "refitting the way to the answer")
+                known = [added for added in fewer if added in self.answers]
+            if not known:
+                break
+            ladder.insert(0, min(known, key=lambda added: self._mean_square(self.answers[added])))
+        return ladder
+
+    def _refuse_one(self) -> bool:
+        """Take out the effect of the answer that is least surely there, if any is in doubt."""
+        answer = self.answer
+        less = [_without(answer.added, effect_id) for effect_id in answer.added]
+        own = self._badness(answer.added)
+        doubtful = [added for added in less if self._badness(added) < SURELY_NEEDED * own]
+        self._refit(doubtful, "checking what is needed")
+        doubts = [
+            (reason, chance)
+            for effect_id in answer.added
+            if (found := self._doubt(answer, effect_id)) is not None
+            for reason, chance in [found]
+        ]
+        if self.answer is not answer:
+            return True
+        if not doubts:
+            return False
+        self.refused[answer.added] = max(doubts, key=lambda doubt: doubt[1])[0]
+        return True
+
+    def _hop(self) -> bool:
+        """Refit the answer, and what the screen holds for better, from places around them.
+
+        Where a joint sticks or strikes, the sum of squares has many minima.
+
+        Returns
+        -------
+        whether the answer has changed, or leaves far less
+        """
+        answer, before = self.answer, self._mean_square(self.answer)
+        disputed = self._disputed()
+        self._refit(disputed, "refitting again", again=True)
+        for added in (answer.added, *disputed):
+            self._hop_around(added)
+        after = self.answer
+        return after.added != answer.added or self._mean_square(after) < FAR_HOP * before
+
+    def _disputed(self) -> list[Set]:
+        """Sets that do better than the answer on the screen and worse when refitted."""
+        own, least = self._badness(self.answer.added), self._left(self.answer.added)
+        if not np.isfinite(own):  # the screen does not see the answer
+            return []
+        better = [
+            added
+            for added in self.answers
+            if self._badness(added) < own and least < self._left(added) < POOR * least
+        ]
+        return sorted(better, key=self._badness)[:DISPUTED]
+
+    def _hop_around(self, added: Set) -> None:
+        first = answer = self.answers[added]
+        random, without = np.random.default_rng(0), 0
+        for number in range(HOPS if self._hopped.get(added) is not first else 0):
+            if without == FRUITLESS or self._mean_square(answer) < AT_NOISE:
+                break
+            self.progress("refitting from places around", number / HOPS)
+            found = self._refit_around(answer, DISTANCES[number % len(DISTANCES)], random)
+            without += 1
+            left = WORTH_HOPPING * self._mean_square(answer)
+            if found is not None and self._mean_square(found) < left:
+                self.answers[added] = answer = found
+                without = 0
+        if answer is not first:
+            self._refit([added], "refitting from there", again=True)
+        self._hopped[added] = self.answers[added]
+
+    def _refit_around(
+        self, answer: Answer, distance: float, random: np.random.Generator
+    ) -> Answer | None:
+        result = answer.result
+        _, singular, axes = np.linalg.svd(
+            result.problem.jacobian(result.vector, result.sigmas), full_matrices=False
+        )
+        sigmas = 1.0 / np.maximum(singular, 1e-9 * singular[0])
+        step = axes.T @ (distance * sigmas * random.standard_normal(len(sigmas)))
+        vector = _turned(result.problem.coordinates, result.vector + step)
+        try:
+            start = result.problem.model(np.clip(vector, *result.problem.bounds()))
+            found = refit(self.data.given, answer.added, self.data.fitted, [start], HOPPING)
+        except FAILURES:
+            return None
+        if found.result.interrupted:
+            raise KeyboardInterrupt
+        return found
+
+    def _better_addition(self) -> bool:
+        """Where much is left: the likeliest additions of all, whatever the torque screen says.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer = self.answer
+        if self._mean_square(answer) < MUCH or answer.added in self._exhausted:
+            return False
+        self._exhausted.add(answer.added)
+        words = "trying every addition"
+        looks = self._looks(answer.added, self.data.candidates)
+        own = self._left(answer.added)
+        likely = [
+            near
+            for near, share in sorted(looks.items(), key=_second)
+            if share * own < HOPELESS * (self._left(near) if near in self.answers else own)
+        ]
+        for start in range(0, min(len(likely), MOST_ADDITIONS), AT_ONCE):
+            self._refit(likely[start : start + AT_ONCE], words, again=True)
+            if self._at_noise():
+                break
+        return self.answer is not answer
+
+    def _doubt(self, answer: Answer, effect_id: str) -> tuple[str, float] | None:
+        """Why an effect of an answer may not be there, and how likely that is by chance."""
+        before = self.answers.get(_without(answer.added, effect_id))
+        if before is None:
+            return None
+        title = effects.BY_ID[effect_id].title
+        chance = significance(before, answer, effect_id)
+        if self.data.heldout:
+            squares = [self.evidence.heldout_square(part) for part in (answer, before)]
+            if squares[0] < CONVINCING * squares[1]:
+                return None
+            after, was = (self.evidence.heldout_errors(part) for part in (answer, before))
+            judged = heldout_significance(was, after, self.data.heldout)
+            chance = min(1.0, 2.0 * min(chance, judged))  # either convinces; two are paid for
+            if heldout_worse(after, was, self.data.heldout):
+                return f"{title} makes the error on held-out data larger", chance
+        if chance > CHANCE:
+            return f"{title} may be chance, p = {chance:.2g}", chance
+        return None
+
+    # ---- sets --------------------------------------------------------------------------------
+
+    def _best_single(self) -> list[Set]:
+        """The likeliest single effect, simpler laws of it first."""
+        singles = sorted(self._sets(1), key=self._badness)[:1]
+        return [form for single in singles for form in (*simpler(single), single)]
+
+    def _best_pair(self, ids: Sequence[str]) -> list[Set]:
+        """The likeliest pair, simpler laws first, if it leaves far less than any single."""
+        singles = sorted(self._sets(1), key=self._badness)
+        if not singles:
+            return []
+        best = self._badness(singles[0])
+        if best < AT_NOISE or best > PROMISING * self._badness(()):
+            return []
+        self._pairs(singles[:PAIRED], ids)
+        pairs = sorted(self._sets(2), key=self._badness)[:1]
+        far_better = (pair for pair in pairs if self._badness(pair) < FAR_BETTER * best)
+        return [form for pair in far_better for form in (*simpler(pair), pair)]
+
+    def _screen_singles(self, ids: Sequence[str], base: Mapping[str, float] | None) -> None:
+        for number, effect_id in enumerate(ids):
+            self.progress(f"screening {effects.BY_ID[effect_id].title}", number / len(ids))
+            self._keep([self.screen.single(effect_id, base)])
+
+    def _better_base(self) -> bool:
+        """Whether the model alone does far better from where an effect has led its parameters."""
+        before = self._badness(())
+        for single in sorted(self._sets(1), key=self._badness)[:BASES]:
+            self._keep([self.screen.fit((), self.estimates[single].values, 8)])
+        if self._badness(()) > BETTER_BASE * before:
+            return False
+        del self.answers[()]
+        self._refit([()], "refitting the parameters")
+        return True
+
+    def _pairs(self, singles: Sequence[Set], ids: Sequence[str]) -> None:
+        for number, single in enumerate(singles):
+            self.progress("screening pairs", number / len(singles))
+            others = [effect_id for effect_id in ids if effect_id not in single]
+            found, _ = self.screen.combined(self.estimates[single], others, FOLLOWED)
+            self._keep(found.values())
+
+    def _unseen(self) -> list[str]:
+        """Effects that only whole trajectories show."""
+        return [one for one in self.data.candidates if not self.screen.sees(one)]
+
+    def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
+        """Share of the mean square that additions would leave, by the trajectory screen."""
+        screen = TrajectoryScreen(self.answers[added])
+        sets = {in_order((*added, effect_id)): effect_id for effect_id in effect_ids}
+        work = {
+            near: partial(self._look, screen, added, effect_id)
+            for near, effect_id in sets.items()
+            if self.screen.goes(near)
+        }
+        found = {}
+        for near, best in self._at_once(work, "looking at additions"):
+            self.starts[near] = [model for _, model in best[:KEPT]]
+            found[near] = best[0][0]
+        return found
+
+    def _look(
+        self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
+    ) -> list[tuple[float, Model]]:
+        near = in_order((*added, effect_id))
+        values = self.answers[added].result.model.values()
+        compiled.library_path((*self.data.given.effect_ids, *near))
+        models = [
+            model_with(self.data.given, near, {**values, **start})
+            for start in self._first_values(effect_id)
+        ]
+        return screen.best(models, check)
+
+    def _first_values(self, effect_id: str) -> list[dict[str, float]]:
+        """Parameters of an effect by path, from which looks at its trajectory begin."""
+        effect = effects.BY_ID[effect_id]
+        shares = SHARES if self.screen.sees(effect_id) else UNSEEN_SHARES
+        return [
+            {f"effects.{effect_id}.{name}": value for name, value in start.items()}
+            for start in starts(self.data.given, effect, self.data.fitted, shares)
+        ]
+
+    def _neighbours(self, added: Set) -> tuple[Neighbour, ...]:
+        """Every addition, removal, exchange and simpler law, the most promising first."""
+        self.progress("looking at what could do better", 0.0)
+        facts = self.evidence.facts([self.answers[added]])
+        at_noise = self._at_noise()
+        shares: dict[Set, float | None] = {}
+        if self._trusted(added):
+            shares |= self._screened_neighbours(added)
+            unlooked = self._unseen()
+        else:
+            if at_noise:
+                shares |= self._hardly_worse(added)
+            shares |= {_without(added, effect_id): None for effect_id in added}
+            shares |= dict.fromkeys(simpler(added))
+            unlooked = list(self.data.candidates)
+        if not at_noise:
+            shares |= self._looks(added, unlooked)
+        found = [
+            Neighbour(
+                near,
+                change_between(added, near),
+                None
+                if share is None
+                else expected_evidence(share, facts, size_of(near) - size_of(added)),
+            )
+            for near, share in shares.items()
+        ]
+        return tuple(sorted(found, key=lambda near: near.expected or 0.0))
+
+    def _trusted(self, added: Set) -> bool:
+        """Whether the torque screen can tell neighbours of a set: it sees all of its effects, and
+        shows no error of its own where the trajectory has none."""
+        if not all(self.screen.sees(effect_id) for effect_id in added):
+            return False
+        return not self._at_noise() or self._own(added).square < TRUSTED
+
+    def _hardly_worse(self, added: Set) -> dict[Set, float]:
+        """Additions and exchanges where nothing is left, though the torque screen still errs."""
+        if not all(self.screen.sees(effect_id) for effect_id in added):
+            return {}
+        own, screen = self._own(added), self.screen
+        less = [_without(added, effect_id) for effect_id in added]
+        origins = [own, *(screen.fit(part, own.values, 6) for part in less)]
+        shares: dict[Set, float] = {}
+        for origin in origins:
+            others = [one for one in self._screened() if one not in origin.added]
+            _, looked = screen.combined(origin, others, 0)
+            shares |= {near: max(look.square / own.square, 1.0) for near, look in looked.items()}
+        shares.pop(added, None)
+        return shares
+
+    def _screened_neighbours(self, added: Set) -> dict[Set, float]:
+        """Share of the mean square that neighbours would leave, as the torque screen has it."""
+        screen, seen = self.screen, self._screened()
+        own, refitted = self._own(added), self.answers[added].result.model.values()
+        origins = [(added, own)]
+        for effect_id in added:
+            less = _without(added, effect_id)
+            origins.append((less, screen.fit(less, own.values, 6)))
+        origins += [(low, screen.followed(low, own.values)) for low in simpler(added)]
+        self._keep([own, *(estimate for _, estimate in origins)])
+        looks: dict[Set, float] = {estimate.added: estimate.square for _, estimate in origins}
+        for number, (origin, estimate) in enumerate(origins):
+            self.progress("looking at what could do better", number / len(origins))
+            others = [effect_id for effect_id in seen if effect_id not in origin]
+            most = LOOKED if origin == added else FOLLOWED
+            found, looked = screen.combined(estimate, others, most, anew=origin == added)
+            self._keep(found.values())
+            for near, look in looked.items():
+                start = {**look.start, **(refitted if origin == added else {})}
+                self.starts[near] = [model_with(self.data.given, near, start)]
+            expected = {near: look.square for near, look in looked.items()}
+            looks = {**expected, **looks, **{one: part.square for one, part in found.items()}}
+        looks.pop(added)
+        return {near: square / own.square for near, square in looks.items()}
+
+    def _promising(self, added: Set) -> Iterator[Set]:
+        """Neighbours that deserve a refit."""
+        fresh = [
+            neighbour
+            for neighbour in self.neighbours
+            if neighbour.added not in self.answers and neighbour.added not in self.failures
+        ]
+        scored = [(near.added, near.expected) for near in fresh if near.expected is not None]
+        at_noise = self._at_noise()
+        most, enough = (FEW, -DECISIVE) if at_noise else (REFITTED, 0.0)
+        better = [near for near, expected in scored if expected < enough][:most]
+        size = size_of(added)
+        equal = [
+            near
+            for near, expected in scored
+            if expected < (DECISIVE if at_noise else ABOUT)
+            and size_of(near) <= size
+            and near not in better
+        ][:EQUALS]
+        yield from (*better, *equal)
+        yield from (near.added for near in fresh if near.expected is None)
+
+    def _estimate(self, answer: Answer) -> Estimate:
+        """The screen's estimate of a refitted set, from its refitted parameters."""
+        return self.screen.fit(in_order(answer.added), answer.result.model.values(), 6)
+
+    def _own(self, added: Set) -> Estimate:
+        refitted = self._estimate(self.answers[added])
+        known = self.estimates.get(added)
+        return refitted if known is None else min(refitted, known, key=badness)
+
+    def _sets(self, size: int) -> list[Set]:
+        return [added for added in self.estimates if len(added) == size]
+
+    def _badness(self, added: Set) -> float:
+        return badness(self.estimates[added]) if added in self.estimates else np.inf
+
+    def _keep(self, found: Iterable[Estimate]) -> None:
+        for estimate in found:
+            known = self.estimates.get(estimate.added)
+            if known is None or badness(estimate) < badness(known):
+                self.estimates[estimate.added] = estimate
+
+    def _at_noise(self) -> bool:
+        """Whether the best so far leaves nothing but noise, on held-out recordings too."""
+        answer = self.answer
+        heldout = self.evidence.heldout_square(answer)
+        return self._mean_square(answer) < AT_NOISE and heldout < HELDOUT_AT_NOISE
+
+    @staticmethod
+    def _mean_square(answer: Answer) -> float:
+        return float(np.mean(answer.floored**2))
+
+    # ---- refits ------------------------------------------------------------------------------
+
+    def _refit(self, sets: Sequence[Set], words: str, *, again: bool = False) -> None:
+        """Refit sets, two at a time; failures are kept with their reasons.
+
+        Parameters
+        ----------
+        sets : to be refitted
+        words : what is told of it
+        again : also those that were, from other starts; the better answer stays
+        """
+        wanted = [
+            added
+            for added in sets
+            if added not in self.failures and (again or added not in self.answers)
+        ]
+        work = {added: partial(self._refitted, added) for added in wanted}
+        for added, answer in self._at_once(work, words):
+            known = self.answers.get(added)
+            if known is None or self._mean_square(answer) < self._mean_square(known):
+                self.answers[added] = answer
+
+    def _at_once(
+        self, work: Mapping[Set, Callable[[Check], T]], words: str
+    ) -> Iterator[tuple[Set, T]]:
+        """Results of work on sets, two at a time; failures are kept with their reasons."""
+        stopped = Event()
+
+        def check(_share: float) -> None:
+            if stopped.is_set():
+                raise KeyboardInterrupt
+
+        pool = ThreadPoolExecutor(AT_ONCE)
+        try:
+            futures = {added: pool.submit(task, check) for added, task in work.items()}
+            for done, (added, future) in enumerate(futures.items()):
+                text = f"{words}: {', '.join(map(_title, added))}" if added else words
+                while future not in wait([future], PATIENCE).done:
+                    self.progress(text, done / len(work))  # whoever wants to stop does so here
+                try:
+                    yield added, future.result()
+                except FAILURES as error:
+                    self.failures[added] = f"{error}"
+                self.progress(text, (done + 1) / len(work))
+        finally:  # an interrupt does not wait for the rest
+            stopped.set()
+            pool.shutdown(cancel_futures=True)
+
+    def _refitted(self, added: Set, check: Check) -> Answer:
+        given, fitted = self.data.given, self.data.fitted
+        compiled.library_path((*given.effect_ids, *added))
+        answer = refit(given, added, fitted, list(self._starts(added)), EFFORT, check)
+        smaller = sorted(self._smaller(added), key=self._left)[:1]
+        if smaller and self._mean_square(answer) > self._left(smaller[0]):
+            # misled by its starts: it begins where nothing of it is there
+            nothing = self._with_nothing(added, smaller[0])
+            again = refit(given, added, fitted, [nothing], EFFORT, check)
+            answer = min(answer, again, key=self._mean_square)
+        return answer
+
+    def _smaller(self, added: Set) -> list[Set]:
+        """Refitted sets with fewer of the effects."""
+        return [known for known in list(self.answers) if set(known) < set(added)]
+
+    def _with_nothing(self, added: Set, smaller: Set) -> Model:
+        """The refit of fewer effects beside nulls of what else comes in."""
+        nothing = {
+            f"effects.{effect_id}.{parameter.name}": parameter.null
+            for effect_id in added
+            if effect_id not in smaller
+            for parameter in effects.BY_ID[effect_id].parameters
+        }
+        values = self.answers[smaller].result.model.values()
+        return model_with(self.data.given, added, {**values, **nothing})
+
+    def _starts(self, added: Set) -> Iterator[Model]:
+        """Where the refit of a set begins: what the screens estimate, also with hardly any damping;
+        refits of fewer effects with what else comes in, and of more without the rest."""
+        yield from self.starts.get(added, ())
+        if added in self.estimates:
+            values = self.estimates[added].values
+            paths = self.screen.structure(added).coordinates.paths
+            start = model_with(self.data.given, added, {path: values[path] for path in paths})
+            yield start
+            little = {
+                path: LITTLE * self.data.given.uncertainty_of(path)
+                for path in paths
+                if path.endswith(".damping") and not path.startswith("effects.")
+            }
+            with suppress(ModelError):
+                yield start.with_values(little)
+        if added in self.answers:
+            yield self.answers[added].result.model
+        larger = [part for part in list(self.answers) if set(part) > set(added)]
+        if smaller := self._smaller(added):
+            best = min(smaller, key=self._left)
+            for part in dict.fromkeys((best, min(smaller, key=len))):
+                yield from self._grown(added, part)
+        elif larger and added:
+            more = self.answers[min(larger, key=self._left)]
+            yield model_with(self.data.given, added, more.result.model.values())
+
+    def _left(self, added: Set) -> float:
+        return self._mean_square(self.answers[added])
+
+    def _grown(self, added: Set, smaller: Set) -> Iterator[Model]:
+        """The refit of fewer effects with what else comes in, as estimated."""
+        values = self.answers[smaller].result.model.values()
+        came = [effect_id for effect_id in added if effect_id not in smaller]
+        if added not in self.estimates:
+            return
+        estimated = self._of_effects(self.estimates[added].values, came)
+        given = {**self.data.given.values(), **self._of_effects(values, smaller)}
+        # from the parameters refitted without it, and from those given
+        for base in (values, given):
+            with suppress(ModelError):
+                yield model_with(self.data.given, added, {**base, **estimated})
+
+    @staticmethod
+    def _of_effects(values: Mapping[str, float], effect_ids: Sequence[str]) -> dict[str, float]:
+        starts = tuple(f"effects.{effect_id}." for effect_id in effect_ids)
+        return {path: value for path, value in values.items() if path.startswith(starts)}
+
+
+def _turned(coordinates: Coordinates, vector: Array) -> Array:
+    """A vector whose angles are within half a turn of zero."""
+    count = len(coordinates.paths)
+    values = coordinates.values(vector[:count])
+    for index, path in enumerate(coordinates.paths):
+        if _is_angle(path):
+            values[index] = (values[index] + np.pi) % (2.0 * np.pi) - np.pi
+    return np.concatenate([coordinates.variables(values), vector[count:]])
+
+
+def _is_angle(path: str) -> bool:
+    section, effect_id, name = (*path.split("."), "", "")[:3]
+    return section == "effects" and any(
+        parameter.name == name and parameter.spread is Spread.TURN
+        for parameter in effects.BY_ID[effect_id].parameters
+    )
+
+
+def _second(pair: tuple[Set, float]) -> float:
+    return pair[1]
+
+
+def model_with(given: Model, added: Set, values: Mapping[str, float]) -> Model:
+    """The given model with some effects and these values."""
+    model = given
+    for effect_id in added:
+        own = {
+            parameter.name: values[f"effects.{effect_id}.{parameter.name}"]
+            for parameter in effects.BY_ID[effect_id].parameters
+        }
+        model = bounded(model, effect_id, own)
+    own_paths = [path for path in given.values() if path in values]
+    return model.with_values({path: values[path] for path in own_paths})
+
+
+def _title(effect_id: str) -> str:
+    return effects.BY_ID[effect_id].title
+
+
+def _without(added: Set, effect_id: str) -> Set:
+    return tuple(other for other in added if other != effect_id)
+
+
+def expected_evidence(ratio: float, facts: float, size: int) -> float:
+    """Evidence that the screen expects of a change; one that nobody would hear of does no better.
+
+    Parameters
+    ----------
+    ratio : mean square after it over that before
+    facts : number of independent facts
+    size : number of parameters that come in
+    """
+    value = facts * float(np.log(max(ratio, 1e-9))) + float(np.log(facts)) * size
+    return value if ratio < 1.0 - AUDIBLE**2 else max(value, 0.0)
+
+
+def size_of(added: Set) -> int:
+    """Number of parameters that effects bring."""
+    return sum(len(effects.BY_ID[effect_id].parameters) for effect_id in added)
+
+
+def simpler(added: Set) -> Iterator[Set]:
+    """The set with a simpler law of the same thing in the place of each law, where there is one."""
+    for effect_id in added:
+        effect = effects.BY_ID[effect_id]
+        for other in effects.BY_ID.values():
+            fewer = len(other.parameters) < len(effect.parameters)
+            if effect.law_of and other.law_of == effect.law_of and fewer:
+                yield in_order((*_without(added, effect_id), other.id))
+
+
+def change_between(before: Set, after: Set) -> str:
+    """What makes one set of another: "+id", "-id" or "id -> id"."""
+    gone = ", ".join(effect_id for effect_id in before if effect_id not in after)
+    came = ", ".join(effect_id for effect_id in after if effect_id not in before)
+    if gone and came:
+        return f"{gone} -> {came}"
+    return f"+{came}" if came else f"-{gone}"

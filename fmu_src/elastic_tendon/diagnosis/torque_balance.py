@@ -1,0 +1,353 @@
+"""The torque balance of the joint along a measured motion, for any set of effects.
+
+With the motion given, the model's own equations say which torque acts on the link; nothing is
+integrated but the memory of springs and bristles. CasADi's virtual machine evaluates them over all
+samples at once, with exact derivatives, so no library is compiled.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from elastic_tendon.effects.base import Effect, Slot
+from elastic_tendon.identify.residuals import Array
+from elastic_tendon.model import build
+from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
+from elastic_tendon.variables import JOINT_MOTION, catalogue_order
+
+PASSES = 3  # after which the modes of a chain of thresholds have settled
+NEWTON_STEPS = 6
+NO_DECAY = 1e-6  # of a state in one step, below which its rate is constant
+STATES = 2  # position and velocity of the joint come first, the memory of effects after them
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A measured motion at n evenly spaced instants.
+
+    `step` : s between them. `position`, `velocity` : of the joint as its encoder shows them, rad
+    and rad/s. `inputs_at` : motor position and velocity and load, (n, 3), and their rates of
+    change, where the joint's signals are late by so many s. `weights` : (n, 3), with which the
+    joint counts as moving up, moving down, and held by friction.
+    """
+
+    step: float
+    position: Array
+    velocity: Array
+    inputs_at: Callable[[float], tuple[Array, Array]]
+    weights: Array
+
+
+@dataclass(frozen=True)
+class Torques:
+    """Torque on the link (without inertia) and on the joint along a motion, N·m.
+
+    `total` (n,), `by_parameter` (n, m); `tendon`, `tendon_by_parameter` : the output joint torque;
+    `by_position`, `by_velocity` (n,) : slopes of the total, N·m/rad and N·m·s/rad.
+    """
+
+    total: Array
+    by_parameter: Array
+    tendon: Array
+    tendon_by_parameter: Array
+    by_position: Array
+    by_velocity: Array
+
+
+@lru_cache(maxsize=1024)
+def _balance_of(effects_present: tuple[Effect, ...], paths: tuple[str, ...]) -> "Balance":
+    return Balance(build(tuple(effect.id for effect in effects_present)), paths)
+
+
+def torque_balance(effect_ids: Sequence[str], paths: Sequence[str]) -> "Balance":
+    """The balance of a model with some effects.
+
+    Parameters
+    ----------
+    effect_ids : of the model
+    paths : dotted paths of the m parameters by which derivatives are wanted
+    """
+    # by the effects themselves: a user's own file may bring another law under the same id
+    return _balance_of(catalogue_order(tuple(effect_ids)), tuple(paths))
+
+
+class Balance:
+    """Functions of one structure; see `torque_balance`."""
+
+    def __init__(self, system: HybridSystem, paths: tuple[str, ...]) -> None:
+        self.system = system
+        self.paths = paths
+        names = system.interface.parameter_names
+        self._wanted = ca.vertcat(ca.SX(0, 1), *(system.p[names.index(path)] for path in paths))
+        self._seen = _Seen(system)
+        self._delay = ca.Function("delay", [system.p], [system.delay])
+
+    def torques(self, values: Mapping[str, float], motion: Motion) -> Torques:
+        """Torques and their derivatives along a motion.
+
+        Parameters
+        ----------
+        values : every parameter of the model by its dotted path
+        motion : Motion of n samples
+        """
+        interface = self.system.interface
+        column = [values[name] for name in interface.parameter_names]
+        p = np.array(column + [1.0] * interface.reads_signals)  # as the encoders read
+        delay = float(self._delay(p))
+        n, m = len(motion.position), len(self.paths)
+        data = np.empty((n, 9))
+        data[:, 0], data[:, 1], data[:, 8] = motion.position, motion.velocity, delay
+        data[:, 2:5], data[:, 5:8] = motion.inputs_at(delay)
+        memory, carried = self._memory(data, motion.step, p)
+        columns = _evaluated(self._torques_along(n), data, motion.weights, memory, p).reshape(n, -1)
+        by_parameter, tendon_by_parameter, by_memory = np.split(columns[:, 4:], [m, 2 * m], axis=1)
+        if memory.shape[1]:
+            total_by, tendon_by = np.split(by_memory, 2, axis=1)
+            by_parameter = by_parameter + np.einsum("ns,nms->nm", total_by, carried)
+            tendon_by_parameter = tendon_by_parameter + np.einsum("ns,nms->nm", tendon_by, carried)
+        return Torques(
+            total=columns[:, 0],
+            tendon=columns[:, 1],
+            by_position=columns[:, 2],
+            by_velocity=columns[:, 3],
+            by_parameter=by_parameter,
+            tendon_by_parameter=tendon_by_parameter,
+        )
+
+    @cached_property
+    def resolved(self) -> bool:
+        """Whether the memory of effects is slow enough for the instants to show it.
+
+        States that drive each other may oscillate between them, and damped springs behind a
+        compliance follow every noise of the encoder.
+        """
+        slots = {effect.slot for effect in self.system.interface.effects}
+        rates = self._seen.seen(self.system.rates[STATES:])
+        return _apart(rates, self._seen.memory) and Slot.SERIES_ELEMENT not in slots
+
+    @lru_cache(maxsize=8)  # noqa: B019 - balances are kept for the life of the program
+    def _torques_along(self, n: int) -> ca.Function:
+        """`_torque_function` at n instants, which share the parameters."""
+        return self._torque_function.map("map", "serial", n, [3], [])
+
+    @lru_cache(maxsize=8)  # noqa: B019
+    def _memory_along(self, n: int) -> ca.Function:
+        """`_step` for n instants, one after the other."""
+        return self._step.mapaccum(n)
+
+    @cached_property
+    def _torque_function(self) -> ca.Function:
+        """(data, weights, memory, p) -> torques and derivatives, one column."""
+        seen, system = self._seen, self.system
+        weights = ca.SX.sym("weights", 3)
+        total, tendon = seen.total(weights), seen.tendon(weights)
+        rows = [total, tendon, seen.slope(total, seen.position), seen.slope(total, seen.velocity)]
+        rows += [seen.slope(torque, self._wanted).T for torque in (total, tendon)]
+        rows += [seen.slope(torque, seen.memory).T for torque in (total, tendon)]
+        column = seen.at_modes(ca.vertcat(*rows))
+        arguments = [seen.data, weights, seen.memory, system.p]
+        inner = ca.Function("inner", [*arguments, system.w], [column])
+        found = inner(*arguments, seen.unknowns)
+        return ca.Function("torques", arguments, [ca.densify(found)])
+
+    # ---- memory ------------------------------------------------------------------------------
+
+    def _memory(self, data: Array, step: float, p: Array) -> tuple[Array, Array]:
+        """States of effects along the motion, (n, s), and their derivatives (n, m, s)."""
+        n, s, m = len(data), self._seen.memory.numel(), len(self.paths)
+        if not s:
+            return np.zeros((n, 0)), np.zeros((n, m, 0))
+        carried = np.empty((n, s + m * s))
+        carried[0] = self._start(data[0], p).full().ravel()
+        known = np.broadcast_to(np.append(p, step), (n - 1, len(p) + 1))
+        inputs = np.hstack([data[:-1], data[1:], known])
+        carried[1:] = _evaluated(self._memory_along(n - 1), carried[0], inputs).reshape(n - 1, -1)
+        return np.ascontiguousarray(carried[:, :s]), carried[:, s:].reshape(n, m, s)
+
+    @cached_property
+    def _start(self) -> ca.Function:
+        """(data, p) -> states at the first sample with derivatives; calculated ones settle."""
+        seen, system = self._seen, self.system
+        states = system.interface.states[STATES:]
+        declared = ca.DM([0.0 if state.start is None else state.start for state in states])
+        calculated = ca.DM([state.start is None for state in states])
+        arguments = [seen.data, seen.memory, system.p, system.w]
+        settled = ca.Function(
+            "settled", arguments, [seen.at_modes(seen.seen(system.starts[STATES:]))]
+        )
+        value: Any = declared
+        for _ in range(PASSES):
+            answer = settled(seen.data, value, system.p, seen.unknowns_at(value))
+            value = ca.if_else(calculated, answer, declared)
+        column = ca.vertcat(value, ca.vec(ca.jacobian(value, self._wanted)))
+        return ca.Function("start", [seen.data, system.p], [ca.densify(column)])
+
+    @cached_property
+    def _step(self) -> ca.Function:
+        """One step of the memory with its derivatives, from one instant to the next."""
+        seen, system = self._seen, self.system
+        h, following = ca.SX.sym("h"), ca.SX.sym("following", seen.data.numel())
+        rates = seen.at_modes(seen.seen(system.rates[STATES:]))
+        arguments = [seen.data, seen.memory, system.p]
+        rate = ca.Function("rate", [*arguments, system.w], [rates])
+        rate = ca.Function("rate", arguments, [rate(*arguments, seen.unknowns)])
+        step = _exponential if _apart(rates, seen.memory) else _rosenbrock
+        moved = step(rate, seen.data, following, seen.memory, system.p, h)
+        carried = ca.SX.sym("carried", seen.memory.numel(), len(self.paths))
+        derivatives = ca.jacobian(moved, seen.memory) @ carried + ca.jacobian(moved, self._wanted)
+        return ca.Function(
+            "step",
+            [
+                ca.vertcat(seen.memory, ca.vec(carried)),
+                ca.vertcat(seen.data, following, system.p, h),
+            ],
+            [ca.densify(ca.vertcat(moved, ca.vec(derivatives)))],
+        )
+
+
+def _apart(rates: ca.SX, states: ca.SX) -> bool:
+    """Whether no state drives another."""
+    return bool(ca.jacobian_sparsity(rates, states).is_diag())
+
+
+def _exponential(
+    rate: ca.Function, before: ca.SX, after: ca.SX, state: ca.SX, p: ca.SX, h: ca.SX
+) -> ca.SX:
+    """Step of states that are apart: exact for linear relaxation under linear inputs."""
+    rates = rate(before, state, p)
+    change = rate(after, state, p) - rates
+    decay = h * ca.diag(ca.jacobian(rates, state))
+    small = ca.fabs(decay) < NO_DECAY
+    divisor = ca.if_else(small, 1, decay)
+    first = ca.if_else(small, 1 + 0.5 * decay, ca.expm1(decay) / divisor)
+    second = ca.if_else(small, 0.5, (first - 1) / divisor)
+    return state + h * (first * rates + second * change)
+
+
+def _rosenbrock(
+    rate: ca.Function, before: ca.SX, after: ca.SX, state: ca.SX, p: ca.SX, h: ca.SX
+) -> ca.SX:
+    """Step of states that drive each other, second order and L-stable (Verwer et al., SIAM
+    Journal on Scientific Computing 20(4), 1999)."""
+    gamma = 1 - 0.5**0.5
+    matrix = ca.SX.eye(state.numel()) - gamma * h * ca.jacobian(rate(before, state, p), state)
+    first = ca.solve(matrix, rate(before, state, p))
+    second = ca.solve(matrix, rate(after, state + h * first, p) - 2 * first)
+    return state + h * (1.5 * first + 0.5 * second)
+
+
+def _evaluated(function: ca.Function, *arguments: Array) -> Array:
+    """Flat result of a dense function of arrays (n, k), which casadi reads as (k, n)."""
+    buffer: Any
+    buffer, evaluate = function.buffer()
+    kept = [np.ascontiguousarray(argument, dtype=np.float64) for argument in arguments]
+    found = np.empty(function.numel_out(0))
+    for index, argument in enumerate(kept):
+        if argument.size:
+            buffer.set_arg(index, argument.data)
+    buffer.set_res(0, found.data)
+    evaluate()
+    return found
+
+
+class _Seen:
+    """Expressions of a system in what a recording shows instead of its own states and inputs."""
+
+    def __init__(self, system: HybridSystem) -> None:
+        self.system = system
+        self.data = ca.SX.sym("data", 9)
+        self.position, self.velocity = self.data[0], self.data[1]
+        self.memory = ca.SX.sym("memory", len(system.interface.states) - STATES)
+        late = system.delay - self.data[8]
+        inputs = self.data[2:5] - self.data[5:8] * late
+        position, velocity = self._true_motion()
+        self._by = (ca.vertcat(position, velocity, self.memory), inputs)
+
+    def _true_motion(self) -> tuple[ca.SX, ca.SX]:
+        """Position and velocity of the joint at what its encoder reads."""
+        system = self.system
+        names = system.interface.output_names
+        if "measured_joint_position" not in names:
+            return self.position, self.velocity
+        reading = system.outputs[names.index("measured_joint_position")]
+        shown = ca.substitute(reading, system.x[:STATES], self.data[:STATES])
+        if system.interface.reads_signals:  # delays are exact: the inputs are shifted
+            shown = ca.substitute(shown, system.p[-1], 1)
+        error = shown - self.position
+        velocity = self.velocity * (1 - ca.jacobian(error, self.position))
+        return self.position - error, velocity
+
+    def seen(self, expression: ca.SX) -> ca.SX:
+        """An expression of states and inputs at what is seen."""
+        return ca.substitute([expression], [self.system.x, self.system.u], list(self._by))[0]
+
+    @cached_property
+    def modes(self) -> ca.SX:
+        """Modes that belong to what is seen; that of dry friction is none of them."""
+        found = ca.SX([mode.start for mode in self.system.interface.modes])
+        nexts = self.seen(self.system.next_modes)
+        for _ in range(PASSES):
+            found = ca.substitute(nexts, self.system.r, found)
+        return found
+
+    def at_modes(self, expression: ca.SX) -> ca.SX:
+        """An expression of modes at those that are seen."""
+        return ca.substitute(expression, self.system.r, self.modes)
+
+    @cached_property
+    def unknowns(self) -> ca.SX:
+        """Values of what is implicit, by Newton's method."""
+        return self.unknowns_at(self.memory)
+
+    def unknowns_at(self, memory: Any) -> ca.SX:
+        """The same at other states of effects."""
+        system = self.system
+        if not system.w.numel():
+            return ca.SX(0, 1)
+        arguments = [self.data, self.memory, system.p, system.w]
+        step = self.at_modes(newton_step(system.w, self.seen(system.residuals)))
+        guess = self.at_modes(self.seen(system.guesses))
+        improve = ca.Function("newton", arguments, [step])
+        value = ca.Function("guess", arguments, [guess])(
+            self.data, memory, system.p, ca.SX.zeros(system.w.numel())
+        )
+        for _ in range(NEWTON_STEPS):
+            value = improve(self.data, memory, system.p, value)
+        return value
+
+    def slope(self, expression: ca.SX, symbol: ca.SX) -> ca.SX:
+        """Derivative at constant modes, the unknowns following."""
+        system = self.system
+        return total_jacobian(expression, symbol, system.w, self.seen(system.residuals))
+
+    def _moving(self, expression: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """An expression while the joint moves up, and while it moves down."""
+        names = [mode.name for mode in self.system.interface.modes]
+        if JOINT_MOTION.name not in names:
+            value = self.seen(expression)
+            return value, value
+        mode = self.system.r[names.index(JOINT_MOTION.name)]
+        up, down = (self.seen(ca.substitute(expression, mode, sign)) for sign in (1, -1))
+        return up, down
+
+    def total(self, weights: ca.SX) -> ca.SX:
+        """Torque on the link; friction holds the joint as far as its bounds allow."""
+        system = self.system
+        inertia = system.p[system.interface.parameter_names.index("link.inertia")]
+        up, down = self._moving(inertia * system.rates[1])
+        if up is down:
+            return up
+        held = ca.fmax(up, 0) + ca.fmin(down, 0)
+        return weights[0] * up + weights[1] * down + weights[2] * held
+
+    def tendon(self, weights: ca.SX) -> ca.SX:
+        """Torque of the tendons on the joint."""
+        output = self.system.outputs[self.system.interface.output_names.index("joint_torque")]
+        up, down = self._moving(output)
+        if up is down:
+            return up
+        return weights[0] * up + weights[1] * down + weights[2] * 0.5 * (up + down)

@@ -1,0 +1,565 @@
+"""The screen: sets of effects estimated together with the model's own parameters, in torque.
+
+Every candidate set is fitted to the weak form of the recordings (`weak_form`), where nothing is
+integrated and the problem is nearly linear, so that a good start is not needed. The estimates are
+where refits of whole trajectories start, and tell which sets deserve one.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import log
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.candidates import sensible, shapes
+from elastic_tendon.diagnosis.torque_balance import Balance, torque_balance
+from elastic_tendon.diagnosis.weak_form import Weak, Whitener, weak_form
+from elastic_tendon.errors import ModelError
+from elastic_tendon.identify.coordinates import SPRINGS, Coordinates, free_parameters
+from elastic_tendon.identify.residuals import Array, autocorrelation_time
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model, typical_value
+
+START = 0.1  # of the typical strength of an effect, from which its estimate begins ...
+STARTS = (0.1, 1.0)  # ... and where its null is singular, so that strengths far off look alike
+SCOUTING, POLISHING = 3, 8  # steps with shapes held, and with all parameters free
+SCOUTED, POLISHED = 3, 2  # starts of an effect that are followed, and those to the end ...
+ALIKE = 2.0  # ... where their mean squares differ by less than this factor
+KEPT = 3  # from which it is looked at beside other effects
+FITS = 1.3  # mean square up to which residuals are noise alone
+LONGEST_MEMORY = 40.0  # residuals that count as one fact, at the most
+DECISIVE = 10.0  # difference of evidence from which data decide
+ONE_SIDED = 1.645  # standard deviations that 95 % of a normal distribution lie below
+CONVERGED = 1e-3  # relative fall of the cost
+# share of the stiffness that an effect may take away before residuals count more, and the least
+ORDINARY_STIFFNESS, LEAST_STIFFNESS = 0.5, 1e-3
+STIFFNESSES = tuple(f"{spring}.stiffness" for spring in SPRINGS)
+DAMPINGS = 5  # tried in one step
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A set of effects: where its parameters may go, and its equations."""
+
+    added: tuple[str, ...]
+    coordinates: Coordinates
+    effect_ids: tuple[str, ...]  # those that the given model has among them
+    lower: Array
+    upper: Array
+    shapes: tuple[bool, ...]
+    values: Mapping[str, float]  # of all parameters, those that are known among them
+
+    @cached_property
+    def balance(self) -> Balance:
+        """Its equations, with derivatives by the free parameters."""
+        return torque_balance(self.effect_ids, self.coordinates.paths)
+
+    @cached_property
+    def plain(self) -> Balance:
+        """Its equations without derivatives."""
+        return torque_balance(self.effect_ids, ())
+
+    @cached_property
+    def inertia_column(self) -> int | None:
+        """Which free parameter is the inertia of the link."""
+        paths = self.coordinates.paths
+        return paths.index("link.inertia") if "link.inertia" in paths else None
+
+    def numbers(self, x: Array) -> dict[str, float]:
+        """Every parameter by its path."""
+        free = zip(self.coordinates.paths, self.coordinates.values(x).tolist(), strict=True)
+        return {**self.values, **dict(free)}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A set of effects fitted in torque.
+
+    `values` : every parameter by its dotted path. `residuals` : whitened (N,). `prior` : sum of
+    squares by which parameters of the given model left their given values, in prior sigmas.
+    `size` : number of parameters of the effects.
+    """
+
+    added: tuple[str, ...]
+    x: Array
+    values: Mapping[str, float]
+    residuals: Array
+    prior: float
+    size: int
+    log_determinant: float = 0.0
+
+    @property
+    def square(self) -> float:
+        """Mean square of the whitened residuals; 1 is the noise."""
+        return float(np.mean(self.residuals**2))
+
+    def deviance(self, scale: float = 1.0) -> float:
+        """Minus twice the log-likelihood, with the prior and a penalty for each parameter.
+
+        Parameters
+        ----------
+        scale : mean square and memory by which residuals count less than their number says
+        """
+        facts = len(self.residuals) / scale
+        return facts * log(max(self.square, 1e-9)) + (
+            self.log_determinant / scale + self.prior + log(max(facts, 2.0)) * self.size
+        )
+
+
+@dataclass(frozen=True)
+class Look:
+    """A set of effects before it is fitted: mean square expected, and parameters by path."""
+
+    square: float
+    start: Mapping[str, float]
+
+
+def memory_of(residuals: Array) -> float:
+    """Number of whitened residuals that count as one fact."""
+    return min(autocorrelation_time(residuals), LONGEST_MEMORY)
+
+
+class Screen:
+    """Recordings in weak form, and estimates of sets of effects from them.
+
+    Parameters
+    ----------
+    given : Model; centre of the prior
+    measurements : recordings
+    """
+
+    def __init__(self, given: Model, measurements: Sequence[Measurement]) -> None:
+        self.given = given
+        self.measurements = tuple(measurements)
+        self.recordings: list[Weak] = [weak_form(part) for part in measurements]
+        self._given = given.values()
+        self._models: dict[tuple[str, ...], Model] = {(): given}
+        self._structures: dict[tuple[str, ...], Structure] = {}
+        self.whiteners: list[Whitener] = []
+        base = self.structure(())
+        self.whiteners = self._whiteners(base, np.zeros(len(base.coordinates.paths)))
+        self.evaluations = 0
+        self._kept: dict[str, list[dict[str, float]]] = {}
+        self._known: tuple[Estimate, tuple[Array, Array]] | None = None
+
+    # ---- structures --------------------------------------------------------------------------
+
+    def structure(self, added: tuple[str, ...]) -> Structure:
+        """Of a set of effects.
+
+        Raises
+        ------
+        ModelError : they do not go together
+        """
+        if added not in self._structures:
+            self._structures[added] = self._structure(added)
+        return self._structures[added]
+
+    def _model(self, added: tuple[str, ...]) -> Model:
+        if added not in self._models:
+            self._models[added] = self._model(added[:-1]).with_effect(added[-1], None)
+        return self._models[added]
+
+    def _structure(self, added: tuple[str, ...]) -> Structure:
+        model = self._model(added)
+        paths = free_parameters(model)
+        limits = sensible(model, added, self.measurements)
+        coordinates = Coordinates.of(model, paths, limits)
+        lower, upper = coordinates.bounds()
+        shape = {
+            f"effects.{effect_id}.{parameter.name}": parameter.shape
+            for effect_id in added
+            for parameter in effects.BY_ID[effect_id].parameters
+        }
+        return Structure(
+            added=added,
+            coordinates=coordinates,
+            effect_ids=model.effect_ids,
+            lower=lower,
+            upper=upper,
+            shapes=tuple(shape.get(path, False) for path in paths),
+            values=model.values(),
+        )
+
+    # ---- residuals ---------------------------------------------------------------------------
+
+    def _whiteners(self, structure: Structure, x: Array) -> list[Whitener]:
+        values = structure.numbers(x)
+        along = [structure.balance.torques(values, part.motion) for part in self.recordings]
+        if not self.whiteners:
+            self._slopes = np.concatenate([torques.by_position for torques in along])
+        return [
+            part.whitener(values["link.inertia"], torques)
+            for part, torques in zip(self.recordings, along, strict=True)
+        ]
+
+    def evaluate(self, structure: Structure, x: Array) -> tuple[Array, Array]:
+        """Whitened residuals (N,) and their derivatives by x, (N, m)."""
+        self.evaluations += 1
+        values = structure.numbers(x)
+        residuals, derivatives, slopes_by_position = [], [], []
+        for part, whiten in zip(self.recordings, self.whiteners, strict=True):
+            torques = structure.balance.torques(values, part.motion)
+            slopes_by_position.append(torques.by_position)
+            residuals.append(whiten(part.residuals(values["link.inertia"], torques)))
+            derivatives.append(whiten(part.jacobian(torques, structure.inertia_column)))
+        scale, slopes = self._scale(structure, values, np.concatenate(slopes_by_position))
+        whole = np.concatenate(residuals) / scale
+        by_parameter = np.vstack(derivatives) / scale - np.outer(whole, slopes)
+        return whole, by_parameter @ structure.coordinates.derivatives(x)
+
+    def _scale(
+        self, structure: Structure, values: Mapping[str, float], slopes: Array
+    ) -> tuple[float, Array]:
+        """Stiffness beside that of the given model, and the slopes of its logarithm.
+
+        The noise of an encoder shows in torque in proportion to the stiffness. Without a known
+        torque all parameters could else shrink together, and every residual with them; or play
+        could take the stiffness away.
+        """
+        joint, given = _stiffness(values), _stiffness(self._given)
+        scale = joint / given
+        left = (
+            float(np.mean(np.minimum(-slopes, -scale * self._slopes))) if structure.added else 1.0
+        )
+        whole = float(np.mean(-scale * self._slopes)) if structure.added else 1.0
+        share = min(max(left / whole, LEAST_STIFFNESS) / ORDINARY_STIFFNESS, 1.0)
+        columns = [
+            values[path.replace(".stiffness", ".parallel")] / joint if path in STIFFNESSES else 0.0
+            for path in structure.coordinates.paths
+        ]
+        return scale * share, np.array(columns)
+
+    # ---- one set -----------------------------------------------------------------------------
+
+    def fit(
+        self, added: tuple[str, ...], start: Mapping[str, float], steps: int, *, hold: bool = False
+    ) -> Estimate:
+        """Gauss-Newton with bounds and prior (Levenberg's damping).
+
+        Parameters
+        ----------
+        added : set of effects
+        start : parameters by path; those that are missing begin as given
+        steps : at the most
+        hold : shapes stay where they are
+        """
+        structure = self.structure(added)
+        coordinates = structure.coordinates
+        values = [start.get(path, structure.values[path]) for path in coordinates.paths]
+        x = np.clip(coordinates.variables(np.array(values)), structure.lower, structure.upper)
+        free = np.array([not (hold and shape) for shape in structure.shapes])
+        residuals, derivatives = self.evaluate(structure, x)
+        damping = 1e-4
+        for _ in range(steps):
+            if not (np.isfinite(residuals).all() and np.isfinite(derivatives).all()):
+                break
+            weight = _weight(residuals, independent=hold)
+            cost = _cost(structure, x, residuals, weight)
+            matrix, gradient = _normal(structure, x, residuals, derivatives, weight)
+            for _ in range(DAMPINGS):
+                step = _step(structure, x, matrix, gradient, free, damping)
+                moved = self.evaluate(structure, x + step)
+                following = _cost(structure, x + step, moved[0], weight)
+                if following < cost:
+                    damping = max(0.1 * damping, 1e-7)
+                    break
+                damping = max(30.0 * damping, 1e-3)
+            else:
+                break
+            x, (residuals, derivatives) = x + step, moved
+            if cost - following < CONVERGED * cost:
+                break
+        return self._estimate(structure, x, residuals)
+
+    def _estimate(self, structure: Structure, x: Array, residuals: Array) -> Estimate:
+        own = np.array([not path.startswith("effects.") for path in structure.coordinates.paths])
+        shift = _prior(structure, x)[own]
+        return Estimate(
+            added=structure.added,
+            x=x,
+            values=structure.numbers(x),
+            residuals=residuals,
+            prior=float(shift @ shift),
+            size=int(np.count_nonzero(~own)),
+        )
+
+    def whitened_anew(self, estimate: Estimate) -> Estimate:
+        """The estimate again, residuals whitened by its own stiffness: sets become comparable."""
+        structure, kept = self.structure(estimate.added), self.whiteners
+        try:
+            for _ in range(2):
+                self.whiteners = self._whiteners(structure, estimate.x)
+                estimate = self.fit(estimate.added, estimate.values, 4)
+            determinant = sum(whiten.log_determinant for whiten in self.whiteners)
+        finally:
+            self.whiteners = kept
+        return Estimate(**{**vars(estimate), "log_determinant": determinant})
+
+    # ---- starts ------------------------------------------------------------------------------
+
+    def sees(self, effect_id: str) -> bool:
+        """Whether torques along the measured motion show an effect."""
+        return self.structure((effect_id,)).balance.resolved
+
+    def starts(self, effect_id: str) -> list[dict[str, float]]:
+        """Parameters of an effect from which its estimate may begin, one for each shape."""
+        effect = effects.BY_ID[effect_id]
+        path = f"effects.{effect_id}."
+        return [
+            {
+                path + parameter.name: parameter.null
+                + share * (typical_value(self.given, parameter) - parameter.null)
+                for parameter in effect.parameters
+                if not parameter.shape
+            }
+            | {path + name: value for name, value in shape.items()}
+            for shape in shapes(self.given, effect, self.measurements)
+            for share in (STARTS if effect.singular_null else (START,))
+        ]
+
+    def single(self, effect_id: str, base: Mapping[str, float] | None = None) -> Estimate:
+        """The best estimate of one effect; remembers the starts that came out best.
+
+        Parameters
+        ----------
+        effect_id : what comes in
+        base : parameters of the model by path, from which to begin; None: as given
+        """
+        starts = [{**(base or {}), **start} for start in self.starts(effect_id)]
+        starts.sort(key=lambda start: self._promise(effect_id, start))
+        scouted = [self.fit((effect_id,), start, SCOUTING, hold=True) for start in starts[:SCOUTED]]
+        scouted.sort(key=badness)
+        followed = [
+            part for part in scouted[:POLISHED] if badness(part) <= ALIKE * badness(scouted[0])
+        ]
+        found = [self.fit((effect_id,), part.values, POLISHING) for part in followed]
+        self._kept[effect_id] = [
+            {
+                path: part.values[path]
+                for path in part.values
+                if path.startswith(f"effects.{effect_id}.")
+            }
+            for part in (*found, *scouted[:KEPT])
+        ]
+        return min(found, key=badness)
+
+    def _promise(self, effect_id: str, start: Mapping[str, float]) -> float:
+        """Mean square to which one step from a start would lead, to first order."""
+        structure = self.structure((effect_id,))
+        values = {**structure.values, **start}
+        x = structure.coordinates.variables(
+            np.array([values[path] for path in structure.coordinates.paths])
+        )
+        residuals, derivatives = self.evaluate(structure, x)
+        if not (np.isfinite(residuals).all() and np.isfinite(derivatives).all()):
+            return np.inf
+        weight = _weight(residuals, independent=True)
+        free = np.array([not shape for shape in structure.shapes])
+        step = _step(
+            structure, x, *_normal(structure, x, residuals, derivatives, weight), free, 0.0
+        )
+        return float(np.mean((residuals + derivatives @ step) ** 2))
+
+    def combined(
+        self, estimate: Estimate, effect_ids: Iterable[str], most: int, *, anew: bool = False
+    ) -> tuple[dict[tuple[str, ...], Estimate], dict[tuple[str, ...], "Look"]]:
+        """Estimates of sets with one more effect: all looked at, the likeliest fitted.
+
+        Parameters
+        ----------
+        estimate : of a set
+        effect_ids : what may come in
+        most : sets that are fitted
+        anew : look at all starts of each effect, not only at those that were its best by itself
+
+        Returns
+        -------
+        estimates of those that were fitted; what is expected of every set
+        """
+        looks: dict[tuple[str, ...], Look] = {}
+        for effect_id in effect_ids:
+            added = in_order((*estimate.added, effect_id))
+            if self.goes(added):
+                starts = [*self._kept[effect_id], *(self.starts(effect_id) if anew else ())]
+                looks[added] = self.extended(estimate, effect_id, starts)
+        likeliest = sorted(looks, key=lambda added: looks[added].square)[:most]
+        return {added: self.followed(added, looks[added].start) for added in likeliest}, looks
+
+    def followed(self, added: tuple[str, ...], start: Mapping[str, float]) -> Estimate:
+        """A set from one start: shapes held, then free."""
+        return self.fit(added, self.fit(added, start, SCOUTING, hold=True).values, POLISHING)
+
+    def goes(self, added: tuple[str, ...]) -> bool:
+        """Whether a model can take these effects together."""
+        try:
+            self._model(added)
+        except ModelError:
+            return False
+        return len(set(added)) == len(added)
+
+    def extended(
+        self, estimate: Estimate, effect_id: str, starts: Sequence[Mapping[str, float]]
+    ) -> "Look":
+        """How well one more effect would do, to first order, and where its estimate begins.
+
+        What the effect changes is taken from the model without the others, so that no new
+        equations are needed for a look.
+
+        Parameters
+        ----------
+        estimate : of a set without the effect
+        effect_id : what comes in
+        starts : its parameters, by path
+        """
+        bare, alone = self.structure(()), self.structure((effect_id,))
+        own = self._at(estimate)
+        if not np.isfinite(own[1]).all():
+            return Look(np.inf, {**estimate.values, **starts[0]})
+        without = self._residuals_at(bare, estimate.values)
+        structure = self.structure(estimate.added)
+        weight = _weight(own[0], independent=False)
+        matrix, gradient = _normal(structure, estimate.x, *own, weight)
+        found = []
+        for start in starts:
+            change = (
+                self._residuals_at(alone, {**alone.values, **estimate.values, **start}) - without
+            )
+            left = _left(own, matrix, gradient, change, weight)
+            found.append(Look(left, {**estimate.values, **start}))
+        return min(found, key=lambda look: look.square)
+
+    def smallest(self, estimate: Estimate, effect_id: str) -> float | None:
+        """Size of an effect's first strength that these recordings would have shown, 95 %.
+
+        Parameters
+        ----------
+        estimate : of the answer, without the effect
+        effect_id : what was not found
+
+        Returns
+        -------
+        float, in the parameter's unit; None where no size would show
+        """
+        bare, alone = self.structure(()), self.structure((effect_id,))
+        own = self._at(estimate)
+        structure = self.structure(estimate.added)
+        weight = _weight(own[0], independent=False)
+        matrix, _ = _normal(structure, estimate.x, *own, weight)
+        without = self._residuals_at(bare, estimate.values)
+        path = next(
+            f"effects.{effect_id}.{parameter.name}"
+            for parameter in effects.BY_ID[effect_id].parameters
+            if not parameter.shape
+        )
+        needed = np.sqrt(DECISIVE + log(len(own[0]))) + ONE_SIDED
+        sizes = []
+        for start in self.starts(effect_id):
+            change = (
+                self._residuals_at(alone, {**alone.values, **estimate.values, **start}) - without
+            )
+            along = own[1].T @ change / weight
+            left = change @ change / weight - along @ np.linalg.solve(matrix, along)
+            if np.isfinite(left) and left > 0.0 and change.any():
+                sizes.append(needed * abs(start[path]) / float(np.sqrt(left)))
+        return float(np.median(sizes)) if sizes else None
+
+    def _residuals_at(self, structure: Structure, values: Mapping[str, float]) -> Array:
+        """Whitened residuals (N,) alone, in the scale of the given model's stiffness."""
+        return np.concatenate(
+            [
+                whiten(part.residuals(values["link.inertia"], torques))
+                for part, whiten in zip(self.recordings, self.whiteners, strict=True)
+                for torques in [structure.plain.torques(values, part.motion)]
+            ]
+        ) / (_stiffness(values) / _stiffness(self._given))
+
+    def _at(self, estimate: Estimate) -> tuple[Array, Array]:
+        """Residuals and derivatives of an estimate, remembered for the looks that follow."""
+        if self._known is None or self._known[0] is not estimate:
+            structure = self.structure(estimate.added)
+            self._known = (estimate, self.evaluate(structure, estimate.x))
+        return self._known[1]
+
+
+def _left(
+    own: tuple[Array, Array], matrix: Array, gradient: Array, change: Array, weight: float
+) -> float:
+    """Mean square that is left when a change comes in, all else free to follow."""
+    residuals, derivatives = own
+    if not np.isfinite(change).all() or not change.any():
+        return float(np.mean(residuals**2))
+    count = len(gradient)
+    whole = np.empty((count + 1, count + 1))
+    whole[:count, :count] = matrix
+    whole[count, :count] = whole[:count, count] = derivatives.T @ change / weight
+    whole[count, count] = change @ change / weight * (1.0 + 1e-9)
+    step = -np.linalg.solve(whole, np.append(gradient, change @ residuals / weight))
+    if step[count] < 0.0:
+        return float(np.mean(residuals**2))
+    return float(np.mean((residuals + derivatives @ step[:count] + change * step[count]) ** 2))
+
+
+def in_order(effect_ids: Iterable[str]) -> tuple[str, ...]:
+    """Ids in the catalogue's order, which names a set whatever the order of adding."""
+    order = list(effects.BY_ID)
+    return tuple(sorted(dict.fromkeys(effect_ids), key=order.index))
+
+
+def badness(estimate: Estimate) -> float:
+    """By which estimates of the same residuals are ordered."""
+    square = estimate.square
+    return square if np.isfinite(square) else np.inf
+
+
+def _stiffness(values: Mapping[str, float]) -> float:
+    """Of all springs together, N/m."""
+    return sum(values[f"{spring}.parallel"] * values[f"{spring}.stiffness"] for spring in SPRINGS)
+
+
+def _prior(structure: Structure, x: Array) -> Array:
+    coordinates = structure.coordinates
+    return np.asarray((coordinates.values(x) - coordinates.centre) / coordinates.sigma)
+
+
+def _weight(residuals: Array, *, independent: bool) -> float:
+    """Variance with which a residual counts: lack of fit, and its memory."""
+    square = max(float(np.mean(residuals**2)), 1.0)
+    if independent or square < FITS:
+        return square
+    return square * memory_of(residuals)
+
+
+def _cost(structure: Structure, x: Array, residuals: Array, weight: float) -> float:
+    prior = _prior(structure, x)
+    value = float(residuals @ residuals) / weight + float(prior @ prior)
+    return value if np.isfinite(value) else np.inf
+
+
+def _normal(
+    structure: Structure, x: Array, residuals: Array, derivatives: Array, weight: float
+) -> tuple[Array, Array]:
+    """Normal equations of residuals and prior."""
+    coordinates = structure.coordinates
+    slopes = coordinates.derivatives(x) / coordinates.sigma[:, np.newaxis]
+    matrix = derivatives.T @ derivatives / weight + slopes.T @ slopes
+    gradient = derivatives.T @ residuals / weight + slopes.T @ _prior(structure, x)
+    return matrix, gradient
+
+
+def _step(
+    structure: Structure, x: Array, matrix: Array, gradient: Array, free: Array, damping: float
+) -> Array:
+    """Best step of the free parameters within the bounds."""
+    own = matrix[np.ix_(free, free)]
+    factor = np.linalg.cholesky(own + damping * np.diag(np.diag(own)))
+    room = (structure.lower - x)[free], (structure.upper - x)[free]
+    tight = np.maximum(room[1] - room[0], 1e-300) <= 1e-12
+    bounds = np.minimum(room[0], 0.0) - tight * 1e-12, np.maximum(room[1], 0.0) + 1e-12
+    found = lsq_linear(factor.T, -np.linalg.solve(factor, gradient[free]), bounds, method="bvls")
+    step = np.zeros(len(x))
+    step[free] = found.x
+    return np.clip(x + step, structure.lower, structure.upper) - x

@@ -1,0 +1,89 @@
+"""One more effect beside a refitted answer, looked at along the whole trajectory.
+
+What the effect changes is simulated at a few starts; parameters, initial states and its strength
+follow to first order. It sees what torques along the measured motion do not show, such as the
+swinging of a spring's own mass, and costs a simulation a start.
+"""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.identify.problem import TOLERANCE
+from elastic_tendon.identify.residuals import (
+    Array,
+    residuals_of,
+    simulate_measurement,
+    stack,
+)
+from elastic_tendon.parameters import Model
+
+ON_BOUND = 1e-9  # in prior sigmas
+ROUNDING = 1e-10  # sum of squares, in sigmas, that is no change
+
+
+class TrajectoryScreen:
+    """An answer with its derivatives, for looks at what may come in beside it."""
+
+    def __init__(self, answer: Answer) -> None:
+        result = answer.result
+        self._result = result
+        jacobian = result.problem.jacobian(result.vector, result.sigmas)
+        residuals = result.problem.residuals(result.vector, result.sigmas)
+        self._count = len(residuals) - len(result.problem.coordinates.paths)  # no prior
+        self._residuals = residuals
+        lower, upper = result.problem.bounds()
+        # what is at a bound does not follow: it might have to go beyond it
+        inside = (result.vector > lower + ON_BOUND) & (result.vector < upper - ON_BOUND)
+        scale = np.linalg.norm(jacobian, axis=0)
+        free = inside & (scale > 0.0)
+        self._directions = np.linalg.qr(jacobian[:, free] / scale[free])[0]
+
+    def best(
+        self, models: Iterable[Model], check: Callable[[float], None]
+    ) -> list[tuple[float, Model]]:
+        """Models with one more effect, the most promising first.
+
+        Parameters
+        ----------
+        models : with the parameters of the answer, and some of the effect
+        check : called before each simulation; may end the look
+
+        Returns
+        -------
+        share of the answer's mean square that would be left, 0 to 1, and the model
+        """
+        found = []
+        for model in models:
+            check(0.0)
+            found.append((self._left(model), model))
+        return sorted(found, key=lambda pair: pair[0])
+
+    def _left(self, model: Model) -> float:
+        result, residuals = self._result, self._residuals[: self._count]
+        try:
+            errors = [
+                residuals_of(simulate_measurement(model, part, initial, TOLERANCE), part)
+                for part, initial in zip(
+                    result.problem.measurements, result.initial_states, strict=True
+                )
+            ]
+        except ElasticTendonError:
+            return 1.0
+        change = np.zeros(len(self._residuals))
+        change[: self._count] = stack(errors, result.sigmas) - residuals
+        if not np.isfinite(change).all():
+            return 1.0
+        before, across = self._across(self._residuals), self._across(change)
+        square = float(across @ across)
+        along = float(across @ before)
+        if square <= ROUNDING or along >= 0.0:  # nothing new, or only with the other sign
+            return 1.0
+        left = (before - along / square * across)[: self._count]
+        return float(np.sum(left**2) / (residuals @ residuals))
+
+    def _across(self, values: Array) -> Array:
+        """What parameters and initial states cannot follow."""
+        return np.asarray(values - self._directions @ (self._directions.T @ values))

@@ -1,0 +1,236 @@
+"""The verdict: what was found, what is left, how sure that is; and the one sentence for it.
+
+Every word for a probability has a fixed meaning (`hedge`), so that no sentence says more than the
+numbers beside it.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.stats import norm
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
+from elastic_tendon.diagnosis.result import RecordingSummary, Remaining, Verdict
+from elastic_tendon.identify.compare import Comparison
+from elastic_tendon.identify.determinability import Estimate
+from elastic_tendon.identify.residuals import noise_floors
+
+LEFT = 1.5  # times the noise, up to which nobody wants to hear of what is left
+TOO_LARGE = 5.0  # times the noise: no disturbance that a model need not know
+ELSEWHERE = 3.0  # times the error on fitted recordings, that one on a held-out one may have
+FALSE_SHIFTS = 0.05  # of any parameter, where none is wrong
+SURELY, PROBABLY = 0.99, 0.9  # probabilities from which these words are used
+
+
+def hedge(probability: float) -> str:
+    """Word for a probability: surely from 0.99, probably from 0.9, else perhaps."""
+    if probability >= SURELY:
+        return "surely"
+    return "probably" if probability >= PROBABLY else "perhaps"
+
+
+def remaining_of(
+    given: Comparison, last: Comparison, lack: Mapping[str, LackOfFit]
+) -> dict[str, Remaining]:
+    """What is left of each signal's error.
+
+    Parameters
+    ----------
+    given, last : the model as given and the answer beside the fitted recordings
+    lack : whether what is left depends on the state of the machine
+    """
+    noise = last.pooled(lambda error: error.noise.sigma)
+    before, after = given.rmse(), last.rmse()
+
+    def excess(rmse: Mapping[str, float], name: str) -> float:
+        return max(rmse[name] ** 2 - noise[name] ** 2, 0.0)
+
+    found = {}
+    for name, result in lack.items():
+        ratio, left = after[name] / noise[name], excess(after, name)
+        found[name] = Remaining(
+            noise_ratio=ratio,
+            share_of_initial=left / max(excess(before, name), 1e-300) if left else 0.0,
+            significant=bool(result.significant or ratio > TOO_LARGE),
+            matters=bool(ratio > LEFT),
+            p_value=result.p_value,
+        )
+    return found
+
+
+def unexplained(remaining: Mapping[str, Remaining]) -> bool:
+    """Whether something that is surely there and large is left."""
+    return any(part.significant and part.matters for part in remaining.values())
+
+
+def changed_parameters(
+    answer: Answer, given: Comparison, relevance: float
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Parameters of the given model that moved significantly: those that matter, and the others.
+
+    Their intervals exclude the given value, and that is no chance of so many (Holm's correction).
+    One matters if its shift alone changes a signal by more than `relevance` of its error as given.
+    """
+    estimates = [
+        estimate
+        for estimate in answer.result.findings.estimates
+        if estimate.determined and not estimate.path.startswith("effects.") and estimate.sigma > 0.0
+    ]
+    tails = [
+        2.0 * float(norm.sf(abs(estimate.fitted - estimate.given) / estimate.sigma))
+        for estimate in estimates
+    ]
+    moved = []
+    for rank, index in enumerate(np.argsort(tails)):
+        if tails[index] > FALSE_SHIFTS / (len(tails) - rank):
+            break
+        estimate = estimates[index]
+        # of few stretches of time the interval is wider than a normal distribution's
+        if not estimate.interval[0] <= estimate.given <= estimate.interval[1]:
+            moved.append(estimate)
+    moved.sort(key=lambda estimate: estimates.index(estimate))
+    effect = _shown_by(answer, moved)
+    floor = max(relevance * max(given.noise_ratio().values()), relevance)
+    matter = tuple(part.path for part in moved if effect[part.path] > floor)
+    return matter, tuple(part.path for part in moved if part.path not in matter)
+
+
+def _shown_by(answer: Answer, moved: Sequence[Estimate]) -> dict[str, float]:
+    """RMS change of the signals by each parameter's shift, in units of the noise."""
+    if not moved:
+        return {}
+    problem = answer.result.problem
+    floors = tuple(noise_floors(recording) for recording in problem.measurements)
+    columns = problem.data_jacobian(answer.result.vector, floors)
+    paths = problem.coordinates.paths
+    return {
+        part.path: abs(part.fitted - part.given)
+        * float(np.sqrt(np.mean(columns[:, paths.index(part.path)] ** 2)))
+        for part in moved
+    }
+
+
+def fails_elsewhere(
+    fitted: Comparison, heldout: Comparison | None, recordings: Sequence[RecordingSummary]
+) -> str:
+    """Name of a held-out recording that the answer errs on as a whole, "" where there is none.
+
+    What a constant explains, such as another zero of an encoder, is no failure, nor is an error
+    that the fitted recordings have too.
+    """
+    explained = {part.file for part in recordings if part.explained_by is not None}
+    usual = fitted.noise_ratio()
+    for file in heldout.files if heldout is not None else ():
+        for name, error in file.signals.items():
+            most = max(TOO_LARGE, ELSEWHERE * usual.get(name, 1.0))
+            if error.noise_ratio > most and file.measurement.name not in explained:
+                return file.measurement.name
+    return ""
+
+
+def verdict_of(
+    added: Sequence[str],
+    changed: Sequence[str],
+    remaining: Mapping[str, Remaining],
+    fell: float,
+    relevance: float,
+    elsewhere: str = "",
+) -> Verdict:
+    """The verdict.
+
+    Parameters
+    ----------
+    added : effects
+    changed : parameters that moved significantly and matter
+    remaining : by signal
+    fell : share by which the error fell from the model as given, 0 to 1
+    relevance : share below which that is not worth a verdict
+    elsewhere : held-out recording on which the answer fails
+    """
+    if unexplained(remaining) or (elsewhere and not added):
+        return "unexplained"
+    if added:
+        return "missing_effect"
+    return "wrong_parameter" if changed and fell > relevance else "adequate"
+
+
+def fall(given: Comparison, last: Comparison) -> float:
+    """Share by which the error fell, of the signal where it fell most, 0 to 1."""
+    before, after = given.rmse(), last.rmse()
+    return max(1.0 - after[name] / before[name] if before[name] else 0.0 for name in before)
+
+
+def sentence_of(
+    verdict: Verdict,
+    added: Sequence[str],
+    certainty: Mapping[str, float],
+    alike: Sequence[str],
+    changed: Sequence[str],
+    given: Comparison,
+    last: Comparison,
+    *,
+    elsewhere: str = "",
+    complete: bool,
+) -> str:
+    """The verdict in words.
+
+    Parameters
+    ----------
+    verdict, added, changed : what was found
+    certainty : probability of each added effect, 0 to 1
+    alike : names of what the data cannot tell from what was added, "+" between ids of a set
+    given, last : the model as given and the answer beside the fitted recordings
+    elsewhere : held-out recording on which the answer fails
+    complete : whether the search came to its end
+    """
+    before, after = max(given.noise_ratio().values()), max(last.noise_ratio().values())
+    left = f"{_number(after)} times the noise"
+    falls = f"the error falls from {_number(before)} to {left}"
+    if verdict == "adequate":
+        text = f"{given.model.name} explains these data: what is left is {left}"
+    elif verdict == "wrong_parameter":
+        numbers = f"{', '.join(changed)} {'is' if len(changed) == 1 else 'are'} off"
+        text = f"No effect is missing, but {numbers}: refitted, {falls}"
+    elif verdict == "missing_effect":
+        text = f"{_missing(added, certainty)}: {falls}{_or_else(alike)}"
+    elif added:
+        text = (
+            f"{_missing(added, certainty)}; beyond {'it' if len(added) == 1 else 'them'} {left} "
+            f"is left that no effect of the catalogue explains{_or_else(alike)}"
+        )
+    elif after > LEFT or not elsewhere:
+        text = f"Something is missing that no effect of the catalogue explains: {left} is left"
+    else:
+        text = f"Something is missing that the fitted recordings do not show: {left} is left there"
+    if elsewhere:
+        text += f"; {elsewhere}, which was held out, is not explained"
+    return f"{text}." if complete else f"{text}; the search was stopped before its end."
+
+
+def _missing(added: Sequence[str], certainty: Mapping[str, float]) -> str:
+    """As "Coulomb friction is surely missing, gravity load probably"."""
+    titles = [effects.BY_ID[effect_id].title for effect_id in added]
+    words = [hedge(certainty.get(effect_id, 0.0)) for effect_id in added]
+    if len(set(words)) == 1:
+        listed = " and ".join([*([", ".join(titles[:-1])] if titles[1:] else []), titles[-1]])
+        return f"{listed} {'is' if len(titles) == 1 else 'are'} {words[0]} missing"
+    parts = [f"{title} {word}" for title, word in zip(titles, words, strict=True)]
+    return f"Missing: {', '.join(parts)}"
+
+
+def _or_else(alike: Sequence[str]) -> str:
+    """What would do as well, as "; Stribeck friction would do as well"."""
+    if not alike:
+        return ""
+    titles = [
+        " with ".join(effects.BY_ID[effect_id].title for effect_id in name.split("+"))
+        for name in alike
+    ]
+    return f"; {', '.join(titles)} would do as well"
+
+
+def _number(value: float) -> str:
+    digits = 0 if value >= 100.0 else (1 if value >= 10.0 else 2)
+    return f"{value:.{digits}f}"

@@ -1,0 +1,184 @@
+"""What a diagnosis works on: clean recordings, short enough; and which effects may be missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis import data
+from elastic_tendon.diagnosis.data import FASTEST, FEWEST, MOST, WINDOWS, data_of, idle_effects
+from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.errors import MeasurementError, ModelError
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import load_model
+
+GIVEN = load_model("biorob_x4_joint_3")
+NOISE = 2e-4  # rad
+
+
+def recording(n: int, step: float = 0.002, seed: int = 1, *, name: str = "made") -> Measurement:
+    """A joint that rests in the first half and moves in the second."""
+    time = step * np.arange(n)
+    motion = 0.3 * np.sin(2 * np.pi * 0.7 * np.maximum(time - time[n // 2], 0.0))
+    noise = NOISE * np.random.default_rng(seed).standard_normal(n)
+    signals = {"joint_position": motion + noise}
+    return Measurement(name, time, motion, signals, load_torque=0.1 * motion)
+
+
+def samples(recordings: tuple[Measurement, ...]) -> int:
+    return sum(len(part.time) for part in recordings)
+
+
+# ---- how much of it ------------------------------------------------------------------------------
+
+
+def test_a_short_recording_is_taken_whole() -> None:
+    found = data_of(GIVEN, [recording(3000)], [])
+    assert found.fitted == found.whole
+    assert samples(found.fitted) == 3000
+
+
+@pytest.mark.parametrize("lengths", [(50_000,), (40_000, 30_000), (16_000, 1000)])
+def test_of_long_recordings_the_search_sees_excerpts(lengths: tuple[int, ...]) -> None:
+    parts = [recording(n, seed=n, name=f"of {n}") for n in lengths]
+    found = data_of(GIVEN, parts, [])
+    assert samples(found.whole) == sum(lengths)
+    assert 0.8 * MOST < samples(found.fitted) <= MOST
+    assert len(found.fitted) <= WINDOWS * len(parts)
+
+
+def test_excerpts_are_where_the_joint_moves() -> None:
+    (whole,) = (recording(50_000),)
+    found = data_of(GIVEN, [whole], []).fitted
+    moving = whole.time[len(whole.time) // 2]
+    assert all(part.time[0] >= moving - 1.0 for part in found)
+    starts = [part.time[0] for part in found]
+    assert starts == sorted(starts)
+    for part in found:  # samples are the recording's own
+        assert np.isin(part.time, whole.time).all()
+
+
+def test_samples_closer_than_need_be_are_averaged() -> None:
+    fast = recording(60_000, step=2.5e-4)
+    (found,) = data_of(GIVEN, [fast], []).fitted
+    assert len(found.time) <= MOST
+    steps = np.diff(found.time)
+    assert np.allclose(steps, steps[0])
+    assert fast.time[1] < steps[0] <= FASTEST * (1.0 + 1e-9)
+    count = round(steps[0] / fast.time[1])
+    left = found.signals["joint_position"] - np.interp(found.time, fast.time, fast.motor_position)
+    # the mean of so many samples has so much less noise
+    assert np.std(left) == pytest.approx(NOISE / np.sqrt(count), rel=0.1)
+    assert found.load_torque == pytest.approx(0.1 * found.motor_position, abs=1e-3)
+
+
+def test_static_curves_stay_whole() -> None:
+    n = MOST + 100
+    time = 1000.0 * np.arange(n)
+    signals = {"joint_position": np.linspace(0.0, 0.1, n)}
+    curve = Measurement("curve", time, 0.0 * time, signals, load_torque=0.0 * time, static=True)
+    (found,) = data_of(GIVEN, [curve], [], Options(horizon=1.0)).fitted
+    assert len(found.time) == n
+
+
+def test_held_out_recordings_stay_whole() -> None:
+    found = data_of(GIVEN, [recording(3000)], [recording(MOST + 1000, seed=2)])
+    assert samples(found.heldout) == MOST + 1000
+
+
+# ---- a horizon -----------------------------------------------------------------------------------
+
+
+def test_a_horizon_makes_windows() -> None:
+    whole = recording(3000)  # 6 s
+    found = data_of(GIVEN, [whole], [], Options(horizon=1.5))
+    assert len(found.fitted) == 4
+    assert samples(found.fitted) == 3000
+    assert found.fitted == found.whole
+    for part in found.fitted:
+        assert part.time[-1] - part.time[0] <= 1.5
+    joined = np.concatenate([part.time for part in found.fitted])
+    np.testing.assert_array_equal(joined, whole.time)
+
+
+def test_a_horizon_of_too_few_samples_is_none() -> None:
+    whole = recording(3000)
+    assert len(data_of(GIVEN, [whole], [], Options(horizon=0.5 * FEWEST * 0.002)).fitted) == 1
+    assert len(data_of(GIVEN, [whole], [], Options(horizon=100.0)).fitted) == 1
+
+
+# ---- candidates ----------------------------------------------------------------------------------
+
+
+def test_every_effect_is_a_candidate_of_a_bare_model() -> None:
+    assert data_of(GIVEN, [recording(500)], []).candidates == effects.BY_ID.ids()
+
+
+def test_only_and_without() -> None:
+    wanted = ("gravity_load", "coulomb_friction")
+    found = data_of(GIVEN, [recording(500)], [], Options(only=wanted))
+    assert found.candidates == ("coulomb_friction", "gravity_load")
+    found = data_of(GIVEN, [recording(500)], [], Options(only=wanted, without=wanted[:1]))
+    assert found.candidates == ("coulomb_friction",)
+    found = data_of(GIVEN, [recording(500)], [], Options(without=wanted))
+    assert set(effects.BY_ID.ids()) - set(found.candidates) == set(wanted)
+
+
+def test_unknown_ids_are_refused_by_name() -> None:
+    with pytest.raises(ModelError, match="gravity_lood"):
+        Options(only=("gravity_lood",)).check_ids()
+    with pytest.raises(ModelError, match="no_such"):
+        Options(without=("coulomb_friction", "no_such")).check_ids()
+    Options(only=("coulomb_friction",), without=("gravity_load",)).check_ids()
+
+
+def test_effects_at_values_at_which_they_do_nothing_are_candidates() -> None:
+    model = GIVEN.with_effect("coulomb_friction", {"torque": 0.0})
+    model = model.with_effect("gravity_load", {"torque": 0.0, "angle": 0.4})
+    assert set(idle_effects(model)) == {"coulomb_friction", "gravity_load"}
+    found = data_of(model, [recording(500)], [])
+    assert found.given.effect_ids == ()
+    assert {"coulomb_friction", "gravity_load"} <= set(found.candidates)
+
+
+def test_effects_that_do_something_stay() -> None:
+    model = GIVEN.with_effect("coulomb_friction", {"torque": 0.1})
+    assert idle_effects(model) == ()
+    found = data_of(model, [recording(500)], [])
+    assert found.given == model
+    assert "coulomb_friction" not in found.candidates
+
+
+# ---- what is refused -----------------------------------------------------------------------------
+
+
+def test_a_held_out_recording_needs_the_fitted_signals() -> None:
+    own, other = recording(500), recording(500, seed=2, name="second")
+    richer = replace(own, signals={**own.signals, "joint_torque": own.motor_position})
+    with pytest.raises(MeasurementError) as refused:
+        data_of(GIVEN, [richer], [other])
+    text = str(refused.value)
+    assert text == (
+        "second: it is to validate and lacks joint_torque, which the fitted recordings have; give "
+        "a recording with the same signals"
+    )
+
+
+def test_a_held_out_recording_may_have_more() -> None:
+    own, other = recording(500), recording(500, seed=2)
+    richer = replace(other, signals={**other.signals, "joint_torque": other.motor_position})
+    assert len(data_of(GIVEN, [own], [richer]).heldout) == 1
+
+
+def test_fitted_samples_cannot_judge() -> None:
+    own = recording(500)
+    with pytest.raises(MeasurementError, match="shares samples"):
+        data_of(GIVEN, [own], [replace(own, name="again")])
+
+
+def test_the_motor_encoders_noise_is_taken_away(monkeypatch) -> None:
+    seen = []
+    monkeypatch.setattr(data, "smoothed", lambda part: seen.append(part.name) or part)
+    data_of(GIVEN, [recording(500)], [recording(500, seed=2, name="second")])
+    assert seen == ["made", "second"]

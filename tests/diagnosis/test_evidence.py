@@ -1,0 +1,201 @@
+"""The evidence: what counts for an answer, what against it, and which answer is taken."""
+
+from dataclasses import dataclass, field
+from math import log
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis import evidence
+from elastic_tendon.diagnosis.evidence import (
+    DECISIVE,
+    Evidence,
+    audible,
+    implausible_values,
+    is_plausible,
+    probabilities,
+)
+from elastic_tendon.parameters import load_model, typical_value
+
+GIVEN = load_model("biorob_x4_joint_3")
+N = 1000  # samples, independent facts all of them
+
+
+@dataclass(frozen=True)
+class Made:
+    """An answer by its errors alone; `typical` : share of the typical values of its effects."""
+
+    added: tuple[str, ...]
+    square: float
+    implausibility: float = 0.0
+    typical: float = 1.0
+    heldout: float = 1.0
+    result: SimpleNamespace = field(
+        default_factory=lambda: SimpleNamespace(
+            model=GIVEN, problem=SimpleNamespace(measurements=())
+        )
+    )
+
+    @property
+    def floored(self):
+        return np.sqrt(self.square) * np.ones(N)
+
+    @property
+    def complexity(self) -> int:
+        return sum(len(effects.BY_ID[effect_id].parameters) for effect_id in self.added)
+
+    def values(self, effect_id: str) -> dict[str, float]:
+        return {
+            parameter.name: parameter.null
+            + self.typical * (typical_value(GIVEN, parameter) - parameter.null)
+            for parameter in effects.BY_ID[effect_id].parameters
+        }
+
+
+@pytest.fixture(autouse=True)
+def facts(monkeypatch) -> None:
+    """Every sample is a fact; errors on held-out recordings are those that were made up."""
+    monkeypatch.setattr(evidence, "_facts", lambda _answer, _recordings, errors: float(len(errors)))
+
+
+def judge(*, heldout: bool = False, monkeypatch=None) -> Evidence:
+    if heldout:
+        made = lambda _self, answer: np.sqrt(answer.heldout) * np.ones(100)  # noqa: E731
+        monkeypatch.setattr(Evidence, "heldout_errors", made)
+    return Evidence((SimpleNamespace(),) if heldout else ())
+
+
+BASE = Made((), 4.0)
+COULOMB = Made(("coulomb_friction",), 1.0)
+
+
+def test_a_smaller_error_counts_for_an_answer_and_its_parameters_against_it() -> None:
+    base, coulomb = judge().of([BASE, COULOMB])
+    assert base == pytest.approx(N * log(4.0))
+    assert coulomb == pytest.approx(log(N))
+
+
+def test_errors_below_the_noise_count_no_further() -> None:
+    half, none = judge().of([Made((), 0.25), Made((), 1e-8)])
+    assert half == none
+
+
+def test_what_leaves_the_prior_costs() -> None:
+    near, far = judge().of([Made((), 1.0), Made((), 1.0, implausibility=25.0)])
+    assert far - near == pytest.approx(25.0)
+
+
+def test_an_implausible_value_costs() -> None:
+    ordinary, huge = judge().of([COULOMB, Made(("coulomb_friction",), 1.0, typical=100.0)])
+    assert huge - ordinary == pytest.approx(evidence.IMPLAUSIBLE)
+    assert implausible_values(COULOMB) == {}
+    (path,) = implausible_values(Made(("coulomb_friction",), 1.0, typical=100.0))
+    assert path == "effects.coulomb_friction.torque"
+
+
+def test_held_out_errors_take_part(monkeypatch) -> None:
+    good, bad, lost = (Made((), 1.0, heldout=square) for square in (1.0, 2.0, np.inf))
+    values = judge(heldout=True, monkeypatch=monkeypatch).of([good, bad, lost])
+    assert values[1] - values[0] == pytest.approx(100.0 * log(2.0))
+    assert values[2] == np.inf
+
+
+def test_a_model_that_cannot_follow_a_recording_errs_without_end() -> None:
+    broken = SimpleNamespace(time=np.arange(3.0))
+    found = Evidence((broken,))
+    errors = np.array([np.inf])
+    found._errors[id(BASE)] = (BASE, errors)
+    assert found.heldout_errors(BASE) is errors
+
+
+def test_of_near_equals_the_simplest_is_taken() -> None:
+    stribeck = Made(("stribeck_friction",), 0.99)
+    assert judge().best([BASE, stribeck, COULOMB]) is COULOMB
+    clearly = Made(("stribeck_friction",), 0.9)
+    assert judge().best([BASE, clearly, COULOMB]) is clearly
+
+
+def test_of_laws_of_the_same_size_the_more_common_is_taken() -> None:
+    drag = Made(("quadratic_drag",), 1.0)
+    assert judge().best([BASE, drag, COULOMB]) is COULOMB
+
+
+def test_what_nobody_would_hear_of_is_left_out() -> None:
+    clean = Made((), 1.0)
+    faint, loud = (Made(("gravity_load",), 1.0 - gain) for gain in (0.02, 0.04))
+    assert not audible(faint, [clean, faint])
+    assert audible(loud, [clean, loud])
+    many = 50_000.0  # facts, of which the faint one would be sure
+    assert many * log(1.0 / 0.98) > DECISIVE + 2 * log(many)
+    assert judge().allowed([clean, faint]) == [clean]
+    assert judge().allowed([clean, loud], [("gravity_load",)]) == [clean]
+
+
+def test_against_a_large_error_only_a_share_of_it_is_heard() -> None:
+    rough, better = Made((), 100.0), Made(("gravity_load",), 99.0)
+    assert not audible(better, [rough, better])
+    # beside a set that is none of its parts nothing is asked
+    assert audible(better, [COULOMB, better])
+
+
+def test_probabilities_sum_to_one() -> None:
+    found = probabilities([3.0, 3.0, 3.0 + 2 * log(4.0), np.inf])
+    assert sum(found) == pytest.approx(1.0)
+    assert found[0] == found[1]
+    assert found[0] / found[2] == pytest.approx(4.0)
+    assert found[3] < 1e-300
+    assert probabilities([]) == []
+    assert probabilities([-1e6]) == [1.0]
+
+
+def test_where_nothing_can_follow_a_held_out_recording_the_simplest_is_taken(monkeypatch) -> None:
+    lost = [Made(added, 1.0, heldout=np.inf) for added in ((), ("coulomb_friction",))]
+    found = judge(heldout=True, monkeypatch=monkeypatch)
+    assert found.best(lost) is lost[0]
+    assert probabilities(found.of(lost)) == [0.5, 0.5]
+
+
+@pytest.mark.parametrize("effect", effects.CATALOGUE, ids=lambda effect: effect.id)
+def test_typical_values_are_plausible(effect) -> None:
+    for parameter in effect.parameters:
+        path = f"effects.{effect.id}.{parameter.name}"
+        assert is_plausible(GIVEN, path, typical_value(GIVEN, parameter))
+
+
+def test_what_no_actuator_has_is_implausible() -> None:
+    path = "effects.coulomb_friction.torque"
+    parameter = effects.BY_ID["coulomb_friction"].parameters[0]
+    typical = typical_value(GIVEN, parameter)
+    assert is_plausible(GIVEN, path, 29.0 * typical)
+    assert not is_plausible(GIVEN, path, 31.0 * typical)
+    assert is_plausible(GIVEN, path, 0.0)
+
+
+def test_a_shape_may_be_too_small_as_well() -> None:
+    path = "effects.stribeck_friction.stribeck_velocity"
+    parameter = next(
+        part
+        for part in effects.BY_ID["stribeck_friction"].parameters
+        if part.name == "stribeck_velocity"
+    )
+    typical = typical_value(GIVEN, parameter)
+    assert parameter.shape
+    assert not is_plausible(GIVEN, path, typical / 31.0)
+
+
+def test_where_an_angle_lies_is_the_machines_own() -> None:
+    assert is_plausible(GIVEN, "effects.gravity_load.angle", 1e3)
+    assert is_plausible(GIVEN, "link.inertia", 1e3)  # it has its prior
+
+
+def test_no_answers_have_no_evidence() -> None:
+    assert judge().of([]) == []
+
+
+def test_what_errs_more_on_held_out_recordings_is_not_allowed(monkeypatch) -> None:
+    found = judge(heldout=True, monkeypatch=monkeypatch)
+    worse, better = (Made(("coulomb_friction",), 1.0, heldout=square) for square in (30.0, 0.9))
+    assert found.allowed([BASE, worse]) == [BASE]
+    assert found.allowed([BASE, better]) == [BASE, better]

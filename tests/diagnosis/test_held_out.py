@@ -1,0 +1,122 @@
+"""Errors on held-out data: what a fit left open is no failure of the law, a missing effect is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastic_tendon import compiled
+from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.held_out import heldout_errors
+from elastic_tendon.identify.fit import QUICK, FitResult
+from elastic_tendon.identify.problem import Problem
+from elastic_tendon.identify.residuals import noise_floors, stack
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+from smooth_motion import GIVEN, typical_model
+
+NOISE = 2e-4  # rad
+# Hz, and size; slowly nobody sees how heavy the link is
+SLOW, FAST, OTHER_FAST = (0.15, 1.0), (1.2, 2.0), (1.0, 2.0)
+OTHER = {"link.inertia": 1.4 * GIVEN.link.inertia, "link.damping": 1.3 * GIVEN.link.damping}
+
+
+def recorded(model: Model, waves: tuple[float, float], seed: int) -> Measurement:
+    """A motion that begins gently: motor and load are waves of about this frequency."""
+    frequency, size = waves
+    time = np.arange(0.0, 4.0, 0.002)
+    begun = np.minimum(time, 1.0)
+    gently = begun**3 * (10.0 - 15.0 * begun + 6.0 * begun**2)
+    turns = 2 * np.pi * frequency * time
+    motor = 0.2 * size * gently * (np.sin(turns) + 0.5 * np.sin(2.3 * turns + 1.0))
+    load = size * gently * np.sin(0.7 * turns + 0.5)
+    run = compiled.simulate(model, time, motor, load, interpolation="cubic", as_measured=True)
+    noise = NOISE * np.random.default_rng(seed).standard_normal(len(time))
+    shown = run[run.measured("joint_position")] + noise
+    name = f"{frequency} Hz, {seed}"
+    return Measurement(name, time, motor, {"joint_position": shown}, load, interpolation="cubic")
+
+
+def fitted(truth: Model) -> FitResult:
+    return refit(GIVEN, (), [recorded(truth, SLOW, 1)], effort=QUICK).result
+
+
+def errors_at_the_fit(result: FitResult, *recordings: Measurement) -> np.ndarray:
+    problem = Problem(result.problem.coordinates, recordings)
+    return stack(problem.errors(problem.start(result.model)), [*map(noise_floors, recordings)])
+
+
+def mean_square(errors: np.ndarray) -> float:
+    return float(np.mean(errors**2))
+
+
+@pytest.fixture(scope="module")
+def right() -> FitResult:
+    """The law is right; the slow motion hardly shows its inertia."""
+    return fitted(GIVEN.with_values(OTHER))
+
+
+@pytest.fixture(scope="module")
+def fast() -> tuple[Measurement, Measurement]:
+    truth = GIVEN.with_values(OTHER)
+    return recorded(truth, FAST, 2), recorded(truth, OTHER_FAST, 3)
+
+
+def test_what_the_fit_left_open_is_taken_from_the_held_out_data(right, fast) -> None:
+    assert abs(right.model.link.inertia / OTHER["link.inertia"] - 1.0) > 0.005
+    assert mean_square(errors_at_the_fit(right, fast[0])) > 20.0
+    assert mean_square(heldout_errors(right, fast[:1])) == pytest.approx(1.0, abs=0.15)
+
+
+def test_several_recordings_are_met_with_the_same_parameters(right, fast) -> None:
+    errors = heldout_errors(right, fast)
+    assert len(errors) == sum(len(one.time) for one in fast)
+    halves = np.split(errors, 2)
+    assert [mean_square(half) for half in halves] == pytest.approx([1.0, 1.0], abs=0.15)
+    # springs that are 10 % stiffer in one of them are not the same parameters
+    path = "transmission.upper_spring.stiffness"
+    stiffer = {**OTHER, path: 1.1 * GIVEN.values()[path]}
+    torn = heldout_errors(right, [fast[0], recorded(GIVEN.with_values(stiffer), FAST, 2)])
+    assert mean_square(torn) > 20.0
+
+
+def test_what_the_fit_knows_is_not_given_up(fast) -> None:
+    """Stiffnesses, which the fast motion shows best, do not follow a slow one."""
+    start = GIVEN.with_values(OTHER)
+    known = refit(GIVEN, (), fast[:1], [start], QUICK)
+    assert mean_square(known.floored) < 1.2
+    paths = [f"transmission.{side}_spring.stiffness" for side in ("upper", "lower")]
+    softer = start.with_values({path: 0.9 * start.values()[path] for path in paths})
+    alien = recorded(softer, SLOW, 1)
+    free = refit(GIVEN, (), [alien], [softer], QUICK)
+    assert mean_square(free.floored) < 1.2  # the law itself could
+    assert mean_square(heldout_errors(known.result, [alien])) > 20.0
+
+
+@pytest.mark.parametrize("effect_id", ["quadratic_drag", "spring_hardening"])
+def test_a_missing_effect_that_only_held_out_data_show_stays(effect_id: str) -> None:
+    truth = typical_model(effect_id)
+    result, heldout = fitted(truth), recorded(truth, FAST, 2)
+    assert mean_square(errors_at_the_fit(result, *result.problem.measurements)) < 1.2
+    left = mean_square(heldout_errors(result, [heldout]))
+    assert 10.0 < left <= mean_square(errors_at_the_fit(result, heldout))
+
+
+def test_a_missing_effect_that_all_data_show_stays() -> None:
+    truth = typical_model("coulomb_friction")
+    left = heldout_errors(fitted(truth), [recorded(truth, FAST, 2)])
+    assert mean_square(left) > 100.0
+
+
+def test_a_model_that_cannot_follow_errs_without_end(right, fast) -> None:
+    torn_off = replace(fast[0], load_torque=np.full(len(fast[0].time), 1e20))
+    for recordings in ([torn_off], [fast[0], torn_off]):
+        assert heldout_errors(right, recordings).tolist() == [np.inf]
+
+
+def test_the_result_of_the_fit_stays_what_it_was(right, fast) -> None:
+    before, model = right.vector.copy(), right.model
+    first, again = heldout_errors(right, fast[:1]), heldout_errors(right, fast[:1])
+    assert np.array_equal(first, again)
+    assert np.array_equal(right.vector, before)
+    assert right.model == model

@@ -1,0 +1,58 @@
+"""What remains is called significant where it comes with time, once or slowly, and not by chance.
+
+How often, over many machines and noises: build_scripts/study_lack_of_fit.py.
+"""
+
+import numpy as np
+import pytest
+
+from elastic_tendon.compiled import simulate
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
+from elastic_tendon.identify.fit import fit
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import load_model
+from truth.noise import coloured_noise
+
+GIVEN = load_model("biorob_x4_joint_3")
+NOISE = 2e-4  # rad
+TIME = np.arange(0.0, 8.0, 0.002)
+MOTOR = 0.4 * np.sin(2 * np.pi * 0.7 * TIME) + 0.15 * np.sin(2 * np.pi * 1.9 * TIME)
+LOAD = 3.0 * np.sin(2 * np.pi * 0.31 * TIME)  # N·m
+
+
+def found_with(unknown: np.ndarray, noise: np.ndarray) -> LackOfFit:
+    """What is said of a recording with a load, N·m, of which nobody knows, and noise, rad."""
+    motion = simulate(GIVEN, TIME, MOTOR, LOAD + unknown)
+    signals = {"joint_position": motion["joint_position"] + noise}
+    recording = Measurement("made", TIME, MOTOR, signals, LOAD)
+    return lack_of_fit(fit(GIVEN, [recording]))["joint_position"]
+
+
+def white() -> np.ndarray:
+    return NOISE * np.random.default_rng(11).standard_normal(len(TIME))
+
+
+def test_a_pull_that_comes_once_is_significant() -> None:
+    found = found_with(np.where(np.abs(TIME - 3.3) < 0.3, 0.4, 0.0), white())
+    assert found.significant
+    assert found.variables == ("time",)
+
+
+def test_springs_that_warm_up_are_significant() -> None:
+    torque = simulate(GIVEN, TIME, MOTOR, LOAD)["joint_torque"]
+    found = found_with(0.02 * TIME / TIME[-1] * torque, white())
+    assert found.significant
+    assert found.variables == ("time", "elastic_torque")
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.9])
+def test_noise_is_not_significant(colour: float) -> None:
+    noise = coloured_noise(np.random.default_rng(12), len(TIME), NOISE, colour)
+    assert not found_with(np.zeros(len(TIME)), noise).significant
+
+
+def test_a_disturbance_is_not_significant() -> None:
+    rng = np.random.default_rng(13)
+    frequencies, phases = rng.uniform(0.3, 4.0, 30), rng.uniform(0.0, 2.0 * np.pi, 30)
+    waves = np.cos(2.0 * np.pi * np.outer(TIME, frequencies) + phases).sum(axis=1)
+    assert not found_with(0.01 * waves, white()).significant

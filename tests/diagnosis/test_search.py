@@ -1,0 +1,436 @@
+"""The search: sets, their names and starts, refits that fail, and what is taken and refused."""
+
+import numpy as np
+import pytest
+
+from elastic_tendon.diagnosis import search as searching
+from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.data import data_of
+from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.rounds import (
+    TAKEN,
+    equivalence_classes,
+    neighbours_of,
+    round_at,
+)
+from elastic_tendon.diagnosis.search import (
+    Search,
+    change_between,
+    model_with,
+    simpler,
+    size_of,
+)
+from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
+from elastic_tendon.errors import BuildError, ModelError, SimulationError
+from elastic_tendon.identify import fit as fitting
+from elastic_tendon.identify.fit import QUICK
+from elastic_tendon.parameters import Model
+from recorded_machines import FRICTION
+from smooth_motion import GIVEN, played, typical_model
+
+COULOMB, GRAVITY, DRAG = ("coulomb_friction",), ("gravity_load",), ("quadratic_drag",)
+FEW = Options(only=(*COULOMB, *GRAVITY, *DRAG))
+MASS, ECCENTRICITY = ("spring_mass",), ("pulley_eccentricity",)
+SHORT, NOISE = 3.0, 2e-4  # s, rad
+BELIEVED = {"link.inertia": 0.033, "transmission.upper_spring.stiffness": 11000.0}  # 5 to 10 % off
+
+
+def silent(_text: str, _share: float) -> None:
+    """Nobody asked."""
+
+
+def searched(sticking, report=silent, options: Options = FEW) -> Search:
+    """A search of the sticking machine that has come to its end."""
+    known, recording, _ = sticking
+    search = Search.of(data_of(known.model, [recording.window(None, SHORT)], [], options), report)
+    search.base()
+    search.run()
+    return search
+
+
+def begun(truth: Model, *only: str) -> Search:
+    """A search for some effects, with the base refitted; the given numbers are a little off."""
+    recording = played(truth, SHORT).recording(NOISE)
+    data = data_of(GIVEN.with_values(BELIEVED), [recording], [], Options(only=only))
+    search = Search.of(data, silent)
+    search.base()
+    return search
+
+
+def ignore(_share: float) -> None:
+    """Nobody wants to stop."""
+
+
+def mean_square(answer: Answer) -> float:
+    return float(np.mean(answer.floored**2))
+
+
+@pytest.fixture(scope="module")
+def ended(sticking) -> Search:
+    return searched(sticking)
+
+
+# ---- names of sets -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "change"),
+    [
+        ((), COULOMB, "+coulomb_friction"),
+        (COULOMB, (), "-coulomb_friction"),
+        (COULOMB, GRAVITY, "coulomb_friction -> gravity_load"),
+        ((*COULOMB, *DRAG), (*GRAVITY, *DRAG), "coulomb_friction -> gravity_load"),
+        (DRAG, (*COULOMB, *GRAVITY), "quadratic_drag -> coulomb_friction, gravity_load"),
+    ],
+)
+def test_a_change_is_named(before, after, change) -> None:
+    assert change_between(before, after) == change
+
+
+def test_the_size_of_a_set_is_its_number_of_parameters() -> None:
+    assert size_of(()) == 0
+    assert size_of((*COULOMB, *GRAVITY)) == 3
+
+
+def test_simpler_laws_of_the_same_thing() -> None:
+    assert list(simpler((*COULOMB, *GRAVITY))) == []
+    assert list(simpler(("stribeck_friction", *GRAVITY))) == [(*COULOMB, *GRAVITY)]
+    assert set(simpler(("lugre_friction",))) == {COULOMB, ("stribeck_friction",)}
+
+
+def test_a_model_with_a_set_has_its_values_within_bounds(sticking) -> None:
+    model = sticking[0].model
+    values = {"effects.coulomb_friction.torque": -1.0, "link.inertia": 0.05}
+    found = model_with(model, COULOMB, values)
+    assert found.effects["coulomb_friction"]["torque"] == 0.0
+    assert found.link.inertia == 0.05
+    assert found.link.damping == model.link.damping
+
+
+# ---- the loop ------------------------------------------------------------------------------------
+
+
+def test_friction_is_found_and_what_leads_to_it_is_kept(ended) -> None:
+    assert ended.answer.added == COULOMB
+    assert ended.path[0] == ()
+    assert ended.path[-1] == COULOMB
+    assert ended.ladder(refit=False) == [COULOMB]
+    torque = ended.answer.values("coulomb_friction")["torque"]
+    assert torque == pytest.approx(FRICTION, rel=0.05)
+
+
+def test_the_screen_has_seen_every_candidate_and_every_neighbour(ended) -> None:
+    singles = {added for added in ended.estimates if len(added) == 1}
+    assert singles == {COULOMB, GRAVITY, DRAG}
+    changes = {neighbour.change for neighbour in ended.neighbours}
+    assert {"+gravity_load", "+quadratic_drag", "-coulomb_friction"} <= changes
+    assert "coulomb_friction -> gravity_load" in changes
+    assert ended.tables[-1] == (COULOMB, ended.neighbours)
+
+
+def test_no_neighbour_that_was_refitted_is_better(ended) -> None:
+    rows = neighbours_of(ended, ended.answer)
+    refitted = [row for row in rows if row.refitted]
+    assert refitted
+    for row in refitted:
+        assert row.rmse["joint_position"] > 0.0
+    # without friction it is far worse
+    less = next(row for row in rows if row.change == "-coulomb_friction")
+    assert less.evidence > 100.0
+    known = [row.evidence for row in rows if row.evidence is not None]
+    assert known == sorted(known)
+
+
+def test_a_round_says_what_was_taken_and_why_not_the_others(ended) -> None:
+    first = round_at(ended, (), COULOMB)
+    assert first.chosen == COULOMB
+    assert first.candidates[0].ids == COULOMB
+    assert first.candidates[0].reason == TAKEN
+    assert first.candidates[0].gain > 0.5
+    assert all(candidate.reason for candidate in first.candidates)
+    assert {candidate.ids for candidate in first.candidates} >= {COULOMB, GRAVITY, DRAG}
+    assert sum(candidate.probability for candidate in first.candidates) <= 1.0 + 1e-9
+    assert "Coulomb friction explains" in first.reason
+
+
+def test_one_clear_answer_has_no_class(ended) -> None:
+    assert equivalence_classes(ended, ended.answer) == ()
+
+
+def test_progress_is_told_in_words_and_shares(sticking) -> None:
+    told: list[tuple[str, float]] = []
+    searched(sticking, lambda text, share: told.append((text, share)))
+    assert all(0.0 <= share <= 1.0 for _, share in told)
+    words = " ".join(text for text, _ in told)
+    assert "screening Coulomb friction" in words
+    assert "refitting the parameters" in words
+
+
+# ---- failures ------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def breaking(monkeypatch):
+    """Makes refits with an effect, or its library, fail."""
+
+    def breaks(effect_id: str, error: Exception, where: str = "refit") -> None:
+        whole = searching.refit if where == "refit" else searching.compiled.library_path
+
+        def refit(given, added, *rest) -> Answer:
+            if effect_id in added:
+                raise error
+            return whole(given, added, *rest)
+
+        def library_path(effect_ids):
+            if effect_id in effect_ids:
+                raise error
+            return whole(effect_ids)
+
+        if where == "refit":
+            monkeypatch.setattr(searching, "refit", refit)
+        else:
+            monkeypatch.setattr(searching.compiled, "library_path", library_path)
+
+    return breaks
+
+
+@pytest.mark.parametrize(
+    ("error", "where"),
+    [
+        (SimulationError("it runs away"), "refit"),
+        (FloatingPointError("a root of less than nothing"), "refit"),
+        (BuildError("the compiler is out of words"), "library"),
+    ],
+    ids=["simulation", "arithmetic", "compiler"],
+)
+def test_a_candidate_that_fails_is_a_row_with_its_reason(sticking, breaking, error, where) -> None:
+    breaking("coulomb_friction", error, where)
+    search = searched(sticking, options=Options(only=(*COULOMB, *DRAG)))
+    assert search.failures[COULOMB] == str(error)
+    assert "coulomb_friction" not in search.answer.added
+    row = next(row for row in neighbours_of(search, search.answers[()]) if COULOMB[0] in row.change)
+    assert not row.refitted
+
+
+def test_a_failure_is_told_in_the_table_of_its_round(sticking, breaking) -> None:
+    breaking("coulomb_friction", SimulationError("it runs away"))
+    search = searched(sticking, options=Options(only=COULOMB))
+    row = next(row for row in round_at(search, (), ()).candidates if row.ids == COULOMB)
+    assert not row.fitted
+    assert "it runs away" in row.reason
+
+
+def test_a_model_that_cannot_be_simulated_is_refused(sticking, monkeypatch) -> None:
+    def refit(*_arguments) -> Answer:
+        raise SimulationError("it runs away")
+
+    monkeypatch.setattr(searching, "refit", refit)
+    known, recording, _ = sticking
+    search = Search.of(data_of(known.model, [recording.window(None, SHORT)], [], FEW), silent)
+    with pytest.raises(Exception, match="it runs away"):
+        search.base()
+
+
+def test_an_interrupt_within_refits_leaves_what_was_found(sticking) -> None:
+    def report(text: str, _share: float) -> None:
+        if text.startswith("looking at"):
+            raise KeyboardInterrupt
+
+    known, recording, _ = sticking
+    search = Search.of(data_of(known.model, [recording.window(None, SHORT)], [], FEW), report)
+    search.base()
+    with pytest.raises(KeyboardInterrupt):
+        search.run()
+    assert search.answer.added == COULOMB
+    assert set(search.answers) >= {(), COULOMB}
+
+
+# ---- what only the whole motion shows ------------------------------------------------------------
+
+
+@pytest.fixture
+def heavy() -> Search:
+    """Springs with a mass, which shows in whole trajectories alone; refitted without."""
+    return begun(typical_model(*MASS), *MASS)
+
+
+def test_what_the_torque_screen_does_not_see_is_found_by_looks_at_the_motion(heavy) -> None:
+    assert not heavy.screen.sees(*MASS)
+    heavy.run()
+    assert MASS not in heavy.estimates
+    starts = heavy.starts[MASS]
+    assert len(starts) == searching.KEPT
+    base = heavy.answers[()]
+    values = base.result.model.values()
+    models = [
+        model_with(heavy.data.given, MASS, {**values, **first})
+        for first in heavy._first_values(*MASS)
+    ]
+    looks = TrajectoryScreen(base).best(models, ignore)
+    assert starts == [model for _, model in looks[: searching.KEPT]]
+    assert looks[0][0] < min(searching.WORTH, 0.95 * looks[-1][0])
+    neighbour = next(near for near in heavy.tables[0][1] if near.added == MASS)
+    assert neighbour.expected < 0.0
+    true = typical_model(*MASS).effects["spring_mass"]
+    assert heavy.answer.added == MASS
+    assert heavy.answer.values("spring_mass")["mass"] == pytest.approx(true["mass"], rel=0.3)
+
+
+def test_a_refit_begins_at_the_looks_beside_what_was_refitted_without(heavy) -> None:
+    starts = heavy.starts_beside(heavy.answer, "spring_mass")
+    assert starts[: searching.KEPT] == heavy.starts[MASS]
+    refitted = heavy.answer.result.model.values()
+    assert refitted["link.inertia"] != BELIEVED["link.inertia"]
+    assert all(start.without(MASS).values() == refitted for start in starts)
+
+
+def test_a_look_that_fails_is_told_and_gives_no_start(heavy, breaking) -> None:
+    breaking("spring_mass", BuildError("the compiler is out of words"), "library")
+    heavy.run()
+    assert heavy.failures[MASS] == "the compiler is out of words"
+    assert MASS not in heavy.starts
+    assert heavy.answer.added == ()
+
+
+# ---- refits that build upon each other -----------------------------------------------------------
+
+# shrinks to nothing from the nulls, whose phase is wrong
+ECCENTRIC = {"amplitude": 0.03, "phase": 2.6}
+
+
+@pytest.mark.parametrize(
+    "misled",
+    [
+        pytest.param(False, id="no estimate"),
+        pytest.param(
+            True,
+            id="a misleading estimate",
+        ),
+    ],
+)
+def test_a_larger_set_is_met_no_worse_than_the_smaller_at_which_its_refit_begins(misled) -> None:
+    truth = typical_model(*COULOMB).with_effect(*ECCENTRICITY, ECCENTRIC)
+    larger = (*COULOMB, *ECCENTRICITY)
+    search = begun(truth, *larger)
+    start = model_with(search.data.given, ECCENTRICITY, truth.values())
+    smaller = refit(search.data.given, ECCENTRICITY, search.data.fitted, [start], QUICK)
+    search.answers[ECCENTRICITY] = smaller
+    if misled:
+        far = {"coulomb_friction.torque": 9.0, "pulley_eccentricity.phase": -1.0}
+        far = {f"effects.{name}": value for name, value in far.items()}
+        search.estimates[larger] = search.screen.fit(larger, far, 0)
+    search._refit([larger], "refitting")
+    found = search.answers[larger]
+    assert mean_square(found) < 1.001 * mean_square(smaller)
+    assert mean_square(found) < 1.2 < 100.0 < mean_square(smaller)
+    assert found.values(*ECCENTRICITY) == pytest.approx(ECCENTRIC, rel=0.05)
+
+
+def test_what_is_not_there_explains_nothing_in_a_larger_set() -> None:
+    search = begun(typical_model(*COULOMB), *COULOMB, *DRAG)
+    search._refit([COULOMB], "refitting")
+    search._refit([(*COULOMB, *DRAG)], "refitting")
+    squares = [mean_square(search.answers[added]) for added in (COULOMB, (*COULOMB, *DRAG))]
+    assert squares[1] == pytest.approx(squares[0], rel=1e-3)
+
+
+# ---- hops ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def stuck() -> tuple[Search, Answer]:
+    """A search whose answer is a poor minimum, and that answer."""
+    search = begun(GIVEN.with_effect(*ECCENTRICITY, ECCENTRIC), *ECCENTRICITY)
+    poor = refit(search.data.given, ECCENTRICITY, search.data.fitted, effort=QUICK)
+    assert poor.values(*ECCENTRICITY)["amplitude"] < 1e-4
+    search.answers = {ECCENTRICITY: poor}
+    assert search._hop()
+    return search, poor
+
+
+def test_hops_lead_out_of_a_poor_minimum(stuck) -> None:
+    search, poor = stuck
+    assert search.answers == {ECCENTRICITY: search.answer}
+    assert mean_square(search.answer) < 0.1 * mean_square(poor)
+    amplitude = search.answer.values(*ECCENTRICITY)["amplitude"]
+    assert amplitude == pytest.approx(ECCENTRIC["amplitude"], rel=0.2)
+    assert not search._hop()  # once is enough
+
+
+def test_hops_lead_an_angle_beyond_half_a_turn(stuck) -> None:
+    assert stuck[0].answer.values(*ECCENTRICITY) == pytest.approx(ECCENTRIC, rel=0.05)
+
+
+def counted(search: Search, monkeypatch) -> list[Answer | None]:
+    """What hops find, from now on."""
+    hops: list[Answer | None] = []
+    around = search._refit_around
+
+    def refit_around(*arguments) -> Answer | None:
+        hops.append(around(*arguments))
+        return hops[-1]
+
+    monkeypatch.setattr(search, "_refit_around", refit_around)
+    return hops
+
+
+def test_hops_leave_a_good_answer_as_it_is(monkeypatch) -> None:
+    """Without the drag that is there much is left, and nothing better is near."""
+    search = begun(typical_model(*DRAG))
+    good = search.answer
+    assert mean_square(good) > searching.AT_NOISE
+    hops = counted(search, monkeypatch)
+    assert not search._hop()
+    assert len(hops) == searching.FRUITLESS
+    assert all(mean_square(hop) > searching.WORTH_HOPPING * mean_square(good) for hop in hops)
+    assert search.answers == {(): good}
+    assert search.answer is good
+    search._hop()
+    assert len(hops) == searching.FRUITLESS  # once is enough
+
+
+def test_nothing_hops_where_only_noise_is_left(ended, monkeypatch) -> None:
+    monkeypatch.setattr(ended, "_hopped", {})
+    hops = counted(ended, monkeypatch)
+    answer = ended.answer
+    assert not ended._hop()
+    assert hops == []
+    assert ended.answer is answer
+
+
+def test_a_hop_that_fails_is_one_in_vain(monkeypatch) -> None:
+    def broken(*_arguments) -> Answer:
+        raise SimulationError("it runs away")
+
+    search = begun(typical_model(*DRAG))
+    good = search.answer
+    monkeypatch.setattr(searching, "refit", broken)
+    hops = counted(search, monkeypatch)
+    assert not search._hop()
+    assert hops == [None] * searching.FRUITLESS
+    assert search.answer is good
+
+
+def test_hops_begin_around_the_answer_and_not_at_the_nulls() -> None:
+    search = begun(GIVEN.with_effect(*GRAVITY, {"torque": 1.0, "angle": 3.0}), *GRAVITY)
+    poor = refit(search.data.given, GRAVITY, search.data.fitted, effort=QUICK)
+    assert poor.values(*GRAVITY)["torque"] < 1e-4
+    random = np.random.default_rng(0)
+    found = [search._refit_around(poor, distance, random) for distance in searching.DISTANCES]
+    assert len({mean_square(answer) for answer in found}) == len(searching.DISTANCES)
+
+
+def test_an_interrupt_within_a_hop_stops_the_search(monkeypatch) -> None:
+    def interrupted(*_arguments) -> None:
+        raise KeyboardInterrupt
+
+    search = begun(typical_model(*DRAG))
+    monkeypatch.setattr(fitting, "descend", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        search._hop()
+
+
+def test_laws_that_exclude_each_other_are_never_together(ended) -> None:
+    assert not ended.screen.goes(("coulomb_friction", "stribeck_friction"))
+    with pytest.raises(ModelError):
+        ended.screen.structure(("coulomb_friction", "lugre_friction"))

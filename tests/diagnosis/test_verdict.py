@@ -1,0 +1,269 @@
+"""The verdict and its sentence follow from the numbers."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from elastic_tendon.diagnosis import verdict
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
+from elastic_tendon.diagnosis.result import Remaining
+from elastic_tendon.diagnosis.verdict import (
+    changed_parameters,
+    fall,
+    hedge,
+    remaining_of,
+    sentence_of,
+    unexplained,
+    verdict_of,
+)
+from elastic_tendon.identify.determinability import Estimate
+
+NAME = "joint_position"
+RELEVANCE = 0.05
+NOISE = 1e-3  # rad
+
+
+def comparison(ratio: float):
+    """A model beside data from which it is so many times the noise."""
+    return SimpleNamespace(
+        model=SimpleNamespace(name="arm"),
+        rmse=lambda: {NAME: ratio * NOISE},
+        noise_ratio=lambda: {NAME: ratio},
+        pooled=lambda _quantity: {NAME: NOISE},
+    )
+
+
+def left(*, significant: bool, matters: bool) -> dict[str, Remaining]:
+    return {NAME: Remaining(2.0, 0.1, significant, matters, 0.01)}
+
+
+NOTHING = left(significant=False, matters=False)
+
+
+# ---- words ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("probability", "word"),
+    [
+        (1.0, "surely"),
+        (0.99, "surely"),
+        (0.989, "probably"),
+        (0.9, "probably"),
+        (0.899, "perhaps"),
+        (0.0, "perhaps"),
+    ],
+)
+def test_words_for_probabilities_are_fixed(probability: float, word: str) -> None:
+    assert hedge(probability) == word
+
+
+# ---- verdicts ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("added", "changed", "fell", "expected"),
+    [
+        ((), (), 0.0, "adequate"),
+        ((), ("link.inertia",), 0.9, "wrong_parameter"),
+        ((), ("link.inertia",), 0.04, "adequate"),  # the error hardly fell
+        ((), (), 0.9, "adequate"),  # no parameter surely moved
+        (("gravity_load",), (), 0.9, "missing_effect"),
+        (("gravity_load",), ("link.inertia",), 0.9, "missing_effect"),
+    ],
+)
+def test_the_verdict_is_that_of_the_contract(added, changed, fell, expected) -> None:
+    assert verdict_of(added, changed, NOTHING, fell, RELEVANCE) == expected
+
+
+@pytest.mark.parametrize("added", [(), ("gravity_load",)])
+@pytest.mark.parametrize("changed", [(), ("link.inertia",)])
+@pytest.mark.parametrize("fell", [0.0, 0.04, 1.0])
+def test_no_model_is_adequate_while_what_is_left_matters(added, changed, fell) -> None:
+    remaining = {"joint_torque": NOTHING[NAME], **left(significant=True, matters=True)}
+    assert unexplained(remaining)
+    assert verdict_of(added, changed, remaining, fell, RELEVANCE) == "unexplained"
+
+
+@pytest.mark.parametrize(("significant", "matters"), [(True, False), (False, True), (False, False)])
+def test_what_is_chance_or_too_little_to_matter_is_no_verdict(significant, matters) -> None:
+    assert not unexplained(left(significant=significant, matters=matters))
+
+
+def test_relevance_is_the_share_of_the_error_that_must_fall() -> None:
+    for relevance, expected in ((0.2, "adequate"), (0.05, "wrong_parameter")):
+        assert verdict_of((), ("link.inertia",), NOTHING, 0.1, relevance) == expected
+
+
+# ---- what is left --------------------------------------------------------------------------------
+
+
+def remaining(before: float, after: float, *, significant: bool = False):
+    lack = {NAME: LackOfFit(0.3, significant, (), 0.0)}
+    return remaining_of(comparison(before), comparison(after), lack)[NAME]
+
+
+def test_what_is_left_is_counted_above_the_noise() -> None:
+    found = remaining(5.0, 2.0)
+    assert found.noise_ratio == pytest.approx(2.0)
+    assert found.share_of_initial == pytest.approx(3.0 / 24.0)
+    assert found.p_value == 0.3
+    assert remaining(5.0, 0.9).share_of_initial == 0.0
+
+
+def test_it_is_significant_by_its_state_or_by_its_size() -> None:
+    assert not remaining(100.0, verdict.TOO_LARGE - 0.1).significant
+    assert remaining(100.0, verdict.TOO_LARGE + 0.1).significant
+    assert remaining(100.0, 2.0, significant=True).significant
+
+
+def test_it_matters_by_the_noise_however_far_off_the_given_model_was() -> None:
+    assert not remaining(10.0, verdict.LEFT - 0.01).matters
+    assert remaining(10.0, verdict.LEFT + 0.01).matters
+    assert remaining(100.0, verdict.LEFT + 0.01).matters
+
+
+def test_an_error_of_any_size_is_left_where_nothing_helped() -> None:
+    found = remaining(50.0, 50.0)
+    assert found.share_of_initial == pytest.approx(1.0)
+    assert found.significant
+    assert found.matters
+
+
+def test_the_fall_is_that_of_the_signal_where_it_is_largest() -> None:
+    given, last = comparison(4.0), comparison(1.0)
+    assert fall(given, last) == pytest.approx(0.75)
+    given.rmse = lambda: {NAME: 4.0, "joint_torque": 0.0}
+    last.rmse = lambda: {NAME: 4.0, "joint_torque": 0.0}
+    assert fall(given, last) == 0.0
+
+
+# ---- which parameters moved ----------------------------------------------------------------------
+
+
+def answer_with(*estimates: Estimate):
+    return SimpleNamespace(result=SimpleNamespace(findings=SimpleNamespace(estimates=estimates)))
+
+
+def estimate(path: str, fitted: float, half_width: float, *, determined: bool = True) -> Estimate:
+    interval = (fitted - half_width, fitted + half_width)
+    return Estimate(path, "1", 1.0, fitted, 0.1, interval, determined)
+
+
+@pytest.fixture(autouse=True)
+def shown(monkeypatch) -> dict[str, float]:
+    """By how many times the noise each shift shows; all of them loudly unless said."""
+    known: dict[str, float] = {}
+    monkeypatch.setattr(
+        verdict, "_shown_by", lambda _, moved: {one.path: known.get(one.path, 9.0) for one in moved}
+    )
+    return known
+
+
+def changed(*estimates: Estimate, ratio: float = 10.0):
+    return changed_parameters(answer_with(*estimates), comparison(ratio), RELEVANCE)
+
+
+@pytest.mark.parametrize(
+    ("half_width", "moved"),
+    # one sigma is 0.1; of few stretches of time the interval is wider than the usual 0.2
+    [(0.2, ("link.inertia",)), (0.39, ("link.inertia",)), (0.41, ())],
+)
+def test_a_parameter_has_moved_only_where_its_interval_excludes_it(half_width, moved):
+    assert changed(estimate("link.inertia", 1.4, half_width)) == (moved, ())
+
+
+def test_of_many_parameters_one_that_barely_moved_is_chance() -> None:
+    steady = [estimate(f"link.number_{number}", 1.0, 0.2) for number in range(19)]
+    assert changed(estimate("link.inertia", 1.24, 0.2)) == (("link.inertia",), ())
+    assert changed(estimate("link.inertia", 1.24, 0.2), *steady) == ((), ())
+
+
+def test_effects_and_what_the_data_leave_open_do_not_count() -> None:
+    effect = estimate("effects.coulomb_friction.torque", 2.0, 0.2)
+    left_open = estimate("link.inertia", 2.0, 0.2, determined=False)
+    assert changed(effect, left_open) == ((), ())
+
+
+def test_a_shift_that_hardly_shows_is_told_apart(shown) -> None:
+    shown["link.damping"] = 0.4
+    both = estimate("link.inertia", 2.0, 0.2), estimate("link.damping", 2.0, 0.2)
+    assert changed(*both) == (("link.inertia",), ("link.damping",))
+    # beside a small error the same shift matters
+    assert changed(*both, ratio=1.0) == (("link.inertia", "link.damping"), ())
+
+
+# ---- sentences -----------------------------------------------------------------------------------
+
+
+def sentence(kind, added=(), certainty=None, moved=(), after=1.04, **said) -> str:
+    given, last = comparison(162.3), comparison(after)
+    said = {"complete": True, **said}
+    return sentence_of(kind, added, certainty or {}, (), moved, given, last, **said)
+
+
+def test_an_adequate_model_is_said_so_with_what_is_left() -> None:
+    assert sentence("adequate") == "arm explains these data: what is left is 1.04 times the noise."
+
+
+def test_wrong_parameters_are_listed() -> None:
+    said = sentence("wrong_parameter", moved=("link.inertia",))
+    assert said == (
+        "No effect is missing, but link.inertia is off: refitted, the error falls from 162 to "
+        "1.04 times the noise."
+    )
+    assert "link.inertia, link.damping are off" in sentence(
+        "wrong_parameter", moved=("link.inertia", "link.damping")
+    )
+
+
+@pytest.mark.parametrize(
+    ("probability", "word"), [(0.999, "surely"), (0.95, "probably"), (0.4, "perhaps")]
+)
+def test_a_missing_effect_is_hedged(probability, word) -> None:
+    said = sentence("missing_effect", ("gravity_load",), {"gravity_load": probability})
+    assert said == (
+        f"Gravity load is {word} missing: the error falls from 162 to 1.04 times the noise."
+    )
+
+
+def test_several_effects_are_listed_each_with_its_own_certainty() -> None:
+    pair = ("gravity_load", "coulomb_friction")
+    alike = sentence("missing_effect", pair, dict.fromkeys(pair, 1.0))
+    assert alike.startswith("Gravity load and Coulomb friction are surely missing: ")
+    unlike = sentence("missing_effect", pair, {"gravity_load": 1.0, "coulomb_friction": 0.5})
+    assert unlike.startswith("Missing: Gravity load surely, Coulomb friction perhaps: ")
+    three = (*pair, "quadratic_drag")
+    listed = sentence("missing_effect", three, dict.fromkeys(three, 1.0))
+    assert listed.startswith("Gravity load, Coulomb friction and ")
+
+
+def test_an_effect_of_unknown_certainty_is_perhaps_missing() -> None:
+    assert "is perhaps missing" in sentence("missing_effect", ("gravity_load",))
+
+
+def test_what_nothing_explains_is_said_with_its_size() -> None:
+    assert sentence("unexplained", after=9.14) == (
+        "Something is missing that no effect of the catalogue explains: 9.14 times the noise is "
+        "left."
+    )
+    beside = sentence("unexplained", ("gravity_load",), {"gravity_load": 1.0}, after=12.34)
+    assert beside == (
+        "Gravity load is surely missing; beyond it 12.3 times the noise is left that no effect of "
+        "the catalogue explains."
+    )
+
+
+@pytest.mark.parametrize("kind", ["adequate", "wrong_parameter", "missing_effect", "unexplained"])
+def test_a_search_that_was_stopped_says_so(kind) -> None:
+    said = sentence(kind, complete=False)
+    assert said.endswith("; the search was stopped before its end.")
+
+
+def test_a_recording_that_is_not_explained_has_the_veto_and_is_named() -> None:
+    assert verdict_of((), (), NOTHING, 0.0, RELEVANCE, "second.csv") == "unexplained"
+    assert verdict_of(("gravity_load",), (), NOTHING, 0.9, RELEVANCE, "x.csv") == "missing_effect"
+    assert sentence("unexplained", elsewhere="second.csv") == (
+        "Something is missing that the fitted recordings do not show: 1.04 times the noise is left "
+        "there; second.csv, which was held out, is not explained."
+    )
