@@ -147,13 +147,13 @@ def test_jaw_has_hysteresis_between_the_directions(findings, name):
     assert lacking.low[0] > 0.0 > lacking.high[-2]
 
 
-def test_the_loop_finds_friction_and_what_lasts_on_unseen_data() -> None:
+def test_the_loop_finds_what_lasts_on_unseen_data() -> None:
     heldout = read_measurement(f"{DATA / DISTURBED}[3.3:15]")
     found = diagnose(load_model(MODELS[TRACKING]), [read(DATA, TRACKING)], [heldout])
-    assert found.verdict == "unexplained"  # beyond them many times the noise is left
-    # friction of the joint or of the guides: which of them, these data do not say
-    assert {"coulomb_friction", "tendon_guide_friction"} & set(found.added)
-    assert len(found.added) == 2
+    assert found.verdict == "unexplained"  # beyond it many times the noise is left
+    # friction or play: both err one way in opening and the other in closing, and with one or two
+    # offsets beside them these data do not say which
+    assert {"coulomb_friction", "tendon_guide_friction", "gear_backlash"} & set(found.added)
     assert found.ladder[-1].rmse[POSITION] < 9.5e-3
     assert found.ladder[-1].heldout_rmse[POSITION] < 5.5e-3
     assert found.remaining[POSITION].significant

@@ -26,7 +26,9 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, typical_value
 
 DECISIVE = 10.0  # difference of evidence below which data do not decide
-AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left
+AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left ...
+# ... and where more is left than this mean square: less than this may be some of the unknown
+MUCH, AUDIBLE_BESIDE = 2.25, 0.5
 WORSE = 1.01  # times a held-out mean square that is no worse
 IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
 PLAUSIBLE = 30.0  # times the typical value, up to which one is plausible
@@ -133,12 +135,18 @@ def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     """Whether an answer explains so much more than each with fewer of its effects that anybody
     would hear of it, whatever the number of samples makes significant."""
     own = _mean_square(answer.floored)
-    least = AUDIBLE**2 * max(own, 1.0)
     return all(
-        _mean_square(part.floored) - own >= least
+        worth_hearing(_mean_square(part.floored), own)
         for part in answers
         if set(part.added) < set(answer.added)
     )
+
+
+def worth_hearing(before: float, after: float) -> bool:
+    """Whether anybody would hear of what lowers one mean square to another, in units of the
+    noise's."""
+    least = AUDIBLE_BESIDE if after > MUCH else AUDIBLE
+    return before - after >= least**2 * max(after, 1.0)
 
 
 def probabilities(values: Sequence[float]) -> list[float]:

@@ -144,7 +144,9 @@ def _expected(search: Search, before: Set, added: Set) -> float:
     """What the screen expects of a set, in evidence beside another."""
     own, grown = search.estimates[before], search.estimates[added]
     facts = min(float(len(own.residuals)), search.evidence.facts([search.answers[before]]))
-    return expected_evidence(grown.square / own.square, facts, size_of(added) - size_of(before))
+    left = float(np.mean(search.answers[before].floored ** 2))
+    share, size = grown.square / own.square, size_of(added) - size_of(before)
+    return expected_evidence(left, share, facts, size)
 
 
 def _candidate(

@@ -19,7 +19,7 @@ from elastic_tendon import compiled, effects
 from elastic_tendon.diagnosis.answer import Answer, bounded, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
-from elastic_tendon.diagnosis.evidence import AUDIBLE, DECISIVE, Evidence
+from elastic_tendon.diagnosis.evidence import DECISIVE, MUCH, Evidence, worth_hearing
 from elastic_tendon.diagnosis.significance import (
     CHANCE,
     heldout_significance,
@@ -54,7 +54,6 @@ ABOUT = 50.0  # evidence by which these may seem worse on the screen
 # mean squares up to which an answer leaves nothing to explain, on fitted and held-out recordings
 AT_NOISE, HELDOUT_AT_NOISE = 1.1, 1.5
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
-MUCH = 2.25  # mean square from which every addition is tried: what is left matters
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 SURELY_NEEDED = 2.0  # times the mean square that the screen expects without an effect
@@ -148,6 +147,8 @@ class Search:
                 continue
             if not (self._refuse_one() or self._better_addition()):
                 return
+        while self._refuse_one():
+            pass
 
     def base(self) -> None:
         """The model as given, its parameters refitted."""
@@ -349,14 +350,17 @@ class Search:
         if before is None:
             return None
         title = effects.BY_ID[effect_id].title
+        misfit = self._mean_square(answer) > MUCH
         chance = significance(before, answer, effect_id)
         if self.data.heldout:
             squares = [self.evidence.heldout_square(part) for part in (answer, before)]
-            if squares[0] < CONVINCING * squares[1]:
+            if squares[0] < CONVINCING * squares[1] and not misfit:
                 return None
             after, was = (self.evidence.heldout_errors(part) for part in (answer, before))
             judged = heldout_significance(was, after, self.data.heldout)
-            chance = min(1.0, 2.0 * min(chance, judged))  # either convinces; two are paid for
+            # either convinces, and two are paid for; but what is beside something unknown may take
+            # some of that for its own, and so has to do so on both
+            chance = max(chance, judged) if misfit else min(1.0, 2.0 * min(chance, judged))
             if heldout_worse(after, was, self.data.heldout):
                 return f"{title} makes the error on held-out data larger", chance
         if chance > CHANCE:
@@ -469,7 +473,9 @@ class Search:
                 change_between(added, near),
                 None
                 if share is None
-                else expected_evidence(share, facts, size_of(near) - size_of(added)),
+                else expected_evidence(
+                    self._left(added), share, facts, size_of(near) - size_of(added)
+                ),
             )
             for near, share in shares.items()
         ]
@@ -742,17 +748,18 @@ def _without(added: Set, effect_id: str) -> Set:
     return tuple(other for other in added if other != effect_id)
 
 
-def expected_evidence(ratio: float, facts: float, size: int) -> float:
+def expected_evidence(before: float, share: float, facts: float, size: int) -> float:
     """Evidence that the screen expects of a change; one that nobody would hear of does no better.
 
     Parameters
     ----------
-    ratio : mean square after it over that before
+    before : mean square before it, in units of the noise's
+    share : of that which is left
     facts : number of independent facts
     size : number of parameters that come in
     """
-    value = facts * float(np.log(max(ratio, 1e-9))) + float(np.log(facts)) * size
-    return value if ratio < 1.0 - AUDIBLE**2 else max(value, 0.0)
+    value = facts * float(np.log(max(share, 1e-9))) + float(np.log(facts)) * size
+    return value if worth_hearing(before, share * before) else max(value, 0.0)
 
 
 def size_of(added: Set) -> int:
