@@ -1,10 +1,11 @@
 """What is concluded from a search: what remains, what would decide, and the diagnosis itself."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import probabilities
 from elastic_tendon.diagnosis.experiment import Undecidable, next_experiment
@@ -62,6 +63,7 @@ class Found:
     experiment: Experiment | None = None
     no_experiment: list[str] = field(default_factory=list)
     would_show: tuple[WouldShow, ...] = ()
+    contradictions: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def answer(self) -> Answer:
@@ -75,8 +77,12 @@ def judge(data: Data, search: Search, found: Found, report: Progress) -> None:
     answer = found.answer
     found.lack = lack_of_fit(answer.result, report)
     given, last = (compare(model, data.fitted) for model in (data.given, answer.result.model))
-    if unexplained(remaining_of(given, last, found.lack)):
+    failing = unexplained(remaining_of(given, last, found.lack))
+    if failing:
         found.learned = learn(answer.result, report)
+    if failing or search.evidence.heldout_square(answer) > FARTHER**2:
+        everything = (*data.fitted, *data.heldout)
+        found.contradictions = contradictions(data.given, answer, everything)
     found.would_show = _would_show(search, answer)
     _propose_experiment(data, found, report)
     if data.excerpts:
@@ -156,7 +162,7 @@ def conclude(
     given, final = steps[0].comparison, steps[-1].comparison
     remaining = remaining_of(given, final, found.lack)
     changed, small = changed_parameters(answer, given, options.relevance)
-    recordings = _recordings(answer.result.model, steps[-1])
+    recordings = _recordings(answer.result.model, steps[-1], found.contradictions)
     elsewhere = fails_elsewhere(final, steps[-1].heldout, recordings)
     fell = fall(given, final)
     verdict = verdict_of(answer.added, changed, remaining, fell, options.relevance, elsewhere)
@@ -261,7 +267,9 @@ def _steps(data: Data, search: Search, found: Found) -> tuple[Step, ...]:
     return (step(AS_GIVEN, None, None, data.given), *ways)
 
 
-def _recordings(model: Model, last: Step) -> tuple[RecordingSummary, ...]:
+def _recordings(
+    model: Model, last: Step, contradicting: Mapping[str, tuple[str, ...]]
+) -> tuple[RecordingSummary, ...]:
     rows = []
     for role, comparison in (("fitted", last.comparison), ("validation", last.heldout)):
         for file in comparison.files if isinstance(comparison, Comparison) else ():
@@ -273,6 +281,7 @@ def _recordings(model: Model, last: Step) -> tuple[RecordingSummary, ...]:
                     rmse={name: error.rmse for name, error in file.signals.items()},
                     explained_by=None if constant is None else constant.kind,
                     sentence="" if constant is None else constant.sentence,
+                    contradicts=contradicting.get(file.measurement.name, ()),
                 )
             )
     return tuple(rows)

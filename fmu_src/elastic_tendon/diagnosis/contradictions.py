@@ -1,0 +1,61 @@
+"""Recordings that call for different parameters of the same model."""
+
+from collections.abc import Mapping, Sequence
+from itertools import permutations
+
+import numpy as np
+
+from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.held_out import heldout_errors
+from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.identify.fit import Effort
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+
+ALONE = Effort(scouted=1, scouting=4, polished=0, evaluations=20, rounds=1, tolerance=1e-5)
+FARTHER = 3.0  # times the error of a fit to one recording, that a fit to another may have on it
+
+
+def contradictions(
+    given: Model, answer: Answer, recordings: Sequence[Measurement]
+) -> Mapping[str, tuple[str, ...]]:
+    """Names of recordings, each with those that contradict it.
+
+    Two contradict each other where a fit to either one errs on the other far more than a fit to
+    that one, parameters moved as far as the fit leaves them open.
+
+    Parameters
+    ----------
+    given : Model; centre of the prior of each fit
+    answer : Answer whose effects are taken, and from which each fit begins
+    recordings : those of one name belong together
+    """
+    groups: dict[str, list[Measurement]] = {}
+    for part in recordings:
+        groups.setdefault(part.name, []).append(part)
+    alone = {name: _alone(given, answer, parts) for name, parts in groups.items()}
+    far = {
+        (first, second)
+        for first, second in permutations(groups, 2)
+        if _errs(alone[first], groups[second]) > FARTHER * max(_errs(alone[second]), 1.0)
+    }
+    return {
+        name: tuple(other for other in groups if {(name, other), (other, name)} <= far)
+        for name in groups
+    }
+
+
+def _alone(given: Model, answer: Answer, recordings: Sequence[Measurement]) -> Answer | None:
+    """The same effects fitted to some recordings only; None where that fails."""
+    try:
+        return refit(given, answer.added, recordings, [answer.result.model], ALONE)
+    except ElasticTendonError:
+        return None
+
+
+def _errs(answer: Answer | None, recordings: Sequence[Measurement] = ()) -> float:
+    """RMS error on some recordings, or on those that were fitted, in units of the noise."""
+    if answer is None:
+        return 1.0  # it cannot say anything against another
+    errors = heldout_errors(answer.result, recordings) if recordings else answer.floored
+    return float(np.sqrt(np.mean(errors**2)))

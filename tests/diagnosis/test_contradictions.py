@@ -1,0 +1,50 @@
+"""Recordings of two machines are told from recordings of one whose law is wrong."""
+
+import numpy as np
+
+from elastic_tendon import compiled
+from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.contradictions import contradictions
+from elastic_tendon.identify.fit import QUICK
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.parameters import Model
+from smooth_motion import GIVEN, typical_model
+
+NOISE = 2e-4  # rad
+HEAVIER = GIVEN.with_values({"link.inertia": 1.6 * GIVEN.link.inertia})
+
+
+def recorded(model: Model, name: str, frequency: float) -> Measurement:
+    time = np.arange(0.0, 4.0, 0.002)
+    turns = 2 * np.pi * frequency * time
+    motor = 0.3 * np.minimum(time, 1.0) * np.sin(turns)
+    load = 0.5 * np.minimum(time, 1.0) * np.sin(1.7 * turns)
+    run = compiled.simulate(model, time, motor, load, interpolation="cubic", as_measured=True)
+    noise = NOISE * np.random.default_rng(len(name)).standard_normal(len(time))
+    shown = run[run.measured("joint_position")] + noise
+    return Measurement(name, time, motor, {"joint_position": shown}, load, interpolation="cubic")
+
+
+def told(*recordings: Measurement):
+    return contradictions(GIVEN, refit(GIVEN, (), recordings, effort=QUICK), recordings)
+
+
+def test_the_recording_of_another_machine_contradicts_the_others():
+    found = told(
+        recorded(GIVEN, "monday", 1.1),
+        recorded(GIVEN, "tuesday", 1.4),
+        recorded(HEAVIER, "with a tool", 1.2),
+    )
+    assert found["with a tool"] == ("monday", "tuesday")
+    assert found["monday"] == found["tuesday"] == ("with a tool",)
+
+
+def test_recordings_of_one_machine_agree():
+    found = told(recorded(HEAVIER, "monday", 1.1), recorded(HEAVIER, "tuesday", 1.4))
+    assert found == {"monday": (), "tuesday": ()}
+
+
+def test_a_missing_effect_is_no_contradiction():
+    machine = typical_model("coulomb_friction")
+    found = told(recorded(machine, "monday", 1.1), recorded(machine, "tuesday", 1.4))
+    assert found == {"monday": (), "tuesday": ()}
