@@ -46,6 +46,7 @@ SHARES = (0.1, 1.0)  # of typical strengths, from which refits start
 MOST_STARTS = 12
 DECISIVE = 10.0  # evidence by which one answer beats another
 HELD_OUT = 1.01  # times the held-out error that counts as no worse
+FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit
 BRUTE = Effort(scouted=MOST_STARTS, scouting=6, polished=1, evaluations=40, rounds=1)
 
 
@@ -99,36 +100,49 @@ def orders(reported: bool, count: int) -> Iterator[Order]:
     yield from (one for _, one in zip(range(count), flat, strict=False))
 
 
-def refitted(question: Question, added: tuple[str, ...], beside: Sequence[Model]) -> Answer | None:
-    """The best refit of a set from many starts, None where none can be."""
+def refitted(question: Question, added: tuple[str, ...], models: Sequence[Model]) -> Answer | None:
+    """The best refit of a set from some starts, None where none can be."""
     recordings = [smoothed(part) for part in question.fit]
-    models = []
-    for model in beside:
-        for start in starts(model, effects.BY_ID[added[-1]], recordings, SHARES):
-            try:
-                models.append(bounded(model, added[-1], start))
-            except ElasticTendonError:
-                return None  # these do not go together
-    chosen = models[:: max(len(models) // MOST_STARTS, 1)]
     try:
-        return refit(question.given, added, recordings, chosen, BRUTE)
-    except (ElasticTendonError, ArithmeticError, ValueError):
+        return refit(question.given, added, recordings, models, BRUTE)
+    except FAILURES:
         return None
+
+
+def single(question: Question, effect_id: str, beside: Sequence[Model]) -> Answer | None:
+    """The best refit with one effect, from many starts beside some models."""
+    effect, recordings = effects.BY_ID[effect_id], [smoothed(part) for part in question.fit]
+    models = [
+        bounded(model, effect_id, start)
+        for model in beside
+        for start in starts(model, effect, recordings, SHARES)
+    ]
+    return refitted(question, (effect_id,), models[:: max(len(models) // MOST_STARTS, 1)])
+
+
+def pair(question: Question, one: Answer, other: Answer) -> Answer | None:
+    """The best refit with the effects of both, beside the parameters of either."""
+    (first,), (second,) = one.added, other.added
+    try:
+        models = [
+            bounded(one.result.model, second, other.values(second)),
+            bounded(other.result.model, first, one.values(first)),
+        ]
+    except FAILURES:
+        return None  # these do not go together
+    return refitted(question, (first, second), models)
 
 
 def everything(question: Question) -> list[Answer]:
     """Refits of the model as given, of all effects, and of the pairs of the best."""
     recordings = [smoothed(part) for part in question.fit]
     base = refit(question.given, (), recordings, (), BRUTE)
-    found = [base]
-    for effect_id in candidates(question.given, recordings):
-        single = refitted(question, (effect_id,), [base.result.model, question.given])
-        found += [single] if single is not None else []
-    best = sorted(found[1:], key=square)[:BEST]
-    for one, other in combinations(best, 2):
-        pair = refitted(question, (*one.added, *other.added), [one.result.model])
-        found += [pair] if pair is not None else []
-    return found
+    beside = [base.result.model, question.given]
+    ids = candidates(question.given, recordings)
+    singles = [one for one in (single(question, each, beside) for each in ids) if one is not None]
+    best = sorted(singles, key=square)[:BEST]
+    pairs = [pair(question, one, other) for one, other in combinations(best, 2)]
+    return [base, *singles, *(one for one in pairs if one is not None)]
 
 
 def square(answer: Answer) -> float:

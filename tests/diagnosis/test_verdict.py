@@ -196,10 +196,10 @@ def test_a_shift_that_hardly_shows_is_told_apart(shown) -> None:
 # ---- sentences -----------------------------------------------------------------------------------
 
 
-def sentence(kind, added=(), certainty=None, moved=(), after=1.04, **said) -> str:
+def sentence(kind, added=(), certainty=None, moved=(), after=1.04, alike=(), **said) -> str:
     given, last = comparison(162.3), comparison(after)
     said = {"complete": True, **said}
-    return sentence_of(kind, added, certainty or {}, (), moved, given, last, **said)
+    return sentence_of(kind, added, certainty or {}, alike, moved, given, last, **said)
 
 
 def test_an_adequate_model_is_said_so_with_what_is_left() -> None:
@@ -236,6 +236,19 @@ def test_several_effects_are_listed_each_with_its_own_certainty() -> None:
     three = (*pair, "quadratic_drag")
     listed = sentence("missing_effect", three, dict.fromkeys(three, 1.0))
     assert listed.startswith("Gravity load, Coulomb friction and ")
+
+
+def test_what_may_be_there_instead_is_said_with_it() -> None:
+    said = sentence(
+        "missing_effect",
+        ("gear_backlash",),
+        {"gear_backlash": 1.0},
+        alike=("coulomb_friction+gravity_load", "lugre_friction"),
+    )
+    assert said.startswith(
+        "Gear backlash is surely missing, or else Coulomb friction with Gravity load or LuGre "
+        "friction, which these data do not tell apart: "
+    )
 
 
 def test_an_effect_of_unknown_certainty_is_perhaps_missing() -> None:

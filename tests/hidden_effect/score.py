@@ -16,6 +16,8 @@ from truth.outside import MEANT_BY
 CLOSE = 10.0  # ΔBIC within which answers are of one class
 CLEARLY = 2.0  # times R*, above which a truth beats its nearest rival clearly
 RICH = ("multisine", "steps")
+# words of the sentence, the probabilities that they stand for, and in how many % it has to be so
+WORDS = (("surely", 0.99, 1.01, 95.0), ("probably", 0.9, 0.99, None), ("perhaps", 0.0, 0.9, None))
 SIGNAL = "joint_position"
 # effects that only what depends on the angle itself could tell apart
 ALIASED = (("joint_encoder_offset", "motor_encoder_offset"),)
@@ -348,6 +350,31 @@ def undecided(results: Sequence[Result]) -> list[Figure]:
     ]
 
 
+def calibration(results: Sequence[Result]) -> list[Figure]:
+    """How often what is called surely, probably or perhaps missing is: it or one of its class."""
+    found = []
+    for word, low, high, target in WORDS:
+        said = [
+            (one, effect)
+            for one in results
+            for effect, certainty in one.diagnosis.get("certainty", {}).items()
+            if low <= certainty < high
+        ]
+        wrong = tuple(one.name for one, effect in said if not is_there(one, effect))
+        value = 100.0 * (1.0 - len(wrong) / len(said)) if said else math.nan
+        best = "high" if target is not None else ""
+        what = f"called {word} missing, and it is"
+        found.append(Figure(what, value, len(said), "%", best, target, wrong))
+    return found
+
+
+def is_there(result: Result, effect: str) -> bool:
+    """Whether an effect, or one that explains the noise-free data as well, is in the machine."""
+    if result.family == "outside":
+        return False
+    return any(effect in true_class(result, one) for one in result.effects)
+
+
 def times(results: Sequence[Result]) -> list[Figure]:
     """How long a diagnosis takes."""
     seconds = [one.seconds for one in results]
@@ -384,5 +411,5 @@ def beside(results: Sequence[Result]) -> list[Figure]:
 
 def figures(results: Sequence[Result]) -> list[Figure]:
     """All rows of the table."""
-    parts = (ranking, heldout, blame, intervals, undecided, times, beside)
+    parts = (ranking, heldout, blame, intervals, undecided, calibration, times, beside)
     return [figure for part in parts for figure in part(results)]

@@ -149,6 +149,16 @@ def test_an_effect_outside_the_catalogue_is_to_be_unknown_and_not_blamed():
     assert figure([outside, blamed], "blamed").missed == ("blamed",)
 
 
+def test_what_is_called_surely_missing_is_to_be_missing():
+    right = replace(RESULT, diagnosis=said(COULOMB, certainty={COULOMB: 0.995}))
+    blamed = replace(
+        NOTHING, name="blamed", diagnosis=said(COULOMB, certainty={COULOMB: 1.0, STRIBECK: 0.5})
+    )
+    found = figure([right, blamed, RESULT], "called surely missing")
+    assert (found.value, found.count, found.missed) == (pytest.approx(50.0), 2, ("blamed",))
+    assert figure([right, blamed], "called perhaps missing").value == 0.0
+
+
 def test_both_of_two_effects_are_found_in_any_order_and_by_their_classes():
     rivals = {
         COULOMB: {COULOMB: 0.0, STRIBECK: 3.0},

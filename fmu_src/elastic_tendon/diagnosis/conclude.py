@@ -167,12 +167,13 @@ def conclude(
     fell = fall(given, final)
     verdict = verdict_of(answer.added, changed, remaining, fell, options.relevance, elsewhere)
     matter = () if verdict == "adequate" else changed
+    sure = certainty(search, answer, [part for alike in found.classes for part in alike])
     return Diagnosis(
         verdict=verdict,
         sentence=sentence_of(
             verdict,
             answer.added,
-            certainty(search, answer, [part for alike in found.classes for part in alike]),
+            sure,
             [name for alike in found.classes for name in _different(alike)[1:]],
             matter,
             given,
@@ -184,6 +185,7 @@ def conclude(
         given=data.given,
         model=with_estimates(answer.result.model, answer.result.findings.estimates),
         added=_in_order_added(found),
+        certainty=sure,
         parameters_changed=matter,
         findings=answer.result.findings,
         steps=steps,

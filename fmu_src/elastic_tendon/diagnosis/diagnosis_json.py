@@ -39,6 +39,7 @@ def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dic
             "fitted_files": _names(diagnosis.comparison),
             "heldout_files": _names(diagnosis.steps[-1].heldout),
             "added": diagnosis.added,
+            "certainty": diagnosis.certainty,
             "parameters_changed": diagnosis.parameters_changed,
             "remaining": {name: asdict(left) for name, left in diagnosis.remaining.items()},
             "noise": {name: asdict(floor) for name, floor in diagnosis.noise.items()},

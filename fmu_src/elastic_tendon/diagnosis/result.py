@@ -159,7 +159,8 @@ class Diagnosis:
     """The whole answer.
 
     `verdict` and `sentence`, the same in words. `given` and `model` are the model as given and as
-    improved (its uncertainties are those of the estimates). `added` : ids in the order added.
+    improved (its uncertainties are those of the estimates). `added` : ids in the order added;
+    `certainty` : probability that each, or what cannot be told from it, is there, 0 to 1.
     `steps` and `ladder` : as given, refitted, then each effect added. `findings` : of the final
     fit; `parameters_changed` : dotted paths whose value moved significantly and matters; `notes` :
     what is worth knowing and no verdict, one sentence each. `rounds` : what was considered;
@@ -176,6 +177,7 @@ class Diagnosis:
     given: Model
     model: Model
     added: tuple[str, ...]
+    certainty: Mapping[str, float]
     parameters_changed: tuple[str, ...]
     findings: Findings
     steps: tuple[Step, ...]

@@ -194,11 +194,12 @@ def sentence_of(
         numbers = f"{', '.join(changed)} {'is' if len(changed) == 1 else 'are'} off"
         text = f"No effect is missing, but {numbers}: refitted, {falls}"
     elif verdict == "missing_effect":
-        text = f"{_missing(added, certainty)}: {falls}{_or_else(alike)}"
+        text = f"{_missing(added, certainty)}{_or_else(alike)}: {falls}"
     elif added:
         text = (
-            f"{_missing(added, certainty)}; beyond {'it' if len(added) == 1 else 'them'} {left} "
-            f"is left that no effect of the catalogue explains{_or_else(alike)}"
+            f"{_missing(added, certainty)}{_or_else(alike)}; beyond "
+            f"{'it' if len(added) == 1 else 'them'} {left} is left that no effect of the catalogue "
+            "explains"
         )
     elif after > LEFT or not elsewhere:
         text = f"Something is missing that no effect of the catalogue explains: {left} is left"
@@ -221,14 +222,14 @@ def _missing(added: Sequence[str], certainty: Mapping[str, float]) -> str:
 
 
 def _or_else(alike: Sequence[str]) -> str:
-    """What would do as well, as "; Stribeck friction would do as well"."""
+    """What may be there instead, as ", or else Stribeck friction, which these data ..."."""
     if not alike:
         return ""
     titles = [
         " with ".join(effects.BY_ID[effect_id].title for effect_id in name.split("+"))
         for name in alike
     ]
-    return f"; {', '.join(titles)} would do as well"
+    return f", or else {' or '.join(titles)}, which these data do not tell apart"
 
 
 def _number(value: float) -> str:
