@@ -56,6 +56,8 @@ AT_NOISE, HELDOUT_AT_NOISE = 1.1, 1.5
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
+# times by which the mean square falls, on held-out recordings too, for what is no chance
+SURELY, SURELY_HELDOUT = 4.0, 2.0
 SURELY_NEEDED = 2.0  # times the mean square that the screen expects without an effect
 MOST_ROUNDS, MOST_REFITS = 8, 20
 EFFORT = Effort(scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5)
@@ -65,7 +67,6 @@ HOPPING = Effort(scouted=2, scouting=12, polished=0, evaluations=1, rounds=0, to
 # sets besides, and how many times the answer's mean square they may leave
 DISPUTED, POOR = 2, 10.0
 WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all, have to leave
-HOPELESS = 0.97  # share of the mean square that a look at a trajectory must leave at most
 AT_ONCE = 2  # refits; the compiled library lets Python go on
 PATIENCE = 0.5  # s between reports of a refit that takes long
 # of typical strengths, at which trajectories are looked at
@@ -336,7 +337,7 @@ class Search:
         likely = [
             near
             for near, share in sorted(looks.items(), key=_second)
-            if share * own < HOPELESS * (self._left(near) if near in self.answers else own)
+            if worth_hearing(self._left(near) if near in self.answers else own, share * own)
         ]
         for start in range(0, min(len(likely), MOST_ADDITIONS), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
@@ -349,20 +350,23 @@ class Search:
         before = self.answers.get(_without(answer.added, effect_id))
         if before is None:
             return None
-        title = effects.BY_ID[effect_id].title
-        misfit = self._mean_square(answer) > MUCH
+        title, left = effects.BY_ID[effect_id].title, self._mean_square(answer)
         chance = significance(before, answer, effect_id)
+        gain, sure = self._mean_square(before) / left, SURELY
         if self.data.heldout:
-            squares = [self.evidence.heldout_square(part) for part in (answer, before)]
-            if squares[0] < CONVINCING * squares[1] and not misfit:
+            squares = [self.evidence.heldout_square(part) for part in (before, answer)]
+            gain, sure = min(gain, squares[0] / squares[1]), SURELY_HELDOUT
+            if left <= MUCH and squares[1] < CONVINCING * squares[0]:
                 return None
-            after, was = (self.evidence.heldout_errors(part) for part in (answer, before))
+            was, after = (self.evidence.heldout_errors(part) for part in (before, answer))
             judged = heldout_significance(was, after, self.data.heldout)
             # either convinces, and two are paid for; but what is beside something unknown may take
             # some of that for its own, and so has to do so on both
-            chance = max(chance, judged) if misfit else min(1.0, 2.0 * min(chance, judged))
+            chance = max(chance, judged) if left > MUCH else min(1.0, 2.0 * min(chance, judged))
             if heldout_worse(after, was, self.data.heldout):
                 return f"{title} makes the error on held-out data larger", chance
+        if gain > sure:
+            return None  # however the errors hang together
         if chance > CHANCE:
             return f"{title} may be chance, p = {chance:.2g}", chance
         return None
