@@ -22,7 +22,6 @@ from elastic_tendon.diagnosis.search import (
 )
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import BuildError, ModelError, SimulationError
-from elastic_tendon.identify import fit as fitting
 from elastic_tendon.identify.fit import QUICK
 from elastic_tendon.parameters import Model
 from recorded_machines import FRICTION
@@ -362,15 +361,17 @@ def test_hops_lead_an_angle_beyond_half_a_turn(stuck) -> None:
 
 
 def counted(search: Search, monkeypatch) -> list[Answer | None]:
-    """What hops find, from now on."""
+    """What hops find, from now on; None where one fails."""
     hops: list[Answer | None] = []
-    around = search._refit_around
+    hop = search._from
 
-    def refit_around(*arguments) -> Answer | None:
-        hops.append(around(*arguments))
-        return hops[-1]
+    def counting(*arguments) -> Answer:
+        number = len(hops)
+        hops.append(None)
+        hops[number] = hop(*arguments)
+        return hops[number]
 
-    monkeypatch.setattr(search, "_refit_around", refit_around)
+    monkeypatch.setattr(search, "_from", counting)
     return hops
 
 
@@ -416,16 +417,18 @@ def test_hops_begin_around_the_answer_and_not_at_the_nulls() -> None:
     poor = refit(search.data.given, GRAVITY, search.data.fitted, effort=QUICK)
     assert poor.values(*GRAVITY)["torque"] < 1e-4
     random = np.random.default_rng(0)
-    found = [search._refit_around(poor, distance, random) for distance in searching.DISTANCES]
-    assert len({mean_square(answer) for answer in found}) == len(searching.DISTANCES)
+    starts = [*search._around(poor, random, 0), *search._around(poor, random, 2)]
+    found = [search._from(GRAVITY, start, lambda _share: None) for start in starts]
+    assert len({mean_square(answer) for answer in found}) == len(starts) == 4
 
 
-def test_an_interrupt_within_a_hop_stops_the_search(monkeypatch) -> None:
-    def interrupted(*_arguments) -> None:
+def test_an_interrupt_while_it_hops_stops_the_search() -> None:
+    def interrupted(words: str, _share: float) -> None:
+        assert words == "refitting from places around"
         raise KeyboardInterrupt
 
     search = begun(typical_model(*DRAG))
-    monkeypatch.setattr(fitting, "descend", interrupted)
+    search.progress = interrupted
     with pytest.raises(KeyboardInterrupt):
         search._hop()
 

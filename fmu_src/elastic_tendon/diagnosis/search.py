@@ -287,38 +287,36 @@ class Search:
     def _hop_around(self, added: Set) -> None:
         first = answer = self.answers[added]
         random, without = np.random.default_rng(0), 0
-        for number in range(HOPS if self._hopped.get(added) is not first else 0):
-            if without == FRUITLESS or self._mean_square(answer) < AT_NOISE:
+        for number in range(0, HOPS if self._hopped.get(added) is not first else 0, AT_ONCE):
+            if without >= FRUITLESS or self._mean_square(answer) < AT_NOISE:
                 break
-            self.progress("refitting from places around", number / HOPS)
-            found = self._refit_around(answer, DISTANCES[number % len(DISTANCES)], random)
-            without += 1
-            left = WORTH_HOPPING * self._mean_square(answer)
-            if found is not None and self._mean_square(found) < left:
-                self.answers[added] = answer = found
-                without = 0
+            starts = self._around(answer, random, number)
+            work = [("refitting from places around", partial(self._from, added, s)) for s in starts]
+            found = [part for part in self._at_once(work) if isinstance(part, Answer)]
+            best = min([answer, *found], key=self._mean_square)
+            far = self._mean_square(best) < WORTH_HOPPING * self._mean_square(answer)
+            answer, without = (best, 0) if far else (answer, without + AT_ONCE)
         if answer is not first:
+            self.answers[added] = answer
             self._refit([added], "refitting from there", again=True)
         self._hopped[added] = self.answers[added]
 
-    def _refit_around(
-        self, answer: Answer, distance: float, random: np.random.Generator
-    ) -> Answer | None:
+    def _around(self, answer: Answer, random: np.random.Generator, number: int) -> list[Model]:
+        """Models around an answer, so many standard deviations away along each of its axes."""
         result = answer.result
-        _, singular, axes = np.linalg.svd(
-            result.problem.jacobian(result.vector, result.sigmas), full_matrices=False
-        )
+        slopes = result.problem.jacobian(result.vector, result.sigmas)
+        _, singular, axes = np.linalg.svd(slopes, full_matrices=False)
         sigmas = 1.0 / np.maximum(singular, 1e-9 * singular[0])
-        step = axes.T @ (distance * sigmas * random.standard_normal(len(sigmas)))
-        vector = _turned(result.problem.coordinates, result.vector + step)
-        try:
-            start = result.problem.model(np.clip(vector, *result.problem.bounds()))
-            found = refit(self.data.given, answer.added, self.data.fitted, [start], HOPPING)
-        except FAILURES:
-            return None
-        if found.result.interrupted:
-            raise KeyboardInterrupt
-        return found
+        starts = []
+        for distance in (DISTANCES[(number + part) % len(DISTANCES)] for part in range(AT_ONCE)):
+            step = axes.T @ (distance * sigmas * random.standard_normal(len(sigmas)))
+            vector = _turned(result.problem.coordinates, result.vector + step)
+            with suppress(ModelError):
+                starts.append(result.problem.model(np.clip(vector, *result.problem.bounds())))
+        return starts
+
+    def _from(self, added: Set, start: Model, check: Check) -> Answer:
+        return refit(self.data.given, added, self.data.fitted, [start], HOPPING, check)
 
     def _better_addition(self) -> bool:
         """Where much is left: the likeliest additions of all, whatever the torque screen says.
@@ -422,13 +420,13 @@ class Search:
         """Share of the mean square that additions would leave, by the trajectory screen."""
         screen = TrajectoryScreen(self.answers[added])
         sets = {in_order((*added, effect_id)): effect_id for effect_id in effect_ids}
-        work = {
-            near: partial(self._look, screen, added, effect_id)
-            for near, effect_id in sets.items()
-            if self.screen.goes(near)
-        }
+        possible = [near for near in sets if self.screen.goes(near)]
+        work = [
+            (_told("looking at additions", near), partial(self._look, screen, added, sets[near]))
+            for near in possible
+        ]
         found = {}
-        for near, best in self._at_once(work, "looking at additions"):
+        for near, best in self._without_failures(possible, self._at_once(work)):
             self.starts[near] = [model for _, model in best[:KEPT]]
             found[near] = best[0][0]
         return found
@@ -601,16 +599,24 @@ class Search:
             for added in sets
             if added not in self.failures and (again or added not in self.answers)
         ]
-        work = {added: partial(self._refitted, added) for added in wanted}
-        for added, answer in self._at_once(work, words):
+        work = [(_told(words, added), partial(self._refitted, added)) for added in wanted]
+        for added, answer in self._without_failures(wanted, self._at_once(work)):
             known = self.answers.get(added)
             if known is None or self._mean_square(answer) < self._mean_square(known):
                 self.answers[added] = answer
 
-    def _at_once(
-        self, work: Mapping[Set, Callable[[Check], T]], words: str
+    def _without_failures(
+        self, sets: Sequence[Set], results: Iterable[T | Exception]
     ) -> Iterator[tuple[Set, T]]:
-        """Results of work on sets, two at a time; failures are kept with their reasons."""
+        """Sets with their results; failures are kept with their reasons."""
+        for added, result in zip(sets, results, strict=True):
+            if isinstance(result, Exception):
+                self.failures[added] = f"{result}"
+            else:
+                yield added, result
+
+    def _at_once(self, work: Sequence[tuple[str, Callable[[Check], T]]]) -> Iterator[T | Exception]:
+        """Results of work, each with what is told of it, two at a time; or why there are none."""
         stopped = Event()
 
         def check(_share: float) -> None:
@@ -619,15 +625,14 @@ class Search:
 
         pool = ThreadPoolExecutor(AT_ONCE)
         try:
-            futures = {added: pool.submit(task, check) for added, task in work.items()}
-            for done, (added, future) in enumerate(futures.items()):
-                text = f"{words}: {', '.join(map(_title, added))}" if added else words
+            futures = [pool.submit(task, check) for _, task in work]
+            for done, ((text, _), future) in enumerate(zip(work, futures, strict=True)):
                 while future not in wait([future], PATIENCE).done:
                     self.progress(text, done / len(work))  # whoever wants to stop does so here
-                try:
-                    yield added, future.result()
-                except FAILURES as error:
-                    self.failures[added] = f"{error}"
+                error = future.exception()
+                if error is not None and not isinstance(error, FAILURES):
+                    raise error
+                yield error if error is not None else future.result()
                 self.progress(text, (done + 1) / len(work))
         finally:  # an interrupt does not wait for the rest
             stopped.set()
@@ -676,6 +681,12 @@ class Search:
             }
             with suppress(ModelError):
                 yield start.with_values(little)
+            if known := list(self.answers.values()):
+                # another law may have found parameters that suit this one too
+                base = min(known, key=self._mean_square).result.model.values()
+                own = self._of_effects(values, added)
+                with suppress(ModelError):
+                    yield model_with(self.data.given, added, {**base, **own})
         if added in self.answers:
             yield self.answers[added].result.model
         larger = [part for part in list(self.answers) if set(part) > set(added)]
@@ -744,8 +755,9 @@ def model_with(given: Model, added: Set, values: Mapping[str, float]) -> Model:
     return model.with_values({path: values[path] for path in own_paths})
 
 
-def _title(effect_id: str) -> str:
-    return effects.BY_ID[effect_id].title
+def _told(words: str, added: Set) -> str:
+    titles = ", ".join(effects.BY_ID[effect_id].title for effect_id in added)
+    return f"{words}: {titles}" if titles else words
 
 
 def _without(added: Set, effect_id: str) -> Set:
