@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from elastic_tendon.diagnosis import search as searching
+from elastic_tendon.diagnosis import refits as refitting
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 from elastic_tendon.diagnosis.options import Options
@@ -187,14 +187,14 @@ def test_an_interrupt_keeps_what_was_found(brief, stage: str) -> None:
 
 def test_a_candidate_that_cannot_be_refitted_is_a_row_with_its_reason(brief, monkeypatch) -> None:
     model, recording = brief
-    whole = searching.refit
+    whole = refitting.refit
 
     def refit(given, added, *rest):
         if COULOMB in added:
             raise SimulationError("it runs away")
         return whole(given, added, *rest)
 
-    monkeypatch.setattr(searching, "refit", refit)
+    monkeypatch.setattr(refitting, "refit", refit)
     found = diagnose(model, [recording], options=Options(only=FEW))
     assert found.complete
     assert COULOMB not in found.added

@@ -39,6 +39,11 @@ class Answer:
         return stack(self.errors, floors)
 
     @cached_property
+    def mean_square(self) -> float:
+        """Mean square error in units of the noise's."""
+        return float(np.mean(self.floored**2))
+
+    @cached_property
     def implausibility(self) -> float:
         """Sum of squares by which numbers of the given model left their prior, in its sigmas."""
         problem = self.result.problem

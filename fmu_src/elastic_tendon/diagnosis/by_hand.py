@@ -12,9 +12,10 @@ from elastic_tendon.diagnosis.candidates import prepare
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, equivalence_classes, round_at
-from elastic_tendon.diagnosis.search import Progress, Search
+from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.torque_screen import in_order
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.add import check_welcome, effect_by_id

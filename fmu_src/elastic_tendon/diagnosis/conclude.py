@@ -12,6 +12,7 @@ from elastic_tendon.diagnosis.experiment import Undecidable, next_experiment
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
 from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
@@ -21,7 +22,7 @@ from elastic_tendon.diagnosis.result import (
     WouldShow,
 )
 from elastic_tendon.diagnosis.rounds import neighbours_of
-from elastic_tendon.diagnosis.search import Progress, Search
+from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.separation import Rival
 from elastic_tendon.diagnosis.torque_screen import in_order
 from elastic_tendon.diagnosis.verdict import (

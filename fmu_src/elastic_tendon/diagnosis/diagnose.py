@@ -7,9 +7,11 @@ from elastic_tendon import effects
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import data_of
 from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import equivalence_classes, round_at
-from elastic_tendon.diagnosis.search import Progress, Search, Set
+from elastic_tendon.diagnosis.search import Search
+from elastic_tendon.diagnosis.sets import Set
 from elastic_tendon.identify.ladder import REFIT
 from elastic_tendon.identify.signs import sign_errors
 from elastic_tendon.measurement import Measurement

@@ -8,13 +8,8 @@ from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.evidence import DECISIVE, audible, implausible_values, probabilities
 from elastic_tendon.diagnosis.result import Candidate, Neighbour, Round
-from elastic_tendon.diagnosis.search import (
-    Search,
-    Set,
-    change_between,
-    expected_evidence,
-    size_of,
-)
+from elastic_tendon.diagnosis.search import Search, expected_evidence
+from elastic_tendon.diagnosis.sets import Set, change_between, size_of
 from elastic_tendon.identify.residuals import Array, rms
 
 TAKEN = "taken"
@@ -144,7 +139,7 @@ def _expected(search: Search, before: Set, added: Set) -> float:
     """What the screen expects of a set, in evidence beside another."""
     own, grown = search.estimates[before], search.estimates[added]
     facts = min(float(len(own.residuals)), search.evidence.facts([search.answers[before]]))
-    left = float(np.mean(search.answers[before].floored ** 2))
+    left = search.answers[before].mean_square
     share, size = grown.square / own.square, size_of(added) - size_of(before)
     return expected_evidence(left, share, facts, size)
 

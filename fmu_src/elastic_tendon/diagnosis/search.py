@@ -5,21 +5,28 @@ trajectory, which starts at the screen's own estimates. An answer is final when 
 removal, exchange or simpler law among its neighbours does better (`evidence`).
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from threading import Event
-from typing import TypeVar
 
 import numpy as np
 
 from elastic_tendon import compiled, effects
-from elastic_tendon.diagnosis.answer import Answer, bounded, refit
+from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import DECISIVE, MUCH, Evidence, worth_hearing
+from elastic_tendon.diagnosis.refits import AT_ONCE, Check, Progress, Refits, mean_square
+from elastic_tendon.diagnosis.sets import (
+    Set,
+    change_between,
+    model_with,
+    simpler,
+    size_of,
+    told,
+    without,
+)
 from elastic_tendon.diagnosis.significance import (
     CHANCE,
     heldout_significance,
@@ -35,18 +42,11 @@ from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.residuals import Array
 from elastic_tendon.parameters import Model
 
-Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
-Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
-T = TypeVar("T")
-Set = tuple[str, ...]  # ids of effects in the catalogue's order
-
 FAR_BETTER = 0.5  # a pair that leaves less than this share of the best single's square is tried
 PAIRED = 8  # singles, the best first, that are looked at with every other effect
 TRUSTED = 2.0  # mean square on the torque screen of an answer that leaves nothing but noise
-BASES, BETTER_BASE = (
-    3,
-    0.8,
-)  # singles whose base is tried, and the share of the square it must leave
+# singles whose base is tried, and the share of the square it must leave
+BASES, BETTER_BASE = 3, 0.8
 LOOKED, FOLLOWED = 6, 3  # sets with one more effect that are estimated, from each origin
 REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
 EQUALS = 2  # ... and those that promise about as much with no more parameters
@@ -60,21 +60,16 @@ CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no
 SURELY, SURELY_HELDOUT = 4.0, 2.0
 SURELY_NEEDED = 2.0  # times the mean square that the screen expects without an effect
 MOST_ROUNDS, MOST_REFITS = 8, 20
-EFFORT = Effort(scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5)
 # refits from around an answer: how many, how many in vain, and how far, in standard deviations
 HOPS, FRUITLESS, DISTANCES = 30, 6, (1.0, 3.0, 10.0)
 HOPPING = Effort(scouted=2, scouting=12, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 # sets besides, and how many times the answer's mean square they may leave
 DISPUTED, POOR = 2, 10.0
 WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all, have to leave
-AT_ONCE = 2  # refits; the compiled library lets Python go on
-PATIENCE = 0.5  # s between reports of a refit that takes long
 # of typical strengths, at which trajectories are looked at
 SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
 MOST_ADDITIONS = 6  # that are refitted where much is left
-FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
-LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
 
 @dataclass(frozen=True)
@@ -90,26 +85,17 @@ class Neighbour:
     expected: float | None
 
 
-@dataclass
-class Search:
+@dataclass(kw_only=True)
+class Search(Refits):
     """What a search has so far; an interrupt leaves it as it is.
 
-    `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
-    `failures` : why sets could not be refitted; `neighbours` : of the last answer; `path` : sets in
-    the order in which they were the best; `refused` : sets of which an effect may be chance.
+    `neighbours` : of the last answer; `path` : sets in the order in which they were the best;
+    `refused` : sets of which an effect may be chance.
     """
 
-    data: Data
-    progress: Progress
     evidence: Evidence
-    screen: Screen
-    answers: dict[Set, Answer] = field(default_factory=dict)
-    estimates: dict[Set, Estimate] = field(default_factory=dict)
-    starts: dict[Set, list[Model]] = field(default_factory=dict)
-    failures: dict[Set, str] = field(default_factory=dict)
     neighbours: tuple[Neighbour, ...] = ()
     path: list[Set] = field(default_factory=list)
-    tables: list[tuple[Set, tuple[Neighbour, ...]]] = field(default_factory=list)
     refused: dict[Set, str] = field(default_factory=dict)
     _exhausted: set[Set] = field(default_factory=set)
     _hopped: dict[Set, Answer] = field(default_factory=dict)
@@ -118,7 +104,12 @@ class Search:
     def of(cls, data: Data, progress: Progress) -> "Search":
         """A search that has not begun."""
         progress("reading the motion", 0.0)
-        return cls(data, progress, Evidence(data.heldout), Screen(data.given, data.fitted))
+        return cls(
+            data=data,
+            progress=progress,
+            screen=Screen(data.given, data.fitted),
+            evidence=Evidence(data.heldout),
+        )
 
     # ---- the loop ----------------------------------------------------------------------------
 
@@ -208,7 +199,6 @@ class Search:
             if self.path[-1] != added:
                 self.path.append(added)
             self.neighbours = self._neighbours(added)
-            self.tables.append((added, self.neighbours))
             chosen = list(self._promising(added)) if len(self.answers) < MOST_REFITS else []
             self._refit(chosen, "refitting what may do better")
             if self.answer.added == added:
@@ -224,7 +214,7 @@ class Search:
         whole = self.answer.added
         ladder = [whole] if whole else []
         while ladder and len(ladder[0]) > 1:
-            fewer = [_without(ladder[0], effect_id) for effect_id in ladder[0]]
+            fewer = [without(ladder[0], effect_id) for effect_id in ladder[0]]
             fewer.sort(key=self._badness)
             known = [added for added in fewer if added in self.answers]
             if refit and not known:
@@ -232,13 +222,13 @@ class Search:
                 known = [added for added in fewer if added in self.answers]
             if not known:
                 break
-            ladder.insert(0, min(known, key=lambda added: self._mean_square(self.answers[added])))
+            ladder.insert(0, min(known, key=lambda added: self.answers[added].mean_square))
         return ladder
 
     def _refuse_one(self) -> bool:
         """Take out the effect of the answer that is least surely there, if any is in doubt."""
         answer = self.answer
-        less = [_without(answer.added, effect_id) for effect_id in answer.added]
+        less = [without(answer.added, effect_id) for effect_id in answer.added]
         own = self._badness(answer.added)
         doubtful = [added for added in less if self._badness(added) < SURELY_NEEDED * own]
         self._refit(doubtful, "checking what is needed")
@@ -264,13 +254,13 @@ class Search:
         -------
         whether the answer has changed, or leaves far less
         """
-        answer, before = self.answer, self._mean_square(self.answer)
+        answer, before = self.answer, self.answer.mean_square
         disputed = self._disputed()
         self._refit(disputed, "refitting again", again=True)
         for added in (answer.added, *disputed):
             self._hop_around(added)
         after = self.answer
-        return after.added != answer.added or self._mean_square(after) < FAR_HOP * before
+        return after.added != answer.added or after.mean_square < FAR_HOP * before
 
     def _disputed(self) -> list[Set]:
         """Sets that do better than the answer on the screen and worse when refitted."""
@@ -286,16 +276,16 @@ class Search:
 
     def _hop_around(self, added: Set) -> None:
         first = answer = self.answers[added]
-        random, without = np.random.default_rng(0), 0
+        random, vain = np.random.default_rng(0), 0
         for number in range(0, HOPS if self._hopped.get(added) is not first else 0, AT_ONCE):
-            if without >= FRUITLESS or self._mean_square(answer) < AT_NOISE:
+            if vain >= FRUITLESS or answer.mean_square < AT_NOISE:
                 break
             starts = self._around(answer, random, number)
             work = [("refitting from places around", partial(self._from, added, s)) for s in starts]
             found = [part for part in self._at_once(work) if isinstance(part, Answer)]
-            best = min([answer, *found], key=self._mean_square)
-            far = self._mean_square(best) < WORTH_HOPPING * self._mean_square(answer)
-            answer, without = (best, 0) if far else (answer, without + AT_ONCE)
+            best = min([answer, *found], key=mean_square)
+            far = best.mean_square < WORTH_HOPPING * answer.mean_square
+            answer, vain = (best, 0) if far else (answer, vain + AT_ONCE)
         if answer is not first:
             self.answers[added] = answer
             self._refit([added], "refitting from there", again=True)
@@ -326,7 +316,7 @@ class Search:
         whether the best has changed
         """
         answer = self.answer
-        if self._mean_square(answer) < MUCH or answer.added in self._exhausted:
+        if answer.mean_square < MUCH or answer.added in self._exhausted:
             return False
         self._exhausted.add(answer.added)
         words = "trying every addition"
@@ -345,12 +335,12 @@ class Search:
 
     def _doubt(self, answer: Answer, effect_id: str) -> tuple[str, float] | None:
         """Why an effect of an answer may not be there, and how likely that is by chance."""
-        before = self.answers.get(_without(answer.added, effect_id))
+        before = self.answers.get(without(answer.added, effect_id))
         if before is None:
             return None
-        title, left = effects.BY_ID[effect_id].title, self._mean_square(answer)
+        title, left = effects.BY_ID[effect_id].title, answer.mean_square
         chance = significance(before, answer, effect_id)
-        gain, sure = self._mean_square(before) / left, SURELY
+        gain, sure = before.mean_square / left, SURELY
         if self.data.heldout:
             squares = [self.evidence.heldout_square(part) for part in (before, answer)]
             gain, sure = min(gain, squares[0] / squares[1]), SURELY_HELDOUT
@@ -422,7 +412,7 @@ class Search:
         sets = {in_order((*added, effect_id)): effect_id for effect_id in effect_ids}
         possible = [near for near in sets if self.screen.goes(near)]
         work = [
-            (_told("looking at additions", near), partial(self._look, screen, added, sets[near]))
+            (told("looking at additions", near), partial(self._look, screen, added, sets[near]))
             for near in possible
         ]
         found = {}
@@ -464,7 +454,7 @@ class Search:
         else:
             if at_noise:
                 shares |= self._hardly_worse(added)
-            shares |= {_without(added, effect_id): None for effect_id in added}
+            shares |= {without(added, effect_id): None for effect_id in added}
             shares |= dict.fromkeys(simpler(added))
             unlooked = list(self.data.candidates)
         if not at_noise:
@@ -495,7 +485,7 @@ class Search:
         if not all(self.screen.sees(effect_id) for effect_id in added):
             return {}
         own, screen = self._own(added), self.screen
-        less = [_without(added, effect_id) for effect_id in added]
+        less = [without(added, effect_id) for effect_id in added]
         origins = [own, *(screen.fit(part, own.values, 6) for part in less)]
         shares: dict[Set, float] = {}
         for origin in origins:
@@ -511,7 +501,7 @@ class Search:
         own, refitted = self._own(added), self.answers[added].result.model.values()
         origins = [(added, own)]
         for effect_id in added:
-            less = _without(added, effect_id)
+            less = without(added, effect_id)
             origins.append((less, screen.fit(less, own.values, 6)))
         origins += [(low, screen.followed(low, own.values)) for low in simpler(added)]
         self._keep([own, *(estimate for _, estimate in origins)])
@@ -577,147 +567,7 @@ class Search:
         """Whether the best so far leaves nothing but noise, on held-out recordings too."""
         answer = self.answer
         heldout = self.evidence.heldout_square(answer)
-        return self._mean_square(answer) < AT_NOISE and heldout < HELDOUT_AT_NOISE
-
-    @staticmethod
-    def _mean_square(answer: Answer) -> float:
-        return float(np.mean(answer.floored**2))
-
-    # ---- refits ------------------------------------------------------------------------------
-
-    def _refit(self, sets: Sequence[Set], words: str, *, again: bool = False) -> None:
-        """Refit sets, two at a time; failures are kept with their reasons.
-
-        Parameters
-        ----------
-        sets : to be refitted
-        words : what is told of it
-        again : also those that were, from other starts; the better answer stays
-        """
-        wanted = [
-            added
-            for added in sets
-            if added not in self.failures and (again or added not in self.answers)
-        ]
-        work = [(_told(words, added), partial(self._refitted, added)) for added in wanted]
-        for added, answer in self._without_failures(wanted, self._at_once(work)):
-            known = self.answers.get(added)
-            if known is None or self._mean_square(answer) < self._mean_square(known):
-                self.answers[added] = answer
-
-    def _without_failures(
-        self, sets: Sequence[Set], results: Iterable[T | Exception]
-    ) -> Iterator[tuple[Set, T]]:
-        """Sets with their results; failures are kept with their reasons."""
-        for added, result in zip(sets, results, strict=True):
-            if isinstance(result, Exception):
-                self.failures[added] = f"{result}"
-            else:
-                yield added, result
-
-    def _at_once(self, work: Sequence[tuple[str, Callable[[Check], T]]]) -> Iterator[T | Exception]:
-        """Results of work, each with what is told of it, two at a time; or why there are none."""
-        stopped = Event()
-
-        def check(_share: float) -> None:
-            if stopped.is_set():
-                raise KeyboardInterrupt
-
-        pool = ThreadPoolExecutor(AT_ONCE)
-        try:
-            futures = [pool.submit(task, check) for _, task in work]
-            for done, ((text, _), future) in enumerate(zip(work, futures, strict=True)):
-                while future not in wait([future], PATIENCE).done:
-                    self.progress(text, done / len(work))  # whoever wants to stop does so here
-                error = future.exception()
-                if error is not None and not isinstance(error, FAILURES):
-                    raise error
-                yield error if error is not None else future.result()
-                self.progress(text, (done + 1) / len(work))
-        finally:  # an interrupt does not wait for the rest
-            stopped.set()
-            pool.shutdown(cancel_futures=True)
-
-    def _refitted(self, added: Set, check: Check) -> Answer:
-        given, fitted = self.data.given, self.data.fitted
-        compiled.library_path((*given.effect_ids, *added))
-        answer = refit(given, added, fitted, list(self._starts(added)), EFFORT, check)
-        smaller = sorted(self._smaller(added), key=self._left)[:1]
-        if smaller and self._mean_square(answer) > self._left(smaller[0]):
-            # misled by its starts: it begins where nothing of it is there
-            nothing = self._with_nothing(added, smaller[0])
-            again = refit(given, added, fitted, [nothing], EFFORT, check)
-            answer = min(answer, again, key=self._mean_square)
-        return answer
-
-    def _smaller(self, added: Set) -> list[Set]:
-        """Refitted sets with fewer of the effects."""
-        return [known for known in list(self.answers) if set(known) < set(added)]
-
-    def _with_nothing(self, added: Set, smaller: Set) -> Model:
-        """The refit of fewer effects beside nulls of what else comes in."""
-        nothing = {
-            f"effects.{effect_id}.{parameter.name}": parameter.null
-            for effect_id in added
-            if effect_id not in smaller
-            for parameter in effects.BY_ID[effect_id].parameters
-        }
-        values = self.answers[smaller].result.model.values()
-        return model_with(self.data.given, added, {**values, **nothing})
-
-    def _starts(self, added: Set) -> Iterator[Model]:
-        """Where the refit of a set begins: what the screens estimate, also with hardly any damping;
-        refits of fewer effects with what else comes in, and of more without the rest."""
-        yield from self.starts.get(added, ())
-        if added in self.estimates:
-            values = self.estimates[added].values
-            paths = self.screen.structure(added).coordinates.paths
-            start = model_with(self.data.given, added, {path: values[path] for path in paths})
-            yield start
-            little = {
-                path: LITTLE * self.data.given.uncertainty_of(path)
-                for path in paths
-                if path.endswith(".damping") and not path.startswith("effects.")
-            }
-            with suppress(ModelError):
-                yield start.with_values(little)
-            if known := list(self.answers.values()):
-                # another law may have found parameters that suit this one too
-                base = min(known, key=self._mean_square).result.model.values()
-                own = self._of_effects(values, added)
-                with suppress(ModelError):
-                    yield model_with(self.data.given, added, {**base, **own})
-        if added in self.answers:
-            yield self.answers[added].result.model
-        larger = [part for part in list(self.answers) if set(part) > set(added)]
-        if smaller := self._smaller(added):
-            best = min(smaller, key=self._left)
-            for part in dict.fromkeys((best, min(smaller, key=len))):
-                yield from self._grown(added, part)
-        elif larger and added:
-            more = self.answers[min(larger, key=self._left)]
-            yield model_with(self.data.given, added, more.result.model.values())
-
-    def _left(self, added: Set) -> float:
-        return self._mean_square(self.answers[added])
-
-    def _grown(self, added: Set, smaller: Set) -> Iterator[Model]:
-        """The refit of fewer effects with what else comes in, as estimated."""
-        values = self.answers[smaller].result.model.values()
-        came = [effect_id for effect_id in added if effect_id not in smaller]
-        if added not in self.estimates:
-            return
-        estimated = self._of_effects(self.estimates[added].values, came)
-        given = {**self.data.given.values(), **self._of_effects(values, smaller)}
-        # from the parameters refitted without it, and from those given
-        for base in (values, given):
-            with suppress(ModelError):
-                yield model_with(self.data.given, added, {**base, **estimated})
-
-    @staticmethod
-    def _of_effects(values: Mapping[str, float], effect_ids: Sequence[str]) -> dict[str, float]:
-        starts = tuple(f"effects.{effect_id}." for effect_id in effect_ids)
-        return {path: value for path, value in values.items() if path.startswith(starts)}
+        return answer.mean_square < AT_NOISE and heldout < HELDOUT_AT_NOISE
 
 
 def _turned(coordinates: Coordinates, vector: Array) -> Array:
@@ -742,28 +592,6 @@ def _second(pair: tuple[Set, float]) -> float:
     return pair[1]
 
 
-def model_with(given: Model, added: Set, values: Mapping[str, float]) -> Model:
-    """The given model with some effects and these values."""
-    model = given
-    for effect_id in added:
-        own = {
-            parameter.name: values[f"effects.{effect_id}.{parameter.name}"]
-            for parameter in effects.BY_ID[effect_id].parameters
-        }
-        model = bounded(model, effect_id, own)
-    own_paths = [path for path in given.values() if path in values]
-    return model.with_values({path: values[path] for path in own_paths})
-
-
-def _told(words: str, added: Set) -> str:
-    titles = ", ".join(effects.BY_ID[effect_id].title for effect_id in added)
-    return f"{words}: {titles}" if titles else words
-
-
-def _without(added: Set, effect_id: str) -> Set:
-    return tuple(other for other in added if other != effect_id)
-
-
 def expected_evidence(before: float, share: float, facts: float, size: int) -> float:
     """Evidence that the screen expects of a change; one that nobody would hear of does no better.
 
@@ -776,27 +604,3 @@ def expected_evidence(before: float, share: float, facts: float, size: int) -> f
     """
     value = facts * float(np.log(max(share, 1e-9))) + float(np.log(facts)) * size
     return value if worth_hearing(before, share * before) else max(value, 0.0)
-
-
-def size_of(added: Set) -> int:
-    """Number of parameters that effects bring."""
-    return sum(len(effects.BY_ID[effect_id].parameters) for effect_id in added)
-
-
-def simpler(added: Set) -> Iterator[Set]:
-    """The set with a simpler law of the same thing in the place of each law, where there is one."""
-    for effect_id in added:
-        effect = effects.BY_ID[effect_id]
-        for other in effects.BY_ID.values():
-            fewer = len(other.parameters) < len(effect.parameters)
-            if effect.law_of and other.law_of == effect.law_of and fewer:
-                yield in_order((*_without(added, effect_id), other.id))
-
-
-def change_between(before: Set, after: Set) -> str:
-    """What makes one set of another: "+id", "-id" or "id -> id"."""
-    gone = ", ".join(effect_id for effect_id in before if effect_id not in after)
-    came = ", ".join(effect_id for effect_id in after if effect_id not in before)
-    if gone and came:
-        return f"{gone} -> {came}"
-    return f"+{came}" if came else f"-{gone}"

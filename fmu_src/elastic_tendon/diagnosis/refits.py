@@ -1,0 +1,182 @@
+"""Refits of sets of effects, two at a time, each begun at all that is known by then."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+from operator import attrgetter
+from threading import Event
+from typing import TypeVar
+
+from elastic_tendon import compiled, effects
+from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.data import Data
+from elastic_tendon.diagnosis.sets import Set, model_with, told
+from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
+from elastic_tendon.errors import ElasticTendonError, ModelError
+from elastic_tendon.identify.fit import Effort
+from elastic_tendon.parameters import Model
+
+Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
+Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
+T = TypeVar("T")
+
+EFFORT = Effort(scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5)
+AT_ONCE = 2  # refits; the compiled library lets Python go on
+PATIENCE = 0.5  # s between reports of a refit that takes long
+FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
+LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
+
+mean_square = attrgetter("mean_square")
+
+
+@dataclass(kw_only=True)
+class Refits:
+    """Refitted sets, and where refits begin.
+
+    `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
+    `failures` : why sets could not be refitted.
+    """
+
+    data: Data
+    progress: Progress
+    screen: Screen
+    answers: dict[Set, Answer] = field(default_factory=dict)
+    estimates: dict[Set, Estimate] = field(default_factory=dict)
+    starts: dict[Set, list[Model]] = field(default_factory=dict)
+    failures: dict[Set, str] = field(default_factory=dict)
+
+    def _refit(self, sets: Sequence[Set], words: str, *, again: bool = False) -> None:
+        """Refit sets, two at a time; failures are kept with their reasons.
+
+        Parameters
+        ----------
+        sets : to be refitted
+        words : what is told of it
+        again : also those that were, from other starts; the better answer stays
+        """
+        wanted = [
+            added
+            for added in sets
+            if added not in self.failures and (again or added not in self.answers)
+        ]
+        work = [(told(words, added), partial(self._refitted, added)) for added in wanted]
+        for added, answer in self._without_failures(wanted, self._at_once(work)):
+            known = self.answers.get(added)
+            if known is None or answer.mean_square < known.mean_square:
+                self.answers[added] = answer
+
+    def _without_failures(
+        self, sets: Sequence[Set], results: Iterable[T | Exception]
+    ) -> Iterator[tuple[Set, T]]:
+        """Sets with their results; failures are kept with their reasons."""
+        for added, result in zip(sets, results, strict=True):
+            if isinstance(result, Exception):
+                self.failures[added] = f"{result}"
+            else:
+                yield added, result
+
+    def _at_once(self, work: Sequence[tuple[str, Callable[[Check], T]]]) -> Iterator[T | Exception]:
+        """Results of work, each with what is told of it, two at a time; or why there are none."""
+        stopped = Event()
+
+        def check(_share: float) -> None:
+            if stopped.is_set():
+                raise KeyboardInterrupt
+
+        pool = ThreadPoolExecutor(AT_ONCE)
+        try:
+            futures = [pool.submit(task, check) for _, task in work]
+            for done, ((text, _), future) in enumerate(zip(work, futures, strict=True)):
+                while future not in wait([future], PATIENCE).done:
+                    self.progress(text, done / len(work))  # whoever wants to stop does so here
+                error = future.exception()
+                if error is not None and not isinstance(error, FAILURES):
+                    raise error
+                yield error if error is not None else future.result()
+                self.progress(text, (done + 1) / len(work))
+        finally:  # an interrupt does not wait for the rest
+            stopped.set()
+            pool.shutdown(cancel_futures=True)
+
+    def _refitted(self, added: Set, check: Check) -> Answer:
+        given, fitted = self.data.given, self.data.fitted
+        compiled.library_path((*given.effect_ids, *added))
+        answer = refit(given, added, fitted, list(self._starts(added)), EFFORT, check)
+        smaller = sorted(self._smaller(added), key=self._left)[:1]
+        if smaller and answer.mean_square > self._left(smaller[0]):
+            # misled by its starts: it begins where nothing of it is there
+            nothing = self._with_nothing(added, smaller[0])
+            again = refit(given, added, fitted, [nothing], EFFORT, check)
+            answer = min(answer, again, key=mean_square)
+        return answer
+
+    def _smaller(self, added: Set) -> list[Set]:
+        """Refitted sets with fewer of the effects."""
+        return [known for known in list(self.answers) if set(known) < set(added)]
+
+    def _with_nothing(self, added: Set, smaller: Set) -> Model:
+        """The refit of fewer effects beside nulls of what else comes in."""
+        nothing = {
+            f"effects.{effect_id}.{parameter.name}": parameter.null
+            for effect_id in added
+            if effect_id not in smaller
+            for parameter in effects.BY_ID[effect_id].parameters
+        }
+        values = self.answers[smaller].result.model.values()
+        return model_with(self.data.given, added, {**values, **nothing})
+
+    def _starts(self, added: Set) -> Iterator[Model]:
+        """Where the refit of a set begins: what the screens estimate, also with hardly any damping;
+        refits of fewer effects with what else comes in, and of more without the rest."""
+        yield from self.starts.get(added, ())
+        if added in self.estimates:
+            values = self.estimates[added].values
+            paths = self.screen.structure(added).coordinates.paths
+            start = model_with(self.data.given, added, {path: values[path] for path in paths})
+            yield start
+            little = {
+                path: LITTLE * self.data.given.uncertainty_of(path)
+                for path in paths
+                if path.endswith(".damping") and not path.startswith("effects.")
+            }
+            with suppress(ModelError):
+                yield start.with_values(little)
+            if known := list(self.answers.values()):
+                # another law may have found parameters that suit this one too
+                base = min(known, key=mean_square).result.model.values()
+                own = self._of_effects(values, added)
+                with suppress(ModelError):
+                    yield model_with(self.data.given, added, {**base, **own})
+        if added in self.answers:
+            yield self.answers[added].result.model
+        larger = [part for part in list(self.answers) if set(part) > set(added)]
+        if smaller := self._smaller(added):
+            best = min(smaller, key=self._left)
+            for part in dict.fromkeys((best, min(smaller, key=len))):
+                yield from self._grown(added, part)
+        elif larger and added:
+            more = self.answers[min(larger, key=self._left)]
+            yield model_with(self.data.given, added, more.result.model.values())
+
+    def _left(self, added: Set) -> float:
+        return self.answers[added].mean_square
+
+    def _grown(self, added: Set, smaller: Set) -> Iterator[Model]:
+        """The refit of fewer effects with what else comes in, as estimated."""
+        values = self.answers[smaller].result.model.values()
+        came = [effect_id for effect_id in added if effect_id not in smaller]
+        if added not in self.estimates:
+            return
+        estimated = self._of_effects(self.estimates[added].values, came)
+        given = {**self.data.given.values(), **self._of_effects(values, smaller)}
+        # from the parameters refitted without it, and from those given
+        for base in (values, given):
+            with suppress(ModelError):
+                yield model_with(self.data.given, added, {**base, **estimated})
+
+    @staticmethod
+    def _of_effects(values: Mapping[str, float], effect_ids: Sequence[str]) -> dict[str, float]:
+        starts = tuple(f"effects.{effect_id}." for effect_id in effect_ids)
+        return {path: value for path, value in values.items() if path.startswith(starts)}

@@ -1,0 +1,58 @@
+"""Sets of effects: what they bring, how they differ, and models that have them."""
+
+from collections.abc import Iterator, Mapping
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.answer import bounded
+from elastic_tendon.diagnosis.torque_screen import in_order
+from elastic_tendon.parameters import Model
+
+Set = tuple[str, ...]  # ids of effects in the catalogue's order
+
+
+def size_of(added: Set) -> int:
+    """Number of parameters that effects bring."""
+    return sum(len(effects.BY_ID[effect_id].parameters) for effect_id in added)
+
+
+def simpler(added: Set) -> Iterator[Set]:
+    """The set with a simpler law of the same thing in the place of each law, where there is one."""
+    for effect_id in added:
+        effect = effects.BY_ID[effect_id]
+        for other in effects.BY_ID.values():
+            fewer = len(other.parameters) < len(effect.parameters)
+            if effect.law_of and other.law_of == effect.law_of and fewer:
+                yield in_order((*without(added, effect_id), other.id))
+
+
+def without(added: Set, effect_id: str) -> Set:
+    """The set less one effect."""
+    return tuple(other for other in added if other != effect_id)
+
+
+def change_between(before: Set, after: Set) -> str:
+    """What makes one set of another: "+id", "-id" or "id -> id"."""
+    gone = ", ".join(effect_id for effect_id in before if effect_id not in after)
+    came = ", ".join(effect_id for effect_id in after if effect_id not in before)
+    if gone and came:
+        return f"{gone} -> {came}"
+    return f"+{came}" if came else f"-{gone}"
+
+
+def model_with(given: Model, added: Set, values: Mapping[str, float]) -> Model:
+    """The given model with some effects and these values."""
+    model = given
+    for effect_id in added:
+        own = {
+            parameter.name: values[f"effects.{effect_id}.{parameter.name}"]
+            for parameter in effects.BY_ID[effect_id].parameters
+        }
+        model = bounded(model, effect_id, own)
+    own_paths = [path for path in given.values() if path in values]
+    return model.with_values({path: values[path] for path in own_paths})
+
+
+def told(words: str, added: Set) -> str:
+    """Words for what is being done with a set, as "refitting: Gravity load"."""
+    titles = ", ".join(effects.BY_ID[effect_id].title for effect_id in added)
+    return f"{words}: {titles}" if titles else words
