@@ -156,7 +156,7 @@ class Refits:
             best = min(smaller, key=self._left)
             for part in dict.fromkeys((best, min(smaller, key=len))):
                 yield from self._grown(added, part)
-        elif larger and added:
+        if larger and added:
             more = self.answers[min(larger, key=self._left)]
             yield model_with(self.data.given, added, more.result.model.values())
 

@@ -232,6 +232,8 @@ class Search(Refits):
         own = self._badness(answer.added)
         doubtful = [added for added in less if self._badness(added) < SURELY_NEEDED * own]
         self._refit(doubtful, "checking what is needed")
+        close = [added for added in less if self._close(added, answer)]
+        self._refit(close, "checking what is needed", again=True)
         doubts = [
             (reason, chance)
             for effect_id in answer.added
@@ -244,6 +246,10 @@ class Search(Refits):
             return False
         self.refused[answer.added] = max(doubts, key=lambda doubt: doubt[1])[0]
         return True
+
+    def _close(self, added: Set, answer: Answer) -> bool:
+        """Whether a set leaves not much more than an answer: from there it may do better."""
+        return added in self.answers and self._left(added) < POOR * answer.mean_square
 
     def _hop(self) -> bool:
         """Refit the answer, and what the screen holds for better, from places around them.
@@ -321,13 +327,8 @@ class Search(Refits):
         self._exhausted.add(answer.added)
         words = "trying every addition"
         looks = self._looks(answer.added, self.data.candidates)
-        own = self._left(answer.added)
-        likely = [
-            near
-            for near, share in sorted(looks.items(), key=_second)
-            if worth_hearing(self._left(near) if near in self.answers else own, share * own)
-        ]
-        for start in range(0, min(len(likely), MOST_ADDITIONS), AT_ONCE):
+        likely = sorted(looks, key=looks.__getitem__)[:MOST_ADDITIONS]
+        for start in range(0, len(likely), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
             if self._at_noise():
                 break
