@@ -206,6 +206,14 @@ def test_an_adequate_model_is_said_so_with_what_is_left() -> None:
     assert sentence("adequate") == "arm explains these data: what is left is 1.04 times the noise."
 
 
+def test_much_that_is_left_by_chance_is_said_to_be_so() -> None:
+    assert sentence("adequate", after=3.46) == (
+        "arm explains these data: what is left is 3.46 times the noise; this depends on the motion "
+        "by no more than chance, as a disturbance would."
+    )
+    assert "chance" not in sentence("unexplained", after=3.46)
+
+
 def test_wrong_parameters_are_listed() -> None:
     said = sentence("wrong_parameter", moved=("link.inertia",))
     assert said == (

@@ -27,6 +27,7 @@ UNCERTAINTY = {
 }
 WIDE_DAMPING_RATIO = 0.3
 SHAKEN = math.log(2.0)  # shapes lie within so much of the typical one
+RINGING_RATIO = 0.005  # damping ratio of a spring that swings in itself; of steel 0.001 to 0.02
 
 
 def get(tree: Mapping[str, Any], path: str) -> float:
@@ -171,7 +172,8 @@ def hidden_numbers(
         "stribeck_velocity": 0.1 * shake(),
     }
     damping = 0.5 * sizes.stiffness / sizes.frequency
-    ringing = 0.002 * damping * sizes.link_mass
+    heavy = 0.01 * sizes.link_mass
+    ringing = 2.0 * RINGING_RATIO * math.sqrt(4.0 * sizes.spring * heavy)
     turn = float(rng.uniform(-1.2, 1.2))
     force = 0.05 * sizes.spring * sizes.deflection
     sign = float(rng.choice([-1.0, 1.0]))
@@ -211,7 +213,7 @@ def hidden_numbers(
         ),
         "spring_mass": (
             {
-                "mass": 0.01 * sizes.link_mass,
+                "mass": heavy,
                 "damping": ringing * shake(),
             },
             ("mass", "damping"),

@@ -16,6 +16,8 @@ from elastic_tendon.diagnosis.sets import Set, model_with, told
 from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
 from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.identify.fit import Effort
+from elastic_tendon.identify.problem import TOLERANCE
+from elastic_tendon.identify.residuals import simulate_measurement
 from elastic_tendon.parameters import Model
 
 Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
@@ -26,6 +28,11 @@ EFFORT = Effort(scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tol
 AT_ONCE = 2  # refits; the compiled library lets Python go on
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
+# beside what is refitted already and swings fast, so that each simulation is dear
+BESIDE_SWINGING = Effort(
+    scouted=2, scouting=4, polished=0, evaluations=15, rounds=1, tolerance=1e-4
+)
+MOST_WORK = 3000.0  # simulations of the base model, after which nothing more is tried
 LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
 mean_square = attrgetter("mean_square")
@@ -36,7 +43,8 @@ class Refits:
     """Refitted sets, and where refits begin.
 
     `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
-    `failures` : why sets could not be refitted.
+    `failures` : why sets could not be refitted; `work` : what they cost, in simulations of the base
+    model.
     """
 
     data: Data
@@ -46,6 +54,7 @@ class Refits:
     estimates: dict[Set, Estimate] = field(default_factory=dict)
     starts: dict[Set, list[Model]] = field(default_factory=dict)
     failures: dict[Set, str] = field(default_factory=dict)
+    work: float = 0.0
 
     def _refit(self, sets: Sequence[Set], words: str, *, again: bool = False) -> None:
         """Refit sets, two at a time; failures are kept with their reasons.
@@ -63,6 +72,7 @@ class Refits:
         ]
         work = [(told(words, added), partial(self._refitted, added)) for added in wanted]
         for added, answer in self._without_failures(wanted, self._at_once(work)):
+            self._count(answer)
             known = self.answers.get(added)
             if known is None or answer.mean_square < known.mean_square:
                 self.answers[added] = answer
@@ -103,18 +113,40 @@ class Refits:
     def _refitted(self, added: Set, check: Check) -> Answer:
         given, fitted = self.data.given, self.data.fitted
         compiled.library_path((*given.effect_ids, *added))
-        answer = refit(given, added, fitted, list(self._starts(added)), EFFORT, check)
+        starts = list(self._starts(added))
+        swings = any(
+            effects.BY_ID[one].singular_null for part in self._smaller(added) for one in part
+        )
+        effort = BESIDE_SWINGING if swings else EFFORT
+        answer = refit(given, added, fitted, starts, effort, check)
         smaller = sorted(self._smaller(added), key=self._left)[:1]
         if smaller and answer.mean_square > self._left(smaller[0]):
             # misled by its starts: it begins where nothing of it is there
             nothing = self._with_nothing(added, smaller[0])
-            again = refit(given, added, fitted, [nothing], EFFORT, check)
+            again = refit(given, added, fitted, [nothing], effort, check)
             answer = min(answer, again, key=mean_square)
         return answer
 
     def _smaller(self, added: Set) -> list[Set]:
         """Refitted sets with fewer of the effects."""
         return [known for known in list(self.answers) if set(known) < set(added)]
+
+    @property
+    def _tired(self) -> bool:
+        """Whether so much was simulated that the search should come to its end."""
+        return self.work > MOST_WORK
+
+    def _count(self, answer: Answer) -> None:
+        self.work += answer.result.evaluations * self._cost(answer.result.model)
+
+    def _cost(self, model: Model) -> float:
+        """Cost of a simulation in those of the base model: a light mass takes many steps."""
+        base = self.answers.get(())
+        if base is None:
+            return 1.0
+        with suppress(*FAILURES):
+            return _evaluations(model, base) / _evaluations(base.result.model, base)
+        return 1.0
 
     def _with_nothing(self, added: Set, smaller: Set) -> Model:
         """The refit of fewer effects beside nulls of what else comes in."""
@@ -180,3 +212,12 @@ class Refits:
     def _of_effects(values: Mapping[str, float], effect_ids: Sequence[str]) -> dict[str, float]:
         starts = tuple(f"effects.{effect_id}." for effect_id in effect_ids)
         return {path: value for path, value in values.items() if path.startswith(starts)}
+
+
+def _evaluations(model: Model, like: Answer) -> int:
+    """Right-hand sides that a simulation of all recordings takes."""
+    result = like.result
+    return sum(
+        simulate_measurement(model, part, initial, TOLERANCE).statistics["rates"]
+        for part, initial in zip(result.problem.measurements, result.initial_states, strict=True)
+    )

@@ -57,7 +57,7 @@ PROMISING = 0.95  # of the base's square, which a single has to leave at most fo
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 # times by which the mean square falls, on held-out recordings too, for what is no chance
-SURELY, SURELY_HELDOUT = 4.0, 2.0
+SURELY, SURELY_HELDOUT = 3.0, 2.0
 SURELY_NEEDED = 2.0  # times the mean square that the screen expects without an effect
 MOST_ROUNDS, MOST_REFITS = 8, 20
 # refits from around an answer: how many, how many in vain, and how far, in standard deviations
@@ -135,6 +135,8 @@ class Search(Refits):
             self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
         for _ in range(MOST_ROUNDS):
             self._follow_neighbours()
+            if self._tired:
+                break
             if self._hop():
                 continue
             if not (self._refuse_one() or self._better_addition()):
@@ -199,7 +201,8 @@ class Search(Refits):
             if self.path[-1] != added:
                 self.path.append(added)
             self.neighbours = self._neighbours(added)
-            chosen = list(self._promising(added)) if len(self.answers) < MOST_REFITS else []
+            enough = self._tired or len(self.answers) >= MOST_REFITS
+            chosen = [] if enough else list(self._promising(added))
             self._refit(chosen, "refitting what may do better")
             if self.answer.added == added:
                 return
@@ -284,11 +287,13 @@ class Search(Refits):
         first = answer = self.answers[added]
         random, vain = np.random.default_rng(0), 0
         for number in range(0, HOPS if self._hopped.get(added) is not first else 0, AT_ONCE):
-            if vain >= FRUITLESS or answer.mean_square < AT_NOISE:
+            if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._tired:
                 break
             starts = self._around(answer, random, number)
             work = [("refitting from places around", partial(self._from, added, s)) for s in starts]
             found = [part for part in self._at_once(work) if isinstance(part, Answer)]
+            for part in found:
+                self._count(part)
             best = min([answer, *found], key=mean_square)
             far = best.mean_square < WORTH_HOPPING * answer.mean_square
             answer, vain = (best, 0) if far else (answer, vain + AT_ONCE)
@@ -330,7 +335,7 @@ class Search(Refits):
         likely = sorted(looks, key=looks.__getitem__)[:MOST_ADDITIONS]
         for start in range(0, len(likely), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
-            if self._at_noise():
+            if self._at_noise() or self._tired:
                 break
         return self.answer is not answer
 

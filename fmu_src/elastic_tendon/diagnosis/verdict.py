@@ -205,6 +205,8 @@ def sentence_of(
         text = f"Something is missing that no effect of the catalogue explains: {left} is left"
     else:
         text = f"Something is missing that the fitted recordings do not show: {left} is left there"
+    if after > LEFT and verdict != "unexplained":
+        text += "; this depends on the motion by no more than chance, as a disturbance would"
     if elsewhere:
         text += f"; {elsewhere}, which was held out, is not explained"
     return f"{text}." if complete else f"{text}; the search was stopped before its end."
