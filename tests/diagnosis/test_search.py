@@ -147,6 +147,14 @@ def test_a_round_says_what_was_taken_and_why_not_the_others(ended) -> None:
     assert "Coulomb friction explains" in first.reason
 
 
+def test_neighbours_without_a_refit_promise_no_more_than_the_likeliest_gave(ended) -> None:
+    rows = neighbours_of(ended, ended.answer)
+    screened = {near.added for near in ended.neighbours}
+    refitted = [row.evidence for row in rows if row.refitted and row.evidence is not None]
+    assert screened & set(ended.answers)
+    assert all(row.evidence >= min(refitted) for row in rows if row.evidence is not None)
+
+
 def test_one_clear_answer_has_no_class(ended) -> None:
     assert equivalence_classes(ended, ended.answer) == ()
 
@@ -381,6 +389,24 @@ def test_hops_leave_a_good_answer_as_it_is(monkeypatch) -> None:
     assert search.answer is good
     search._hop()
     assert len(hops) == searching.FRUITLESS  # once is enough
+
+
+def test_whoever_has_simulated_enough_comes_to_an_end(monkeypatch) -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *GRAVITY, *DRAG)
+    assert search.work == pytest.approx(search.answer.result.evaluations)  # of the base model
+    monkeypatch.setattr(refitting, "MOST_WORK", 0.0)
+    hops = counted(search, monkeypatch)
+    search.run()
+    assert hops == []
+    assert search.answer.added == DRAG  # the likeliest is refitted whatever it takes
+    assert len(search.answers) == 2
+
+
+def test_work_is_counted_in_simulations_of_the_base_model(heavy) -> None:
+    base, typical = heavy.answers[()], typical_model(*MASS)
+    light = {"effects.spring_mass.mass": 0.01, "effects.spring_mass.damping": 0.01}
+    assert heavy._cost(base.result.model) == 1.0
+    assert heavy._cost(typical.with_values(light)) > 2.0
 
 
 def test_nothing_hops_where_only_noise_is_left(ended, monkeypatch) -> None:

@@ -68,7 +68,14 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
         added: value - values[0] if added in allowed else None
         for added, value in zip(refitted, values[1:], strict=True)
     }
-    worse |= {near.added: near.expected for near in search.neighbours if near.added not in worse}
+    unfitted = [near for near in search.neighbours if near.added not in worse]
+    tried = [worse[near.added] for near in search.neighbours if near.added in worse]
+    # the likeliest were refitted: where they disappoint, so would the others
+    least = min((value for value in tried if value is not None), default=-np.inf)
+    worse |= {
+        near.added: None if near.expected is None else max(near.expected, least)
+        for near in unfitted
+    }
     known = {
         added: value
         for added, value in worse.items()
