@@ -1,6 +1,7 @@
 """Which effects may be missing, and where a search for each begins."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -10,7 +11,7 @@ from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.add import Report
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, typical_value
+from elastic_tendon.parameters import Model, sizes_of, typical_value
 from elastic_tendon.transmission import prestretched_length
 
 MULTIPLES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a shape's typical magnitude
@@ -19,6 +20,8 @@ REACHES = tuple(0.05 * step for step in range(20))  # of the largest displacemen
 MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
 FARTHEST = 0.2  # of that range, from its end to where a stop may be
 LITTLE_DAMPING = (1.0, 0.01)  # of the typical one, where an effect oscillates
+RINGING_DAMPING = (0.3, 0.03)  # ... and rings for long
+NEARLY = tuple(np.geomspace(0.95, 1.05, 21))  # times what a frequency in a spectrum says
 LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 
 
@@ -117,6 +120,32 @@ def starts(
             if not one.shape
         }
         yield {**strengths, **shape}
+
+
+def resonant_starts(
+    model: Model, effect: Effect, frequencies: Sequence[float]
+) -> Iterator[dict[str, float]]:
+    """Parameters of an effect, by name, with which it swings at about these frequencies.
+
+    Parameters
+    ----------
+    model : to which it is added, its stiffness refitted
+    effect : Effect
+    frequencies : rad/s
+    """
+    own, transmission = sizes_of(model.transmission, model.link), model.transmission
+    springs = (transmission.upper_spring, transmission.lower_spring)
+    each = [replace(own, stiffness=spring.stiffness) for spring in springs]
+    for resonant in effect.parameters:
+        if resonant.resonant is None:
+            continue
+        for frequency, sizes, nearly, damped in product(frequencies, each, NEARLY, RINGING_DAMPING):
+            value = nearly * resonant.resonant(sizes, frequency)
+            share = value / resonant.typical_for(sizes)
+            yield {
+                one.name: share * (damped if _is_damping(one) else 1.0) * one.typical_for(sizes)
+                for one in effect.parameters
+            }
 
 
 def _end(parameter: Parameter, measurements: Sequence[Measurement]) -> tuple[float, float]:

@@ -71,7 +71,11 @@ class Refits:
             if added not in self.failures and (again or added not in self.answers)
         ]
         work = [(told(words, added), partial(self._refitted, added)) for added in wanted]
-        for added, answer in self._without_failures(wanted, self._at_once(work)):
+        self._take(wanted, self._at_once(work))
+
+    def _take(self, sets: Sequence[Set], results: Iterable[Answer | Exception]) -> None:
+        """Keep what refits of sets gave, where it is better than what was known."""
+        for added, answer in self._without_failures(sets, results):
             self._count(answer)
             known = self.answers.get(added)
             if known is None or answer.mean_square < known.mean_square:
@@ -114,10 +118,8 @@ class Refits:
         given, fitted = self.data.given, self.data.fitted
         compiled.library_path((*given.effect_ids, *added))
         starts = list(self._starts(added))
-        swings = any(
-            effects.BY_ID[one].singular_null for part in self._smaller(added) for one in part
-        )
-        effort = BESIDE_SWINGING if swings else EFFORT
+        beside = any(self._swings(part) for part in self._smaller(added))
+        effort = BESIDE_SWINGING if beside else EFFORT
         answer = refit(given, added, fitted, starts, effort, check)
         smaller = sorted(self._smaller(added), key=self._left)[:1]
         if smaller and answer.mean_square > self._left(smaller[0]):
@@ -147,6 +149,11 @@ class Refits:
         with suppress(*FAILURES):
             return _evaluations(model, base) / _evaluations(base.result.model, base)
         return 1.0
+
+    @staticmethod
+    def _swings(added: Set) -> bool:
+        """Whether a set has an effect that swings fast, so that simulations are dear."""
+        return any(effects.BY_ID[effect_id].singular_null for effect_id in added)
 
     def _with_nothing(self, added: Set, smaller: Set) -> Model:
         """The refit of fewer effects beside nulls of what else comes in."""

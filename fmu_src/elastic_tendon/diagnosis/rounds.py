@@ -68,13 +68,12 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
         added: value - values[0] if added in allowed else None
         for added, value in zip(refitted, values[1:], strict=True)
     }
-    unfitted = [near for near in search.neighbours if near.added not in worse]
-    tried = [worse[near.added] for near in search.neighbours if near.added in worse]
-    # the likeliest were refitted: where they disappoint, so would the others
-    least = min((value for value in tried if value is not None), default=-np.inf)
+    # where the likeliest were refitted and disappointed, the others would not do better either
+    tried = any(near.added in worse for near in search.neighbours)
     worse |= {
-        near.added: None if near.expected is None else max(near.expected, least)
-        for near in unfitted
+        near.added: max(near.expected, 0.0) if tried and near.expected else near.expected
+        for near in search.neighbours
+        if near.added not in worse
     }
     known = {
         added: value

@@ -14,10 +14,11 @@ import numpy as np
 
 from elastic_tendon import compiled, effects
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.candidates import starts
+from elastic_tendon.diagnosis.candidates import resonant_starts, starts
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import DECISIVE, MUCH, Evidence, worth_hearing
-from elastic_tendon.diagnosis.refits import AT_ONCE, Check, Progress, Refits, mean_square
+from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Progress, Refits, mean_square
+from elastic_tendon.diagnosis.ringing import ringing
 from elastic_tendon.diagnosis.sets import (
     Set,
     change_between,
@@ -264,6 +265,7 @@ class Search(Refits):
         whether the answer has changed, or leaves far less
         """
         answer, before = self.answer, self.answer.mean_square
+        self._lead_back()
         disputed = self._disputed()
         self._refit(disputed, "refitting again", again=True)
         for added in (answer.added, *disputed):
@@ -282,6 +284,23 @@ class Search(Refits):
             if self._badness(added) < own and least < self._left(added) < POOR * least
         ]
         return sorted(better, key=self._badness)[:DISPUTED]
+
+    def _lead_back(self) -> None:
+        """Laws that do worse than a simpler one of the same thing, which they need not, begin
+        beside its parameters."""
+        simple = self.answer
+        misled = [
+            added
+            for added in self.answers
+            if simple.added in simpler(added) and self._left(added) > simple.mean_square
+        ]
+        work = [("refitting again", partial(self._beside, simple, added)) for added in misled]
+        self._take(misled, self._at_once(work))
+
+    def _beside(self, simple: Answer, added: Set, check: Check) -> Answer:
+        (law,) = set(added) - set(simple.added)
+        models = self._first_models(simple, added, law, UNSEEN_SHARES)
+        return refit(self.data.given, added, self.data.fitted, models, EFFORT, check)
 
     def _hop_around(self, added: Set) -> None:
         first = answer = self.answers[added]
@@ -332,7 +351,8 @@ class Search(Refits):
         self._exhausted.add(answer.added)
         words = "trying every addition"
         looks = self._looks(answer.added, self.data.candidates)
-        likely = sorted(looks, key=looks.__getitem__)[:MOST_ADDITIONS]
+        most = AT_ONCE if self._swings(answer.added) else MOST_ADDITIONS
+        likely = sorted(looks, key=looks.__getitem__)[:most]
         for start in range(0, len(likely), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
             if self._at_noise() or self._tired:
@@ -415,7 +435,7 @@ class Search(Refits):
     def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
         """Share of the mean square that additions would leave, by the trajectory screen."""
         screen = TrajectoryScreen(self.answers[added])
-        sets = {in_order((*added, effect_id)): effect_id for effect_id in effect_ids}
+        sets = {in_order((*added, one)): one for one in effect_ids if one not in added}
         possible = [near for near in sets if self.screen.goes(near)]
         work = [
             (told("looking at additions", near), partial(self._look, screen, added, sets[near]))
@@ -431,22 +451,25 @@ class Search(Refits):
         self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
     ) -> list[tuple[float, Model]]:
         near = in_order((*added, effect_id))
-        values = self.answers[added].result.model.values()
         compiled.library_path((*self.data.given.effect_ids, *near))
-        models = [
-            model_with(self.data.given, near, {**values, **start})
-            for start in self._first_values(effect_id)
-        ]
+        shares = SHARES if self.screen.sees(effect_id) else UNSEEN_SHARES
+        models = self._first_models(self.answers[added], near, effect_id, shares)
         return screen.best(models, check)
 
-    def _first_values(self, effect_id: str) -> list[dict[str, float]]:
-        """Parameters of an effect by path, from which looks at its trajectory begin."""
-        effect = effects.BY_ID[effect_id]
-        shares = SHARES if self.screen.sees(effect_id) else UNSEEN_SHARES
-        return [
-            {f"effects.{effect_id}.{name}": value for name, value in start.items()}
-            for start in starts(self.data.given, effect, self.data.fitted, shares)
+    def _first_models(
+        self, answer: Answer, added: Set, effect_id: str, shares: Sequence[float]
+    ) -> list[Model]:
+        """Models of a set with an answer's parameters and some of one effect."""
+        effect, own = effects.BY_ID[effect_id], answer.result.model
+        values = [
+            *starts(self.data.given, effect, self.data.fitted, shares),
+            *resonant_starts(own, effect, ringing(answer)),
         ]
+        paths = [
+            {f"effects.{effect_id}.{name}": value for name, value in start.items()}
+            for start in values
+        ]
+        return [model_with(self.data.given, added, {**own.values(), **start}) for start in paths]
 
     def _neighbours(self, added: Set) -> tuple[Neighbour, ...]:
         """Every addition, removal, exchange and simpler law, the most promising first."""

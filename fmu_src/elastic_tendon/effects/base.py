@@ -76,7 +76,8 @@ class Parameter:
     makes it vanish). `typical` is a typical magnitude on a real actuator, in `unit`. `shape` marks
     a number that says where or how fast the effect acts; the others are its strength, and grow
     together. Strengths may change while the machine runs, shapes may not. `spread`: where a search
-    for a shape begins.
+    for a shape begins. `resonant` gives the value with which the effect swings at an angular
+    frequency, rad/s; None where it does not swing.
     """
 
     name: str
@@ -88,6 +89,7 @@ class Parameter:
     typical: float | Callable[[Sizes], float]
     shape: bool = False
     spread: Spread = Spread.TYPICAL
+    resonant: Callable[[Sizes, float], float] | None = None
 
     def typical_for(self, sizes: Sizes) -> float:
         """Typical magnitude on an actuator of these sizes, in `unit`."""
