@@ -21,7 +21,7 @@ MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
 FARTHEST = 0.2  # of that range, from its end to where a stop may be
 LITTLE_DAMPING = (1.0, 0.01)  # of the typical one, where an effect oscillates
 RINGING_DAMPING = (0.3, 0.03)  # ... and rings for long
-NEARLY = tuple(np.geomspace(0.95, 1.05, 21))  # times what a frequency in a spectrum says
+NEARLY = tuple(np.geomspace(0.95, 1.05, 11))  # times what a frequency in a spectrum says
 LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 
 

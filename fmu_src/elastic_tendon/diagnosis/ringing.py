@@ -13,19 +13,20 @@ from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.identify.residuals import Array
 
 ABOVE = 2.0  # times the actuator's own frequency
+PROMINENT = 13.0  # times the power around a peak; that of noise reaches it in a third of cases
 AROUND = 101  # bins that show the power around one
 FEWEST = 4 * AROUND  # samples
 
 
 def ringing(answer: Answer) -> list[float]:
-    """The most prominent frequency in the errors of each signal, rad/s.
+    """The most prominent frequency in the errors of each signal, if any, rad/s.
 
     Parameters
     ----------
     answer : a refitted model
     """
     lowest = ABOVE * design(answer.result.model).frequency_state_3
-    return [
+    peaks = [
         _peak(measurement.time, errors, lowest)
         for measurement, signals in zip(
             answer.result.problem.measurements, answer.errors, strict=True
@@ -33,10 +34,11 @@ def ringing(answer: Answer) -> list[float]:
         if not measurement.static and len(measurement.time) >= FEWEST
         for errors in signals.values()
     ]
+    return [frequency for frequency, power in peaks if power > PROMINENT]
 
 
-def _peak(time: Array, errors: Array, lowest: float) -> float:
-    """Frequency (rad/s) of the power that stands out most from that around it."""
+def _peak(time: Array, errors: Array, lowest: float) -> tuple[float, float]:
+    """Frequency (rad/s) of the power that stands out most, and how many times that around it."""
     even = np.asarray(np.interp(np.linspace(time[0], time[-1], len(time)), time, errors))
     rate = (len(time) - 1) / float(time[-1] - time[0])
     hertz, power = periodogram(even, rate, window="hann")
@@ -47,4 +49,4 @@ def _peak(time: Array, errors: Array, lowest: float) -> float:
     left, top, right = np.log(power[peak - 1 : peak + 2]) if peak else np.zeros(3)
     bend = left - 2.0 * top + right
     shift = 0.5 * (left - right) / bend if bend else 0.0
-    return 2.0 * np.pi * float(hertz[peak] + shift * hertz[1])
+    return 2.0 * np.pi * float(hertz[peak] + shift * hertz[1]), float(excess[peak])
