@@ -284,6 +284,18 @@ def test_pythonfmu_flavour_leaves_the_memory_whole_when_it_refuses(flavour, tmp_
     assert run.stdout.endswith("alive\n")
 
 
+def test_pythonfmu_flavour_hides_no_package_from_who_loads_it(flavour):
+    """Its resources stay on the search path, which further processes inherit."""
+    flavour.slave()
+    run = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; import elastic_tendon"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+
+
 def test_pythonfmu_flavour_leaves_the_importing_process_alone(tmp_path):
     path, modules = list(sys.path), "pythonfmu_slave" in sys.modules
     export_pythonfmu(MODELS["base"], tmp_path / "x.fmu")

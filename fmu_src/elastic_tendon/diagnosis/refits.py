@@ -9,9 +9,12 @@ from operator import attrgetter
 from threading import Event
 from typing import TypeVar
 
+import numpy as np
+
 from elastic_tendon import compiled, effects
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.data import Data
+from elastic_tendon.diagnosis.evidence import Evidence
 from elastic_tendon.diagnosis.sets import Set, model_with, told
 from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
 from elastic_tendon.errors import ElasticTendonError, ModelError
@@ -50,6 +53,7 @@ class Refits:
     data: Data
     progress: Progress
     screen: Screen
+    evidence: Evidence
     answers: dict[Set, Answer] = field(default_factory=dict)
     estimates: dict[Set, Estimate] = field(default_factory=dict)
     starts: dict[Set, list[Model]] = field(default_factory=dict)
@@ -77,9 +81,13 @@ class Refits:
         """Keep what refits of sets gave, where it is better than what was known."""
         for added, answer in self._without_failures(sets, results):
             self._count(answer)
-            known = self.answers.get(added)
-            if known is None or answer.mean_square < known.mean_square:
-                self.answers[added] = answer
+            known = self.answers.get(added, answer)
+            self.answers[added] = self._likeliest([known, answer])
+
+    def _likeliest(self, answers: Sequence[Answer]) -> Answer:
+        """Of refits of one set: one that errs less may have left all that is plausible."""
+        values = self.evidence.of(answers)
+        return answers[int(np.argmin(values))]
 
     def _without_failures(
         self, sets: Sequence[Set], results: Iterable[T | Exception]
@@ -126,7 +134,7 @@ class Refits:
             # misled by its starts: it begins where nothing of it is there
             nothing = self._with_nothing(added, smaller[0])
             again = refit(given, added, fitted, [nothing], effort, check)
-            answer = min(answer, again, key=mean_square)
+            answer = self._likeliest([answer, again])
         return answer
 
     def _smaller(self, added: Set) -> list[Set]:

@@ -17,7 +17,7 @@ from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import resonant_starts, starts
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import DECISIVE, MUCH, Evidence, worth_hearing
-from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Progress, Refits, mean_square
+from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Progress, Refits
 from elastic_tendon.diagnosis.ringing import ringing
 from elastic_tendon.diagnosis.sets import (
     Set,
@@ -94,7 +94,6 @@ class Search(Refits):
     `refused` : sets of which an effect may be chance.
     """
 
-    evidence: Evidence
     neighbours: tuple[Neighbour, ...] = ()
     path: list[Set] = field(default_factory=list)
     refused: dict[Set, str] = field(default_factory=dict)
@@ -313,7 +312,7 @@ class Search(Refits):
             found = [part for part in self._at_once(work) if isinstance(part, Answer)]
             for part in found:
                 self._count(part)
-            best = min([answer, *found], key=mean_square)
+            best = self._likeliest([answer, *found])
             far = best.mean_square < WORTH_HOPPING * answer.mean_square
             answer, vain = (best, 0) if far else (answer, vain + AT_ONCE)
         if answer is not first:

@@ -56,7 +56,8 @@ def _write_resources(model: Model, folder: Path) -> list[Path]:
     root.set("description", f"{root.get('description')}; {needs()}")
     token = description.seal(root, structure_key(model.effect_ids))
     target = compiler.host_platform()
-    library = folder / f"elastic_tendon{target.suffix}"
+    # its folder comes on the search path of whoever loads the FMU: no package may have its name
+    library = folder / f"elastic_tendon_fmu{target.suffix}"
     compile_binary(
         *(system, described.variables, library, target), token=token, tolerance=DEFAULT_TOLERANCE
     )

@@ -55,7 +55,7 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
         self.guid = self._description.attrib["guid"]
         self.modelName = self._description.findall("CoSimulation")[0].attrib["modelIdentifier"]
         suffix = SUFFIXES.get(sys.platform, ".so")
-        self._library = ctypes.CDLL(str(resources / f"elastic_tendon{suffix}"))
+        self._library = ctypes.CDLL(str(resources / f"elastic_tendon_fmu{suffix}"))
         self._library.fmi2Instantiate.restype = ctypes.c_void_p
         self._failed = ""  # the first function that did
         self._callbacks = _Callbacks(logger=_Logger(self._log))
