@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
+from elastic_tendon.diagnosis.sets import size_of
 from elastic_tendon.diagnosis.torque_screen import Screen, in_order
 from elastic_tendon.errors import ModelError
 from hidden_effect.cases import Case, Order, build
@@ -102,7 +103,7 @@ def test_the_smallest_size_is_about_where_detection_begins(effect_id: str) -> No
         without, found = screen.fit((), {}, 8), screen.single(effect_id)
         facts = len(without.residuals)
         gains[share] = facts * np.log(without.square / found.square)
-    needed = 10.0 + found.size * np.log(facts)
+    needed = 10.0 + size_of(found.added) * np.log(facts)
     assert gains[0.3] < needed < gains[3.0]
 
 

@@ -112,7 +112,7 @@ def static_curve(rows: int = 60) -> Measurement:
 def test_every_row_of_a_static_curve_is_a_balance() -> None:
     curve = static_curve()
     weak, torques = torques_of(GIVEN, curve)
-    assert weak.count == len(curve.time)
+    assert weak.test.shape[0] == len(curve.time)
     assert np.mean(whitened(GIVEN, curve) ** 2) == pytest.approx(1.0, abs=0.5)
     column = free_parameters(GIVEN).index("link.inertia")
     assert not np.any(weak.jacobian(torques, column)[:, column])  # nothing accelerates

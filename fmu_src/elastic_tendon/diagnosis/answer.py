@@ -1,4 +1,4 @@
-"""A model with effects added, fitted; and how answers compare."""
+"""A model with effects added, fitted."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

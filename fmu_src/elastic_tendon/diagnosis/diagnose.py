@@ -20,10 +20,6 @@ from elastic_tendon.parameters import Model
 Ask = Callable[[Round], bool]
 
 
-class TimeIsUpError(KeyboardInterrupt):
-    """The time limit was reached; the best answer so far is given."""
-
-
 def _silent(_text: str, _share: float) -> None:
     """Progress that nobody asked for."""
 
@@ -93,7 +89,7 @@ def _limited(report: Progress, limit: float | None, begin: float) -> Progress:
     def progress(text: str, share: float) -> None:
         report(text, share)
         if time.monotonic() > end:
-            raise TimeIsUpError
+            raise KeyboardInterrupt
 
     return progress
 

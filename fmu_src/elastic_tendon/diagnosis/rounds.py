@@ -69,11 +69,11 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
         for added, value in zip(refitted, values[1:], strict=True)
     }
     # where the likeliest were refitted and disappointed, the others would not do better either
-    tried = any(near.added in worse for near in search.neighbours)
+    tried = any(added in worse for added in search.neighbours)
     worse |= {
-        near.added: max(near.expected, 0.0) if tried and near.expected else near.expected
-        for near in search.neighbours
-        if near.added not in worse
+        added: max(expected, 0.0) if tried and expected else expected
+        for added, expected in search.neighbours.items()
+        if added not in worse
     }
     known = {
         added: value

@@ -2,7 +2,8 @@
 
 Every set is scored by the screen first (`torque_screen`); few deserve a refit of the whole
 trajectory, which starts at the screen's own estimates. An answer is final when no addition,
-removal, exchange or simpler law among its neighbours does better (`evidence`).
+removal, exchange or simpler law among its neighbours does better (`evidence`), refits from places
+around it included, or when enough was simulated (`refits.MOST_WORK`).
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -21,7 +22,6 @@ from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Progress, Re
 from elastic_tendon.diagnosis.ringing import ringing
 from elastic_tendon.diagnosis.sets import (
     Set,
-    change_between,
     model_with,
     simpler,
     size_of,
@@ -73,29 +73,16 @@ KEPT = 3  # starts of such a look, the best first, from which a refit begins
 MOST_ADDITIONS = 6  # that are refitted where much is left
 
 
-@dataclass(frozen=True)
-class Neighbour:
-    """A set that differs from the answer by one change.
-
-    `change` : "+id", "-id" or "id -> id". `expected` : its evidence less the answer's, as the
-    screen has it; None where the screen could not say.
-    """
-
-    added: Set
-    change: str
-    expected: float | None
-
-
 @dataclass(kw_only=True)
 class Search(Refits):
     """What a search has so far; an interrupt leaves it as it is.
 
-    `neighbours` : of the last answer; `path` : sets in the order in which they were the best;
-    `refused` : sets of which an effect may be chance.
+    `neighbours` : sets one change away from the last answer, with their evidence less its own as
+    the screens expect it, None where they could not say. `refused` : sets of which an effect may
+    be chance.
     """
 
-    neighbours: tuple[Neighbour, ...] = ()
-    path: list[Set] = field(default_factory=list)
+    neighbours: dict[Set, float | None] = field(default_factory=dict)
     refused: dict[Set, str] = field(default_factory=dict)
     _exhausted: set[Set] = field(default_factory=set)
     _hopped: dict[Set, Answer] = field(default_factory=dict)
@@ -150,17 +137,16 @@ class Search(Refits):
         self._refit([()], "refitting the parameters")
         if () not in self.answers:
             raise ElasticTendonError(self.failures[()])
-        self.path.append(())
 
     def look_on_from(self, answer: Answer) -> None:
         """One round by hand: additions to a model that somebody chose, the likeliest refitted."""
         added = in_order(answer.added)
         self.answers[added] = answer
-        self.path.append(added)
         self._screen_singles(self._screened(), None)
         own = self._own(added)
         self.progress("looking at what could do better", 0.0)
-        found, _ = self.screen.combined(own, self._screened(), len(self.data.candidates))
+        others = [effect_id for effect_id in self._screened() if effect_id not in added]
+        found, _ = self.screen.combined(own, others, len(others))
         self._keep([own, *found.values()])
         grown = sorted(found, key=self._badness)[:REFITTED]
         forms = [form for near in grown for form in simpler(near) if set(added) < set(form)]
@@ -198,8 +184,6 @@ class Search(Refits):
         """Refit neighbours of the best until it stays the best."""
         for _ in range(MOST_ROUNDS):
             added = self.answer.added
-            if self.path[-1] != added:
-                self.path.append(added)
             self.neighbours = self._neighbours(added)
             enough = self._tired or len(self.answers) >= MOST_REFITS
             chosen = [] if enough else list(self._promising(added))
@@ -470,7 +454,7 @@ class Search(Refits):
         ]
         return [model_with(self.data.given, added, {**own.values(), **start}) for start in paths]
 
-    def _neighbours(self, added: Set) -> tuple[Neighbour, ...]:
+    def _neighbours(self, added: Set) -> dict[Set, float | None]:
         """Every addition, removal, exchange and simpler law, the most promising first."""
         self.progress("looking at what could do better", 0.0)
         facts = self.evidence.facts([self.answers[added]])
@@ -487,19 +471,14 @@ class Search(Refits):
             unlooked = list(self.data.candidates)
         if not at_noise:
             shares |= self._looks(added, unlooked)
-        found = [
-            Neighbour(
-                near,
-                change_between(added, near),
-                None
-                if share is None
-                else expected_evidence(
-                    self._left(added), share, facts, size_of(near) - size_of(added)
-                ),
-            )
+        left, size = self._left(added), size_of(added)
+        found = {
+            near: None
+            if share is None
+            else expected_evidence(left, share, facts, size_of(near) - size)
             for near, share in shares.items()
-        ]
-        return tuple(sorted(found, key=lambda near: near.expected or 0.0))
+        }
+        return dict(sorted(found.items(), key=lambda pair: pair[1] or 0.0))
 
     def _trusted(self, added: Set) -> bool:
         """Whether the torque screen can tell neighbours of a set: it sees all of its effects, and
@@ -551,11 +530,11 @@ class Search(Refits):
     def _promising(self, added: Set) -> Iterator[Set]:
         """Neighbours that deserve a refit."""
         fresh = [
-            neighbour
-            for neighbour in self.neighbours
-            if neighbour.added not in self.answers and neighbour.added not in self.failures
+            (near, expected)
+            for near, expected in self.neighbours.items()
+            if near not in self.answers and near not in self.failures
         ]
-        scored = [(near.added, near.expected) for near in fresh if near.expected is not None]
+        scored = [(near, expected) for near, expected in fresh if expected is not None]
         at_noise = self._at_noise()
         most, enough = (FEW, -DECISIVE) if at_noise else (REFITTED, 0.0)
         better = [near for near, expected in scored if expected < enough][:most]
@@ -568,7 +547,7 @@ class Search(Refits):
             and near not in better
         ][:EQUALS]
         yield from (*better, *equal)
-        yield from (near.added for near in fresh if near.expected is None)
+        yield from (near for near, expected in fresh if expected is None)
 
     def _estimate(self, answer: Answer) -> Estimate:
         """The screen's estimate of a refitted set, from its refitted parameters."""
@@ -614,10 +593,6 @@ def _is_angle(path: str) -> bool:
         parameter.name == name and parameter.spread is Spread.TURN
         for parameter in effects.BY_ID[effect_id].parameters
     )
-
-
-def _second(pair: tuple[Set, float]) -> float:
-    return pair[1]
 
 
 def expected_evidence(before: float, share: float, facts: float, size: int) -> float:

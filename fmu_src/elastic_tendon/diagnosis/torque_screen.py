@@ -16,7 +16,7 @@ from scipy.optimize import lsq_linear
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.candidates import sensible, shapes
 from elastic_tendon.diagnosis.torque_balance import Balance, torque_balance
-from elastic_tendon.diagnosis.weak_form import Weak, Whitener, weak_form
+from elastic_tendon.diagnosis.weak_form import Weak, weak_form
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.coordinates import SPRINGS, Coordinates, free_parameters
 from elastic_tendon.identify.residuals import Array, autocorrelation_time
@@ -78,35 +78,18 @@ class Structure:
 class Estimate:
     """A set of effects fitted in torque.
 
-    `values` : every parameter by its dotted path. `residuals` : whitened (N,). `prior` : sum of
-    squares by which parameters of the given model left their given values, in prior sigmas.
-    `size` : number of parameters of the effects.
+    `values` : every parameter by its dotted path. `residuals` : whitened (N,).
     """
 
     added: tuple[str, ...]
     x: Array
     values: Mapping[str, float]
     residuals: Array
-    prior: float
-    size: int
-    log_determinant: float = 0.0
 
     @property
     def square(self) -> float:
         """Mean square of the whitened residuals; 1 is the noise."""
         return float(np.mean(self.residuals**2))
-
-    def deviance(self, scale: float = 1.0) -> float:
-        """Minus twice the log-likelihood, with the prior and a penalty for each parameter.
-
-        Parameters
-        ----------
-        scale : mean square and memory by which residuals count less than their number says
-        """
-        facts = len(self.residuals) / scale
-        return facts * log(max(self.square, 1e-9)) + (
-            self.log_determinant / scale + self.prior + log(max(facts, 2.0)) * self.size
-        )
 
 
 @dataclass(frozen=True)
@@ -115,11 +98,6 @@ class Look:
 
     square: float
     start: Mapping[str, float]
-
-
-def memory_of(residuals: Array) -> float:
-    """Number of whitened residuals that count as one fact."""
-    return min(autocorrelation_time(residuals), LONGEST_MEMORY)
 
 
 class Screen:
@@ -138,10 +116,14 @@ class Screen:
         self._given = given.values()
         self._models: dict[tuple[str, ...], Model] = {(): given}
         self._structures: dict[tuple[str, ...], Structure] = {}
-        self.whiteners: list[Whitener] = []
         base = self.structure(())
-        self.whiteners = self._whiteners(base, np.zeros(len(base.coordinates.paths)))
-        self.evaluations = 0
+        values = base.numbers(np.zeros(len(base.coordinates.paths)))
+        along = [base.balance.torques(values, part.motion) for part in self.recordings]
+        self._slopes = np.concatenate([torques.by_position for torques in along])
+        self.whiteners = [
+            part.whitener(values["link.inertia"], torques)
+            for part, torques in zip(self.recordings, along, strict=True)
+        ]
         self._kept: dict[str, list[dict[str, float]]] = {}
         self._known: tuple[Estimate, tuple[Array, Array]] | None = None
 
@@ -186,19 +168,8 @@ class Screen:
 
     # ---- residuals ---------------------------------------------------------------------------
 
-    def _whiteners(self, structure: Structure, x: Array) -> list[Whitener]:
-        values = structure.numbers(x)
-        along = [structure.balance.torques(values, part.motion) for part in self.recordings]
-        if not self.whiteners:
-            self._slopes = np.concatenate([torques.by_position for torques in along])
-        return [
-            part.whitener(values["link.inertia"], torques)
-            for part, torques in zip(self.recordings, along, strict=True)
-        ]
-
     def evaluate(self, structure: Structure, x: Array) -> tuple[Array, Array]:
         """Whitened residuals (N,) and their derivatives by x, (N, m)."""
-        self.evaluations += 1
         values = structure.numbers(x)
         residuals, derivatives, slopes_by_position = [], [], []
         for part, whiten in zip(self.recordings, self.whiteners, strict=True):
@@ -273,31 +244,7 @@ class Screen:
             x, (residuals, derivatives) = x + step, moved
             if cost - following < CONVERGED * cost:
                 break
-        return self._estimate(structure, x, residuals)
-
-    def _estimate(self, structure: Structure, x: Array, residuals: Array) -> Estimate:
-        own = np.array([not path.startswith("effects.") for path in structure.coordinates.paths])
-        shift = _prior(structure, x)[own]
-        return Estimate(
-            added=structure.added,
-            x=x,
-            values=structure.numbers(x),
-            residuals=residuals,
-            prior=float(shift @ shift),
-            size=int(np.count_nonzero(~own)),
-        )
-
-    def whitened_anew(self, estimate: Estimate) -> Estimate:
-        """The estimate again, residuals whitened by its own stiffness: sets become comparable."""
-        structure, kept = self.structure(estimate.added), self.whiteners
-        try:
-            for _ in range(2):
-                self.whiteners = self._whiteners(structure, estimate.x)
-                estimate = self.fit(estimate.added, estimate.values, 4)
-            determinant = sum(whiten.log_determinant for whiten in self.whiteners)
-        finally:
-            self.whiteners = kept
-        return Estimate(**{**vars(estimate), "log_determinant": determinant})
+        return Estimate(structure.added, x, structure.numbers(x), residuals)
 
     # ---- starts ------------------------------------------------------------------------------
 
@@ -530,7 +477,7 @@ def _weight(residuals: Array, *, independent: bool) -> float:
     square = max(float(np.mean(residuals**2)), 1.0)
     if independent or square < FITS:
         return square
-    return square * memory_of(residuals)
+    return square * min(autocorrelation_time(residuals), LONGEST_MEMORY)
 
 
 def _cost(structure: Structure, x: Array, residuals: Array, weight: float) -> float:

@@ -56,11 +56,6 @@ class Weak:
     rough: Array = field(repr=False)  # (N,) what smoothing took away, rad
     nearest: Indices = field(repr=False)  # (N,) instant of each raw sample
 
-    @property
-    def count(self) -> int:
-        """Number of residuals, those of the measured joint torque among them."""
-        return self.test.shape[0] * (1 if self.joint_torque is None else 2)
-
     def residuals(self, inertia: float, torques: Torques) -> Array:
         """Residuals (count,) as the raw motion has them, N·m."""
         here, slope = torques.by_position[self.nearest], torques.by_velocity[self.nearest]
@@ -103,11 +98,6 @@ class Whitener:
     """Banded Cholesky factors (6, K) of the covariance of residuals, one for each signal."""
 
     factors: tuple[Array, ...]
-
-    @property
-    def log_determinant(self) -> float:
-        """Of the covariance."""
-        return float(sum(2.0 * np.sum(np.log(factor[0])) for factor in self.factors))
 
     def __call__(self, rows: Array) -> Array:
         """Whitened residuals (N,) or their derivatives (N, m)."""
