@@ -19,7 +19,7 @@ from typing import TypeVar
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 from benchmarking import Row, at_least, at_most, print_table
-from elastic_tendon.diagnosis.lack_of_fit import lack_of_fit
+from elastic_tendon.diagnosis.lack_of_fit import regress
 from elastic_tendon.identify.fit import FitResult, fit
 from hidden_effect import motions
 from hidden_effect.cases import FIRST_REPORTED_SEED, Order, UnreachableError, build
@@ -85,7 +85,7 @@ def row_of(order: Order, folder: Path) -> Content:
     except UnreachableError:
         return row | {"reached": False}
     begin = time.perf_counter()
-    found = lack_of_fit(result)[SIGNAL]
+    found = regress(result).found[SIGNAL]
     return row | {
         "reached": True,
         "ratio": float(result.problem.errors(result.vector)[0][SIGNAL].std() / noise),

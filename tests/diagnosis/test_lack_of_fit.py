@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon.compiled import simulate
-from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
 from elastic_tendon.identify.fit import fit
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import load_model
@@ -25,7 +25,7 @@ def found_with(unknown: np.ndarray, noise: np.ndarray) -> LackOfFit:
     motion = simulate(GIVEN, TIME, MOTOR, LOAD + unknown)
     signals = {"joint_position": motion["joint_position"] + noise}
     recording = Measurement("made", TIME, MOTOR, signals, LOAD)
-    return lack_of_fit(fit(GIVEN, [recording]))["joint_position"]
+    return regress(fit(GIVEN, [recording])).found["joint_position"]
 
 
 def white() -> np.ndarray:

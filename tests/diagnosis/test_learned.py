@@ -12,7 +12,7 @@ import pytest
 
 from elastic_tendon import effects, export_fmu
 from elastic_tendon.compiled import simulate as replay
-from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
 from elastic_tendon.diagnosis.learned import learn, learned_effect
 from elastic_tendon.diagnosis.result import LearnedTerm
 from elastic_tendon.effects.base import Joint, Slot
@@ -80,7 +80,7 @@ def dented() -> tuple[FitResult, Measurement]:
 @pytest.fixture(scope="module")
 def term(dented: tuple[FitResult, Measurement]) -> LearnedTerm:
     """What is learned of the dent."""
-    learned = learn(dented[0])
+    learned = learn(regress(dented[0]))
     assert learned is not None
     return learned
 
@@ -97,7 +97,7 @@ def heldout(model: Model, measurement: Measurement) -> float:
 
 def test_nothing_is_learned_where_nothing_is_missing(plain: Trajectory) -> None:
     fitted = fit(GIVEN, [recording(plain, 801)])
-    assert learn(fitted) is None
+    assert learn(regress(fitted)) is None
 
 
 @pytest.mark.parametrize("kind", ["coloured", "quantised", "motor encoder"])
@@ -111,7 +111,7 @@ def test_no_noise_is_taken_for_lack_of_fit(plain: Trajectory, kind: str) -> None
     else:
         joint, motor = own.signals["joint_position"], motor + 3 * NOISE * rng.standard_normal(5000)
     told = replace(own, motor_position=motor, signals={"joint_position": joint})
-    assert_adequate(lack_of_fit(fit(GIVEN, [told])))
+    assert_adequate(regress(fit(GIVEN, [told])).found)
 
 
 @pytest.mark.parametrize("memory", [0.02, 0.2])
@@ -128,7 +128,7 @@ def test_a_torque_that_acts_at_random_is_no_lack_of_fit(plain: Trajectory, memor
     fitted = fit(GIVEN, [disturbed])
     left = fitted.problem.errors(fitted.vector)[0]["joint_position"]
     assert rms(left) > 2.0 * NOISE
-    assert_adequate(lack_of_fit(fitted))
+    assert_adequate(regress(fitted).found)
 
 
 def assert_adequate(found: dict[str, LackOfFit]) -> None:
@@ -141,7 +141,7 @@ def assert_adequate(found: dict[str, LackOfFit]) -> None:
 
 def test_a_dent_is_found_where_it_is(dented: tuple[FitResult, Measurement]) -> None:
     reports: list[float] = []
-    found = lack_of_fit(dented[0], lambda _text, share: reports.append(share))["joint_position"]
+    found = regress(dented[0], lambda _text, share: reports.append(share)).found["joint_position"]
     assert found.significant
     assert found.variables == ("joint_position",)
     left = dented[0].problem.errors(dented[0].vector)[0]["joint_position"]

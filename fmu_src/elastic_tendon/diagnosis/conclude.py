@@ -9,7 +9,7 @@ from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import probabilities
 from elastic_tendon.diagnosis.experiment import Undecidable, next_experiment
-from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
 from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.refits import Progress
@@ -59,7 +59,7 @@ class Found:
     ladder: list[tuple[str, str | None, Answer]] = field(default_factory=list)
     rounds: list[Round] = field(default_factory=list)
     classes: tuple[tuple[Answer, ...], ...] = ()
-    lack: dict[str, LackOfFit] = field(default_factory=dict)
+    lack: Mapping[str, LackOfFit] = field(default_factory=dict)
     learned: LearnedTerm | None = None
     experiment: Experiment | None = None
     no_experiment: list[str] = field(default_factory=list)
@@ -76,11 +76,12 @@ def judge(data: Data, search: Search, found: Found, report: Progress) -> None:
     """What remains, whether anything can be learned from it, and what would decide."""
     report("judging what remains", 0.0)
     answer = found.answer
-    found.lack = lack_of_fit(answer.result, report)
+    regression = regress(answer.result, report)
+    found.lack = regression.found
     given, last = (compare(model, data.fitted) for model in (data.given, answer.result.model))
     failing = unexplained(remaining_of(given, last, found.lack))
     if failing:
-        found.learned = learn(answer.result, report)
+        found.learned = learn(regression)
     if failing or search.evidence.heldout_square(answer) > FARTHER**2:
         everything = (*data.fitted, *data.heldout)
         found.contradictions = contradictions(data.given, answer, everything)

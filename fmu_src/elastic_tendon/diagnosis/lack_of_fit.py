@@ -48,11 +48,12 @@ class LackOfFit:
 
 
 @dataclass(frozen=True)
-class Search:
-    """What the error was held against.
+class Regression:
+    """The residuals of a fit, regressed on terms of the state of the machine.
 
     `products` of each of the `terms`, over blocks that are longer than the error remembers;
-    `gains` (terms, signals): share of squared error that each predicts on unseen blocks.
+    `gains` (terms, signals): share of squared error that each predicts on unseen blocks;
+    `found` for each signal.
     """
 
     motions: tuple[Motion, ...]
@@ -62,10 +63,8 @@ class Search:
     found: Mapping[str, LackOfFit]
 
 
-def lack_of_fit(
-    result: FitResult, report: Report = lambda _text, _share: None
-) -> dict[str, LackOfFit]:
-    """Judge for each signal whether its error depends on the state of the machine.
+def regress(result: FitResult, report: Report = lambda _text, _share: None) -> Regression:
+    """Regress the residuals of a fit on every term of the state of the machine.
 
     Parameters
     ----------
@@ -74,13 +73,8 @@ def lack_of_fit(
 
     Returns
     -------
-    dict, signal -> LackOfFit
+    Regression; its `found` judges for each signal whether its error depends on the state
     """
-    return dict(search(result, report).found)
-
-
-def search(result: FitResult, report: Report = lambda _text, _share: None) -> Search:
-    """Hold the error of a fit against every term; see `lack_of_fit`."""
     pairs = zip(result.problem.measurements, result.initial_states, strict=True)
     motions = tuple(Motion(result.model, one, initial) for one, initial in pairs)
     terms = terms_for(motions)
@@ -115,7 +109,7 @@ def search(result: FitResult, report: Report = lambda _text, _share: None) -> Se
             variables=terms[best].variables,
             explains=explains,
         )
-    return Search(motions, tuple(terms), tuple(products), gains, found)
+    return Regression(motions, tuple(terms), tuple(products), gains, found)
 
 
 def _significant(p_value: float, error: float, noise: float, explains: float) -> bool:

@@ -15,10 +15,9 @@ from elastic_tendon.diagnosis.block_test import RIDGES, weights_within
 from elastic_tendon.diagnosis.columns import Term
 from elastic_tendon.diagnosis.effect_text import effect_text
 from elastic_tendon.diagnosis.forms import Curve
-from elastic_tendon.diagnosis.lack_of_fit import Report, Search, search
+from elastic_tendon.diagnosis.lack_of_fit import Regression
 from elastic_tendon.diagnosis.result import LearnedTerm
 from elastic_tendon.effects.base import Effect
-from elastic_tendon.identify.fit import FitResult
 from elastic_tendon.identify.residuals import Array
 
 CANDIDATES = 4  # curves that are learned under the bounds of physics
@@ -29,20 +28,18 @@ AS_GOOD = 0.95
 DIGITS = 6  # of a coefficient; more say nothing
 
 
-def learn(result: FitResult, report: Report = lambda _text, _share: None) -> LearnedTerm | None:
+def learn(found: Regression) -> LearnedTerm | None:
     """Learn what remains of the error as a smooth function in a slot.
 
     Parameters
     ----------
-    result : of a fit
-    report : told what is being done, and the share of it that is done
+    found : the residuals of a fit, held against the state
 
     Returns
     -------
     LearnedTerm; None where the error depends on nothing by more than chance, or on nothing that
     an effect can be made of, such as time
     """
-    found = search(result, report)
     signals = [index for index, one in enumerate(found.found.values()) if one.significant]
     if not signals:
         return None
@@ -79,7 +76,7 @@ def learned_effect(term: LearnedTerm) -> Effect:
         return effects.load_effect(path)
 
 
-def _within_bounds(found: Search, index: int) -> tuple[Curve, Array, float]:
+def _within_bounds(found: Regression, index: int) -> tuple[Curve, Array, float]:
     """A curve with coefficients that physics allows, and the share of error it explains."""
     term: Term = found.terms[index]
     assert term.curve is not None
@@ -91,7 +88,7 @@ def _within_bounds(found: Search, index: int) -> tuple[Curve, Array, float]:
     return term.curve, np.clip(-weights, lower, upper), explains
 
 
-def _term(found: Search, curve: Curve, coefficients: Array, explains: float) -> LearnedTerm:
+def _term(found: Regression, curve: Curve, coefficients: Array, explains: float) -> LearnedTerm:
     values = {
         name: float(f"{value:.{DIGITS}g}")
         for name, value in zip(curve.names, coefficients.tolist(), strict=True)
