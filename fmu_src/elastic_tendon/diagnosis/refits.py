@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
 from threading import Event
@@ -16,26 +16,25 @@ from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import Evidence
 from elastic_tendon.diagnosis.sets import Set, model_with, told
-from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
+from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen
 from elastic_tendon.errors import ElasticTendonError, ModelError
+from elastic_tendon.identify.coordinates import free_parameters
 from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.problem import TOLERANCE
 from elastic_tendon.identify.residuals import simulate_measurement
 from elastic_tendon.parameters import Model
+from elastic_tendon.variables import interface
 
 Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
 Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
 T = TypeVar("T")
 
 EFFORT = Effort(scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5)
-AT_ONCE = 2  # refits; the compiled library lets Python go on
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
-# beside what is refitted already and swings fast, so that each simulation is dear
-BESIDE_SWINGING = Effort(
-    scouted=2, scouting=4, polished=0, evaluations=15, rounds=1, tolerance=1e-4
-)
-MOST_WORK = 3000.0  # simulations of the base model, after which nothing more is tried
+# multiplications that one refit may take, about, and all of them before nothing more is tried
+AFFORDABLE, MOST_WORK = 8e8, 1.6e9
+FEWEST = 8  # evaluations of a descent where each is dear
 LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
 mean_square = attrgetter("mean_square")
@@ -46,8 +45,7 @@ class Refits:
     """Refitted sets, and where refits begin.
 
     `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
-    `failures` : why sets could not be refitted; `work` : what they cost, in simulations of the base
-    model.
+    `failures` : why sets could not be refitted; `work` : what they took, see `_cost`.
     """
 
     data: Data
@@ -126,14 +124,13 @@ class Refits:
         given, fitted = self.data.given, self.data.fitted
         compiled.library_path((*given.effect_ids, *added))
         starts = list(self._starts(added))
-        beside = any(self._swings(part) for part in self._smaller(added))
-        effort = BESIDE_SWINGING if beside else EFFORT
-        answer = refit(given, added, fitted, starts, effort, check)
         smaller = sorted(self._smaller(added), key=self._left)[:1]
+        nothing = [self._with_nothing(added, part) for part in smaller]
+        effort = self._effort([*starts, *nothing])
+        answer = refit(given, added, fitted, starts, effort, check)
         if smaller and answer.mean_square > self._left(smaller[0]):
             # misled by its starts: it begins where nothing of it is there
-            nothing = self._with_nothing(added, smaller[0])
-            again = refit(given, added, fitted, [nothing], effort, check)
+            again = refit(given, added, fitted, nothing, effort, check)
             answer = self._likeliest([answer, again])
         return answer
 
@@ -147,21 +144,27 @@ class Refits:
         return self.work > MOST_WORK
 
     def _count(self, answer: Answer) -> None:
-        self.work += answer.result.evaluations * self._cost(answer.result.model)
+        self.work += answer.result.jacobians * self._cost(answer.result.model)
+
+    def _effort(self, models: Sequence[Model]) -> Effort:
+        """How long to search where derivatives are as dear as those of some models."""
+        dearest = max(map(self._cost, models), default=0.0)
+        affordable = AFFORDABLE / max(dearest, 1.0)  # jacobians
+        return replace(
+            EFFORT,
+            scouted=int(np.clip(affordable / 16, 1, EFFORT.scouted)),
+            evaluations=int(np.clip(affordable / 3, FEWEST, EFFORT.evaluations)),
+        )
 
     def _cost(self, model: Model) -> float:
-        """Cost of a simulation in those of the base model: a light mass takes many steps."""
+        """Multiplications, about, that the derivatives of one simulation of all recordings take."""
         base = self.answers.get(())
         if base is None:
-            return 1.0
+            return 0.0
         with suppress(*FAILURES):
-            return _evaluations(model, base) / _evaluations(base.result.model, base)
-        return 1.0
-
-    @staticmethod
-    def _swings(added: Set) -> bool:
-        """Whether a set has an effect that swings fast, so that simulations are dear."""
-        return any(effects.BY_ID[effect_id].singular_null for effect_id in added)
+            columns = len(free_parameters(model)) * len(interface(model.effect_ids).states)
+            return _evaluations(model, base) * (1.0 + columns)
+        return 0.0
 
     def _with_nothing(self, added: Set, smaller: Set) -> Model:
         """The refit of fewer effects beside nulls of what else comes in."""

@@ -18,7 +18,7 @@ from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import resonant_starts, starts
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import DECISIVE, MUCH, Evidence, worth_hearing
-from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Progress, Refits
+from elastic_tendon.diagnosis.refits import EFFORT, Check, Progress, Refits
 from elastic_tendon.diagnosis.ringing import ringing
 from elastic_tendon.diagnosis.sets import (
     Set,
@@ -34,7 +34,7 @@ from elastic_tendon.diagnosis.significance import (
     heldout_worse,
     significance,
 )
-from elastic_tendon.diagnosis.torque_screen import Estimate, Screen, badness, in_order
+from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen, badness, in_order
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.effects.base import Spread
 from elastic_tendon.errors import ElasticTendonError, ModelError
@@ -334,7 +334,8 @@ class Search(Refits):
         self._exhausted.add(answer.added)
         words = "trying every addition"
         looks = self._looks(answer.added, self.data.candidates)
-        most = AT_ONCE if self._swings(answer.added) else MOST_ADDITIONS
+        dear = self._effort([answer.result.model]) != EFFORT
+        most = AT_ONCE if dear else MOST_ADDITIONS
         likely = sorted(looks, key=looks.__getitem__)[:most]
         for start in range(0, len(likely), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
@@ -389,9 +390,9 @@ class Search(Refits):
         return [form for pair in far_better for form in (*simpler(pair), pair)]
 
     def _screen_singles(self, ids: Sequence[str], base: Mapping[str, float] | None) -> None:
-        for number, effect_id in enumerate(ids):
-            self.progress(f"screening {effects.BY_ID[effect_id].title}", number / len(ids))
-            self._keep([self.screen.single(effect_id, base)])
+        for number, estimate in enumerate(self.screen.singles(ids, base)):
+            self._keep([estimate])
+            self.progress(told("screening", estimate.added), (number + 1) / len(ids))
 
     def _better_base(self) -> bool:
         """Whether the model alone does far better from where an effect has led its parameters."""

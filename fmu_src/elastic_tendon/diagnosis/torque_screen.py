@@ -5,9 +5,10 @@ integrated and the problem is nearly linear, so that a good start is not needed.
 where refits of whole trajectories start, and tell which sets deserve one.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import log
 
 import numpy as np
@@ -38,6 +39,7 @@ CONVERGED = 1e-3  # relative fall of the cost
 ORDINARY_STIFFNESS, LEAST_STIFFNESS = 0.5, 1e-3
 STIFFNESSES = tuple(f"{spring}.stiffness" for spring in SPRINGS)
 DAMPINGS = 5  # tried in one step
+AT_ONCE = 2  # effects; CasADi's virtual machine lets Python go on
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,43 @@ class Look:
     start: Mapping[str, float]
 
 
+@dataclass(frozen=True)
+class Around:
+    """An estimate, from where further effects are looked at.
+
+    `residuals` (N,), whitened; `derivatives` (N, m) by its parameters; `bare` (N,) : residuals of
+    the same parameters without its effects; `weight`, `matrix`, `gradient` : normal equations.
+    """
+
+    residuals: Array
+    derivatives: Array
+    bare: Array
+    weight: float
+    matrix: Array
+    gradient: Array
+
+    def left(self, change: Array) -> float:
+        """Mean square that is left when a change (N,) comes in, all else free to follow."""
+        if not np.isfinite(change).all() or not change.any():
+            return float(np.mean(self.residuals**2))
+        count = len(self.gradient)
+        whole = np.empty((count + 1, count + 1))
+        whole[:count, :count] = self.matrix
+        whole[count, :count] = whole[:count, count] = self.derivatives.T @ change / self.weight
+        whole[count, count] = change @ change / self.weight * (1.0 + 1e-9)
+        score = np.append(self.gradient, change @ self.residuals / self.weight)
+        step = -np.linalg.solve(whole, score)
+        if step[count] < 0.0:
+            return float(np.mean(self.residuals**2))
+        after = self.residuals + self.derivatives @ step[:count] + change * step[count]
+        return float(np.mean(after**2))
+
+    def told(self, change: Array) -> float:
+        """What the residuals tell of a change (N,): its square, less what all else could do."""
+        along = self.derivatives.T @ change / self.weight
+        return float(change @ change / self.weight - along @ np.linalg.solve(self.matrix, along))
+
+
 class Screen:
     """Recordings in weak form, and estimates of sets of effects from them.
 
@@ -125,7 +164,7 @@ class Screen:
             for part, torques in zip(self.recordings, along, strict=True)
         ]
         self._kept: dict[str, list[dict[str, float]]] = {}
-        self._known: tuple[Estimate, tuple[Array, Array]] | None = None
+        self._known: tuple[Estimate, Around] | None = None
 
     # ---- structures --------------------------------------------------------------------------
 
@@ -268,6 +307,13 @@ class Screen:
             for share in (STARTS if effect.singular_null else (START,))
         ]
 
+    def singles(
+        self, effect_ids: Sequence[str], base: Mapping[str, float] | None = None
+    ) -> Iterator[Estimate]:
+        """The best estimate of each effect, as they come; see `single`."""
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            yield from pool.map(partial(self.single, base=base), effect_ids)
+
     def single(self, effect_id: str, base: Mapping[str, float] | None = None) -> Estimate:
         """The best estimate of one effect; remembers the starts that came out best.
 
@@ -327,14 +373,16 @@ class Screen:
         -------
         estimates of those that were fitted; what is expected of every set
         """
-        looks: dict[tuple[str, ...], Look] = {}
-        for effect_id in effect_ids:
-            added = in_order((*estimate.added, effect_id))
-            if self.goes(added):
-                starts = [*self._kept[effect_id], *(self.starts(effect_id) if anew else ())]
-                looks[added] = self.extended(estimate, effect_id, starts)
-        likeliest = sorted(looks, key=lambda added: looks[added].square)[:most]
-        return {added: self.followed(added, looks[added].start) for added in likeliest}, looks
+        effects_of = {in_order((*estimate.added, one)): one for one in effect_ids}
+        possible = [added for added in effects_of if self.goes(added)]
+        around = self._around(estimate)
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            look = partial(self._extended, estimate, around, anew=anew)
+            looked = pool.map(look, (effects_of[added] for added in possible))
+            looks = dict(zip(possible, looked, strict=True))
+            likeliest = sorted(looks, key=lambda added: looks[added].square)[:most]
+            found = pool.map(self.followed, likeliest, [looks[one].start for one in likeliest])
+            return dict(zip(likeliest, found, strict=True)), looks
 
     def followed(self, added: tuple[str, ...], start: Mapping[str, float]) -> Estimate:
         """A set from one start: shapes held, then free."""
@@ -348,36 +396,35 @@ class Screen:
             return False
         return len(set(added)) == len(added)
 
-    def extended(
-        self, estimate: Estimate, effect_id: str, starts: Sequence[Mapping[str, float]]
+    def _extended(
+        self, estimate: Estimate, around: Around | None, effect_id: str, *, anew: bool
     ) -> "Look":
-        """How well one more effect would do, to first order, and where its estimate begins.
-
-        What the effect changes is taken from the model without the others, so that no new
-        equations are needed for a look.
-
-        Parameters
-        ----------
-        estimate : of a set without the effect
-        effect_id : what comes in
-        starts : its parameters, by path
-        """
-        bare, alone = self.structure(()), self.structure((effect_id,))
-        own = self._at(estimate)
-        if not np.isfinite(own[1]).all():
+        """How well one more effect would do, to first order, and where its estimate begins."""
+        starts = [*self._kept[effect_id], *(self.starts(effect_id) if anew else ())]
+        if around is None:
             return Look(np.inf, {**estimate.values, **starts[0]})
-        without = self._residuals_at(bare, estimate.values)
-        structure = self.structure(estimate.added)
-        weight = _weight(own[0], independent=False)
-        matrix, gradient = _normal(structure, estimate.x, *own, weight)
-        found = []
-        for start in starts:
-            change = (
-                self._residuals_at(alone, {**alone.values, **estimate.values, **start}) - without
-            )
-            left = _left(own, matrix, gradient, change, weight)
-            found.append(Look(left, {**estimate.values, **start}))
+        changes = self._changes(estimate, around, effect_id, starts)
+        found = [
+            Look(around.left(change), {**estimate.values, **start})
+            for start, change in zip(starts, changes, strict=True)
+        ]
         return min(found, key=lambda look: look.square)
+
+    def _changes(
+        self,
+        estimate: Estimate,
+        around: Around,
+        effect_id: str,
+        starts: Sequence[Mapping[str, float]],
+    ) -> Iterator[Array]:
+        """What one more effect changes in the residuals, from each of some starts.
+
+        It is taken from the model without the others, so that no new equations are needed.
+        """
+        alone = self.structure((effect_id,))
+        for start in starts:
+            values = {**alone.values, **estimate.values, **start}
+            yield self._residuals_at(alone, values) - around.bare
 
     def smallest(self, estimate: Estimate, effect_id: str) -> float | None:
         """Size of an effect's first strength that these recordings would have shown, 95 %.
@@ -391,27 +438,22 @@ class Screen:
         -------
         float, in the parameter's unit; None where no size would show
         """
-        bare, alone = self.structure(()), self.structure((effect_id,))
-        own = self._at(estimate)
-        structure = self.structure(estimate.added)
-        weight = _weight(own[0], independent=False)
-        matrix, _ = _normal(structure, estimate.x, *own, weight)
-        without = self._residuals_at(bare, estimate.values)
+        around = self._around(estimate)
+        if around is None:
+            return None
         path = next(
             f"effects.{effect_id}.{parameter.name}"
             for parameter in effects.BY_ID[effect_id].parameters
             if not parameter.shape
         )
-        needed = np.sqrt(DECISIVE + log(len(own[0]))) + ONE_SIDED
-        sizes = []
-        for start in self.starts(effect_id):
-            change = (
-                self._residuals_at(alone, {**alone.values, **estimate.values, **start}) - without
-            )
-            along = own[1].T @ change / weight
-            left = change @ change / weight - along @ np.linalg.solve(matrix, along)
-            if np.isfinite(left) and left > 0.0 and change.any():
-                sizes.append(needed * abs(start[path]) / float(np.sqrt(left)))
+        needed = np.sqrt(DECISIVE + log(len(around.residuals))) + ONE_SIDED
+        starts = self.starts(effect_id)
+        changes = self._changes(estimate, around, effect_id, starts)
+        sizes = [
+            needed * abs(start[path]) / float(np.sqrt(told))
+            for start, change in zip(starts, changes, strict=True)
+            if change.any() and (told := around.told(change)) > 0.0  # false where it is not finite
+        ]
         return float(np.median(sizes)) if sizes else None
 
     def _residuals_at(self, structure: Structure, values: Mapping[str, float]) -> Array:
@@ -424,30 +466,19 @@ class Screen:
             ]
         ) / (_stiffness(values) / _stiffness(self._given))
 
-    def _at(self, estimate: Estimate) -> tuple[Array, Array]:
-        """Residuals and derivatives of an estimate, remembered for the looks that follow."""
+    def _around(self, estimate: Estimate) -> Around | None:
+        """What further effects are looked at from, remembered for the looks that follow; None where
+        the estimate has no derivatives."""
         if self._known is None or self._known[0] is not estimate:
             structure = self.structure(estimate.added)
-            self._known = (estimate, self.evaluate(structure, estimate.x))
+            residuals, derivatives = self.evaluate(structure, estimate.x)
+            if not np.isfinite(derivatives).all():
+                return None
+            bare = self._residuals_at(self.structure(()), estimate.values)
+            weight = _weight(residuals, independent=False)
+            normal = _normal(structure, estimate.x, residuals, derivatives, weight)
+            self._known = estimate, Around(residuals, derivatives, bare, weight, *normal)
         return self._known[1]
-
-
-def _left(
-    own: tuple[Array, Array], matrix: Array, gradient: Array, change: Array, weight: float
-) -> float:
-    """Mean square that is left when a change comes in, all else free to follow."""
-    residuals, derivatives = own
-    if not np.isfinite(change).all() or not change.any():
-        return float(np.mean(residuals**2))
-    count = len(gradient)
-    whole = np.empty((count + 1, count + 1))
-    whole[:count, :count] = matrix
-    whole[count, :count] = whole[:count, count] = derivatives.T @ change / weight
-    whole[count, count] = change @ change / weight * (1.0 + 1e-9)
-    step = -np.linalg.solve(whole, np.append(gradient, change @ residuals / weight))
-    if step[count] < 0.0:
-        return float(np.mean(residuals**2))
-    return float(np.mean((residuals + derivatives @ step[:count] + change * step[count]) ** 2))
 
 
 def in_order(effect_ids: Iterable[str]) -> tuple[str, ...]:

@@ -60,6 +60,7 @@ class Effort:
 
 THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
 QUICK = Effort(scouted=3, scouting=6, polished=0, evaluations=20, rounds=2)
+REMEMBERED = 64  # vectors whose errors are kept
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,8 @@ class FitResult:
     `model` carries the fitted values and still the given uncertainties; `given` is the model the
     prior is centred on. `initial_states` has one entry for each recording. `cost` is half the sum
     of squares of whitened errors and prior under `sigmas`, `start_cost` the least of it among the
-    starts. `interrupted`: stopped by the user, holds the best so far.
+    starts. `jacobians`: number of times that derivatives were worked out, which take most of the
+    time. `interrupted`: stopped by the user, holds the best so far.
     """
 
     given: Model
@@ -79,7 +81,7 @@ class FitResult:
     sigmas: Sigmas
     cost: float
     start_cost: float
-    evaluations: int
+    jacobians: int
     interrupted: bool
 
     @cached_property
@@ -93,6 +95,29 @@ class FitResult:
         return self.problem.initial_states(self.vector)
 
 
+@dataclass(frozen=True)
+class _Remembering(Problem):
+    """A problem that does not simulate its starts anew each time that they are weighed."""
+
+    known: dict[bytes, list[dict[str, Array]] | SimulationError] = field(
+        default_factory=dict, compare=False
+    )
+
+    def errors(self, vector: Array) -> list[dict[str, Array]]:
+        key = vector.tobytes()
+        if key not in self.known:
+            while len(self.known) >= REMEMBERED:
+                del self.known[next(iter(self.known))]
+            try:
+                self.known[key] = super().errors(vector)
+            except SimulationError as failure:
+                self.known[key] = failure
+        found = self.known[key]
+        if isinstance(found, SimulationError):
+            raise found
+        return found
+
+
 @dataclass
 class _Search:
     """One run of the optimiser under given sigmas; remembers the best vector it has met."""
@@ -101,7 +126,7 @@ class _Search:
     sigmas: Sigmas
     best: Array
     best_cost: float = np.inf
-    evaluations: int = 0
+    jacobians: int = 0
     lower: Array = field(init=False)
     upper: Array = field(init=False)
 
@@ -110,7 +135,6 @@ class _Search:
 
     def residuals(self, vector: Array) -> Array:
         values = self.problem.residuals(vector, self.sigmas)
-        self.evaluations += 1
         cost = 0.5 * float(values @ values)
         if cost < self.best_cost:
             self.best, self.best_cost = vector.copy(), cost
@@ -118,6 +142,7 @@ class _Search:
 
     def jacobian(self, vector: Array) -> Array:
         derivatives = self.problem.jacobian(vector, self.sigmas)
+        self.jacobians += 1
         if not np.max(np.abs(derivatives)) < STEEPEST:
             raise SimulationError("the motion is unstable: its derivatives grow without bound")
         return derivatives
@@ -212,13 +237,14 @@ def fit(
     """
     paths = free_parameters(given) if free is None else tuple(free)
     problem = problem_of(given, measurements, paths, limits)
+    remembering = _Remembering(problem.coordinates, problem.measurements)
     vectors = [problem.start(given)]
     for model in starts:
         try:
             vectors.append(problem.start(model))
         except SimulationError:  # a start that cannot be simulated is no start
             continue
-    search = _Search(problem, _closest_sigmas(problem, vectors), vectors[0])
+    search = _Search(remembering, _closest_sigmas(remembering, vectors), vectors[0])
     interrupted = False
     try:
         _run(search, vectors, effort, progress)
@@ -233,7 +259,7 @@ def fit(
         sigmas=search.sigmas,
         cost=search.cost(vector),
         start_cost=min(search.cost(start) for start in vectors),
-        evaluations=search.evaluations,
+        jacobians=search.jacobians,
         interrupted=interrupted,
     )
 
