@@ -96,6 +96,8 @@ def test_a_horizon_makes_windows() -> None:
     assert len(found.fitted) == 4
     assert samples(found.fitted) == 3000
     assert found.fitted == found.whole
+    assert samples(found.motions) == 3000
+    assert len(found.motions) == 1
     for part in found.fitted:
         assert part.time[-1] - part.time[0] <= 1.5
     joined = np.concatenate([part.time for part in found.fitted])

@@ -407,6 +407,15 @@ def test_dear_derivatives_leave_room_for_fewer(heavy) -> None:
     assert heavy._effort([base, light]).evaluations < refitting.EFFORT.evaluations
 
 
+def test_where_much_is_left_every_effect_is_tried(monkeypatch) -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *GRAVITY, *DRAG)
+    assert search._better_single()
+    assert set(search.answers) == {(), COULOMB, GRAVITY, DRAG}
+    assert search.answer.added == DRAG
+    monkeypatch.setattr(search, "_refit", None)  # nothing is, where nothing is left
+    assert not search._better_single()
+
+
 def test_nothing_hops_where_only_noise_is_left(ended, monkeypatch) -> None:
     monkeypatch.setattr(ended, "_hopped", {})
     hops = counted(ended, monkeypatch)

@@ -30,12 +30,14 @@ class Data:
     """The model as given, recordings, and which effects are candidates.
 
     `given` : without effects whose values do nothing, which are candidates like any other.
-    `fitted` : what the search works on, excerpts where recordings are long; `whole` : all of them.
+    `fitted` : what the search works on, excerpts where recordings are long, in windows where they
+    are asked for; `motions` : the same without windows; `whole` : all of the recordings.
     `heldout` : never fitted. `only`, `without` : ids, see `Options`.
     """
 
     given: Model
     fitted: tuple[Measurement, ...]
+    motions: tuple[Measurement, ...]
     heldout: tuple[Measurement, ...]
     whole: tuple[Measurement, ...]
     only: tuple[str, ...] = ()
@@ -79,17 +81,17 @@ def data_of(
     check_apart(measurements, validation)
     _check_signals(measurements, validation)
     clean = tuple(map(smoothed, measurements))
-    if options.horizon is not None:
-        clean = tuple(piece for part in clean for piece in _pieces(part, options.horizon))
     total = sum(len(part.time) for part in clean)
-    fitted = clean
+    motions = clean
     if total > MOST:
-        fitted = tuple(piece for part in clean for piece in _excerpt(part, MOST / total))
+        motions = tuple(piece for part in clean for piece in _excerpt(part, MOST / total))
+    whole = _windows(clean, options.horizon)
     return Data(
         given=model.without(idle_effects(model)),
-        fitted=fitted,
+        fitted=whole if motions is clean else _windows(motions, options.horizon),
+        motions=motions,
         heldout=tuple(map(smoothed, validation)),
-        whole=clean,
+        whole=whole,
         only=options.only,
         without=options.without,
     )
@@ -118,8 +120,15 @@ def _check_signals(measurements: Sequence[Measurement], validation: Sequence[Mea
             )
 
 
+def _windows(measurements: Sequence[Measurement], horizon: float | None) -> tuple[Measurement, ...]:
+    """Recordings in windows of so many s, each with its own initial state; None: as they are."""
+    if horizon is None:
+        return tuple(measurements)
+    return tuple(piece for part in measurements for piece in _pieces(part, horizon))
+
+
 def _pieces(measurement: Measurement, horizon: float) -> Iterator[Measurement]:
-    """Windows of so many s, each with its own initial state; (static curves stay whole)."""
+    """Windows of one recording; static curves stay whole."""
     count = max(round(float(measurement.time[-1] - measurement.time[0]) / horizon), 1)
     if measurement.static or count == 1 or len(measurement.time) < FEWEST * count:
         yield measurement

@@ -94,7 +94,7 @@ class Search(Refits):
         return cls(
             data=data,
             progress=progress,
-            screen=Screen(data.given, data.fitted),
+            screen=Screen(data.given, data.motions),
             evidence=Evidence(data.heldout),
         )
 
@@ -126,7 +126,7 @@ class Search(Refits):
                 break
             if self._hop():
                 continue
-            if not (self._refuse_one() or self._better_addition()):
+            if not (self._refuse_one() or self._better_addition() or self._better_single()):
                 return
         while self._refuse_one():
             pass
@@ -341,6 +341,20 @@ class Search(Refits):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
             if self._at_noise() or self._tired:
                 break
+        return self.answer is not answer
+
+    def _better_single(self) -> bool:
+        """Where much is left: every single effect, whatever the screens say.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer = self.answer
+        if answer.mean_square < MUCH:
+            return False
+        singles = [(effect_id,) for effect_id in self.data.candidates]
+        self._refit(singles, "trying every effect")
         return self.answer is not answer
 
     def _doubt(self, answer: Answer, effect_id: str) -> tuple[str, float] | None:
