@@ -5,10 +5,11 @@ from dataclasses import replace
 import pytest
 
 from elastic_tendon.diagnosis import by_hand
-from elastic_tendon.diagnosis.by_hand import Walked, look
+from elastic_tendon.diagnosis.by_hand import Outcome, Walked, look
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.rounds import TAKEN
+from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.ladder import REFIT
 from hand_made_diagnosis import friction_found
@@ -54,15 +55,13 @@ def test_a_look_suggests_and_adds_nothing(start) -> None:
     base, seen = start
     assert base.added == ()
     assert seen.round.chosen == (COULOMB,)
-    assert seen.chosen.added == (COULOMB,)
     assert {row.ids for row in seen.round.candidates} >= {(name,) for name in FEW.only}
-    assert all(answer.added for answer in seen.refitted)
+    assert seen.search.answer.added == (COULOMB,)
 
 
 def test_where_nothing_is_missing_a_look_suggests_nothing(walk) -> None:
     last = walk[-1].outcome
     assert last.round.chosen == ()
-    assert last.chosen is None
     assert all(COULOMB not in row.ids for row in last.round.candidates)
 
 
@@ -121,12 +120,12 @@ def test_a_preview_of_another_has_what_the_screen_expects(start) -> None:
     (effect_id,) = unlikely.ids
     found = by_hand.preview(base.result.model, seen, effect_id)
     for name, value in found.effects[effect_id].items():
-        assert value == pytest.approx(unlikely.expected[f"effects.{effect_id}.{name}"])
+        assert value == pytest.approx(unlikely.expected_parameters[f"effects.{effect_id}.{name}"])
 
 
-def test_what_the_search_has_not_seen_has_no_preview(start) -> None:
+def test_what_the_search_has_not_seen_has_no_preview(data, start) -> None:
     base, seen = start
-    unseen = replace(seen, round=replace(seen.round, candidates=()), refitted=())
+    unseen = Outcome(replace(seen.round, candidates=()), Search.of(data, silent))
     with pytest.raises(ModelError, match="add it to have it fitted"):
         by_hand.preview(base.result.model, unseen, COULOMB)
 

@@ -62,7 +62,7 @@ def test_the_evidence_is_complete(found) -> None:
     assert best.evidence < -100.0
     assert best.gain > 0.5
     assert best.heldout_gain > 0.5
-    assert TORQUE in best.expected
+    assert TORQUE in best.expected_parameters
     assert sum(part.probability for part in first.candidates) <= 1.0 + 1e-9
     assert found.rounds[-1].chosen == ()
     assert found.ladder[-1].evidence < found.ladder[1].evidence - 100.0

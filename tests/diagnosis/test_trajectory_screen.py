@@ -156,6 +156,21 @@ def test_what_cannot_be_simulated_leaves_all(sticking, monkeypatch) -> None:
     assert found[1][0] == 1.0
 
 
+def test_a_look_ends_where_simulations_fail_again_and_again(hanging, monkeypatch) -> None:
+    tried = []
+
+    def simulate(model: Model, *_):
+        tried.append(model)
+        raise SimulationError("more than a hundred thousand events")
+
+    monkeypatch.setattr(trajectory_screen, "simulate_measurement", simulate)
+    models = list(hanging.models(GRAVITY))
+    assert len(models) > trajectory_screen.MOST_FAILURES
+    found = hanging.screen.best(models, unchecked)
+    assert len(tried) == len(found) == trajectory_screen.MOST_FAILURES
+    assert {left for left, _ in found} == {1.0}
+
+
 def test_a_motion_that_grows_without_bound_leaves_all(sticking, monkeypatch) -> None:
     monkeypatch.setattr(
         trajectory_screen,

@@ -7,8 +7,8 @@ told before would count them twice.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from elastic_tendon import compiled
 from elastic_tendon.diagnosis.answer import Answer, bounded, refit
-from elastic_tendon.diagnosis.candidates import prepare
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.options import Options
@@ -30,14 +30,9 @@ BY_HAND = "taken by hand"
 
 @dataclass(frozen=True)
 class Outcome:
-    """A round with the search behind it: `chosen` is what it would take, None where nothing.
-
-    `refitted` : all that were fitted.
-    """
+    """A round, and the search behind it."""
 
     round: Round
-    chosen: Answer | None
-    refitted: tuple[Answer, ...]
     search: Search
 
 
@@ -63,9 +58,7 @@ def base(data: Data, report: Progress) -> Answer:
     SimulationError : it cannot be simulated
     BuildError : the compiler refuses an effect
     """
-    report(REFITTING, 0.0)
-    prepare([data.given.effect_ids], report)
-    return refit(data.given, (), data.fitted, progress=lambda share: report(REFITTING, share))
+    return _refitted(data, (), [], REFITTING, report)
 
 
 def look(data: Data, current: Answer, report: Progress) -> Outcome:
@@ -85,16 +78,8 @@ def look(data: Data, current: Answer, report: Progress) -> Outcome:
     """
     search = Search.of(data, report)
     search.look_on_from(current)
-    taken = search.answer
-    came = tuple(one for one in taken.added if one not in current.added)
-    return Outcome(
-        round=round_at(search, in_order(current.added), came),
-        chosen=taken if came else None,
-        refitted=tuple(
-            answer for answer in search.answers.values() if answer.added != current.added
-        ),
-        search=search,
-    )
+    came = tuple(one for one in search.answer.added if one not in current.added)
+    return Outcome(round_at(search, in_order(current.added), came), search)
 
 
 def with_effect(data: Data, current: Answer, effect_id: str, report: Progress) -> Answer:
@@ -123,11 +108,8 @@ def with_effect(data: Data, current: Answer, effect_id: str, report: Progress) -
     added = in_order((*current.added, effect_id))
     report(f"screening {effect_by_id(effect_id).title}", 0.0)
     starts = [model.with_effect(effect_id, None), *search.starts_beside(current, effect_id)]
-    prepare([(*data.given.effect_ids, *added)], report)
     words = f"refitting with {effect_by_id(effect_id).title}"
-    return refit(
-        data.given, added, data.fitted, starts, THOROUGH, lambda share: report(words, share)
-    )
+    return _refitted(data, added, starts, words, report)
 
 
 def again(data: Data, added: Sequence[str], model: Model, report: Progress) -> Answer:
@@ -145,9 +127,16 @@ def again(data: Data, added: Sequence[str], model: Model, report: Progress) -> A
     SimulationError : it cannot be simulated
     BuildError : the compiler refuses an effect
     """
-    prepare([model.effect_ids], report)
+    return _refitted(data, added, [model], REFITTING, report)
+
+
+def _refitted(
+    data: Data, added: Sequence[str], starts: Sequence[Model], words: str, report: Progress
+) -> Answer:
+    report(words, 0.0)
+    compiled.library_path((*data.given.effect_ids, *added), report)
     return refit(
-        data.given, added, data.fitted, [model], THOROUGH, lambda share: report(REFITTING, share)
+        data.given, added, data.fitted, starts, THOROUGH, lambda share: report(words, share)
     )
 
 
@@ -168,10 +157,12 @@ def preview(current: Model, outcome: Outcome, effect_id: str) -> Model:
     ------
     ModelError : the round has no such candidate, or its expected numbers do not go together
     """
-    for answer in outcome.refitted:
-        if set(answer.added) - set(current.effect_ids) == {effect_id}:
+    for added, answer in outcome.search.answers.items():
+        if set(added) - set(current.effect_ids) == {effect_id}:
             return answer.result.model
-    expected = {row.ids: row.expected for row in outcome.round.candidates}.get((effect_id,))
+    expected = {row.ids: row.expected_parameters for row in outcome.round.candidates}.get(
+        (effect_id,)
+    )
     if not expected:
         raise ModelError(
             effect_by_id(effect_id).title,
@@ -196,10 +187,11 @@ def decided(found: Round, taken: str | None) -> Round:
     chosen = () if taken is None else (taken,)
     if chosen == found.chosen:
         return found
-    words = {TAKEN: SUGGESTED, LESSER: LESS_THAN_SUGGESTED}
 
     def told(candidate: Candidate) -> Candidate:
-        reason = words.get(candidate.reason, candidate.reason)
+        reason = candidate.reason.replace(LESSER, LESS_THAN_SUGGESTED)
+        if reason == TAKEN:
+            reason = SUGGESTED
         if candidate.ids == chosen:
             reason = f"{BY_HAND}; {reason}"
         return replace(candidate, reason=reason)

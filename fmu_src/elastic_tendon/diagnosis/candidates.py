@@ -6,10 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from elastic_tendon import compiled, effects
+from elastic_tendon import effects
 from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
 from elastic_tendon.errors import ModelError
-from elastic_tendon.identify.add import Report
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, sizes_of, typical_value
 from elastic_tendon.transmission import prestretched_length
@@ -184,15 +183,3 @@ def _elongations(model: Model, measurements: Sequence[Measurement]) -> tuple[flo
     reach = radius * max(float(np.max(np.abs(deflection))) for deflection in deflections)
     rest = prestretched_length(transmission.pretension_force, spring.combined_stiffness)
     return tuple((rest + share * reach) / spring.max_deflection for share in REACHES)
-
-
-def prepare(structures: Sequence[tuple[str, ...]], report: Report) -> None:
-    """Compile the libraries of these sets of effects that are not in the cache.
-
-    Raises
-    ------
-    BuildError : the compiler refuses
-    """
-    for done, structure in enumerate(structures):
-        report("compiling effects", done / len(structures))
-        compiled.library_path(structure)

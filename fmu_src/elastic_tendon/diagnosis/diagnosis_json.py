@@ -6,7 +6,7 @@ from math import sqrt
 from typing import Any
 
 from elastic_tendon.diagnosis.evidence import is_plausible
-from elastic_tendon.diagnosis.result import Candidate, Diagnosis, LearnedTerm, Round
+from elastic_tendon.diagnosis.result import Diagnosis, LearnedTerm
 from elastic_tendon.identify.bins import Bin
 from elastic_tendon.identify.compare import Comparison
 from elastic_tendon.identify.comparison_json import plain
@@ -47,7 +47,7 @@ def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dic
             "ratios": [asdict(ratio) for ratio in found.ratios],
             "undetermined": found.sentences,
             "ladder": [rung.to_json() for rung in diagnosis.ladder],
-            "rounds": [_round(judged) for judged in diagnosis.rounds],
+            "rounds": [asdict(considered) for considered in diagnosis.rounds],
             "neighbours": [asdict(neighbour) for neighbour in diagnosis.neighbours],
             "would_show": [asdict(limit) for limit in diagnosis.would_show],
             "recordings": [asdict(summary) for summary in diagnosis.recordings],
@@ -70,29 +70,6 @@ def _parameters(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
     for estimate in diagnosis.findings.estimates:
         plausible = is_plausible(diagnosis.model, estimate.path, estimate.fitted)
         yield asdict(estimate) | {"plausible": plausible}
-
-
-def _round(judged: Round) -> dict[str, Any]:
-    return {
-        "chosen": judged.chosen,
-        "reason": judged.reason,
-        "candidates": [_candidate(candidate) for candidate in judged.candidates],
-    }
-
-
-def _candidate(candidate: Candidate) -> dict[str, Any]:
-    return {
-        "ids": candidate.ids,
-        "probability": candidate.probability,
-        "evidence": candidate.evidence,
-        "expected_parameters": dict(candidate.expected),
-        "fitted": candidate.fitted,
-        "fitted_parameters": [asdict(estimate) for estimate in candidate.estimates],
-        "gain": candidate.gain,
-        "heldout_gain": candidate.heldout_gain,
-        "equivalence_class": candidate.equivalence_class,
-        "reason": candidate.reason,
-    }
 
 
 def _learned(term: LearnedTerm | None, file: str | None) -> dict[str, Any] | None:

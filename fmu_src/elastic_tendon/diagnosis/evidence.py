@@ -31,6 +31,8 @@ AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of wh
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
 WORSE = 1.01  # times a held-out mean square that is no worse
 IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
+WORSE_ELSEWHERE = "makes the error on held-out data larger"
+TOO_LITTLE = "explains too little for anybody to hear of it"
 PLAUSIBLE = 30.0  # times the typical value, up to which one is plausible
 
 
@@ -100,10 +102,14 @@ class Evidence:
         return [
             answer
             for answer in answers
-            if answer.added not in refused
-            and audible(answer, answers)
-            and self.lasting(answer, answers)
+            if answer.added not in refused and not self.refusal(answer, answers)
         ]
+
+    def refusal(self, answer: Answer, answers: Sequence[Answer]) -> str:
+        """Why an answer may not be chosen among these, "" where it may."""
+        if not audible(answer, answers):
+            return TOO_LITTLE
+        return "" if self.lasting(answer, answers) else WORSE_ELSEWHERE
 
     def best(self, answers: Sequence[Answer]) -> Answer:
         """The simplest of those that cannot be told from the best."""

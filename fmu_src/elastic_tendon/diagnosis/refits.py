@@ -92,10 +92,10 @@ class Refits:
     ) -> Iterator[tuple[Set, T]]:
         """Sets with their results; failures are kept with their reasons."""
         for added, result in zip(sets, results, strict=True):
-            if isinstance(result, Exception):
-                self.failures[added] = f"{result}"
-            else:
+            if not isinstance(result, Exception):
                 yield added, result
+            elif added not in self.answers:
+                self.failures[added] = f"{result}"
 
     def _at_once(self, work: Sequence[tuple[str, Callable[[Check], T]]]) -> Iterator[T | Exception]:
         """Results of work, each with what is told of it, two at a time; or why there are none."""

@@ -27,8 +27,8 @@ class Candidate:
     `ids` : the effects that would come in, one or several. `evidence` : see
     `diagnosis.evidence`, less that of the model before the round (negative: better); of a set
     without a refit what the screen expects. `probability` : weight among all of the round, 0 to 1.
-    `expected` : parameters that the screen expects, dotted path -> value in its unit.
-    `fitted` : whether the set was refitted; `estimates` of its parameters then. `gain` and
+    `expected_parameters` : as the screen expects them, dotted path -> value in its unit.
+    `fitted` : whether the set was refitted; `fitted_parameters` then. `gain` and
     `heldout_gain` : share (0 to 1) by which the sum of squared errors falls on fitted and on
     held-out data, negative where it grows; None where not judged. `equivalence_class` : sets that
     explain these data equally well, this one among them. `reason` : in words why it was taken or
@@ -37,14 +37,14 @@ class Candidate:
 
     ids: tuple[str, ...]
     probability: float
-    evidence: float | None
-    expected: Mapping[str, float]
-    fitted: bool
-    estimates: tuple[Estimate, ...]
-    gain: float | None
-    heldout_gain: float | None
+    expected_parameters: Mapping[str, float]
     equivalence_class: tuple[tuple[str, ...], ...]
-    reason: str
+    evidence: float | None = None
+    fitted: bool = False
+    fitted_parameters: tuple[Estimate, ...] = ()
+    gain: float | None = None
+    heldout_gain: float | None = None
+    reason: str = ""
 
 
 @dataclass(frozen=True)

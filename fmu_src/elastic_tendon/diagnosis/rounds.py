@@ -1,12 +1,13 @@
 """Tables of a search for people: the candidates of each step, and the neighbours of the answer."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.evidence import DECISIVE, audible, implausible_values, probabilities
+from elastic_tendon.diagnosis.evidence import DECISIVE, implausible_values, probabilities
 from elastic_tendon.diagnosis.result import Candidate, Neighbour, Round
 from elastic_tendon.diagnosis.search import Search, expected_evidence
 from elastic_tendon.diagnosis.sets import Set, change_between, size_of
@@ -16,8 +17,6 @@ TAKEN = "taken"
 LESSER = "explains less, or is less simple, than what was taken"
 NOT_ENOUGH = "explains no more than its parameters cost"
 ESTIMATED = 3  # candidates of a round, the best first, whose parameters get intervals
-WORSE_ELSEWHERE = "makes the error on held-out data larger"
-TOO_LITTLE = "explains too little for anybody to hear of it"
 NO_REFIT = "the screen expects too little of it for a refit"
 
 
@@ -30,44 +29,31 @@ def round_at(search: Search, before: Set, chosen: Set) -> Round:
     before : a refitted set
     chosen : ids that came in next, none where nothing did
     """
-    base = search.answers[before]
     refitted = _grown(search.answers, before)
-    values = search.evidence.of([base, *(search.answers[added] for added in refitted)])
-    own, evidence = values[0], dict(zip(refitted, values[1:], strict=True))
-    screened = [
-        added
+    known = (*refitted, *search.failures)
+    expected = {
+        added: _expected(search, before, added)
         for added in _grown(search.estimates, before)
-        if added not in evidence and added not in search.failures and len(added) == len(before) + 1
-    ]
-    expected = {added: _expected(search, before, added) for added in screened}
-    failed = _grown(search.failures, before)
-    allowed = {answer.added for answer in search.allowed}
-    weighed = {added: value - own for added, value in evidence.items() if added in allowed}
-    weighed |= expected
-    weights = probabilities([0.0, *weighed.values()])
-    weight = dict.fromkeys(evidence, 0.0) | dict(zip(weighed, weights[1:], strict=True))
-    told = sorted(evidence, key=lambda added: evidence[added])[:ESTIMATED]
-    rows = [
-        _candidate(search, before, added, weight[added], evidence, own, chosen, added in told)
-        for added in evidence
-    ]
-    rows += [
-        _screened(search, before, added, value, weight[added]) for added, value in expected.items()
-    ]
-    rows += [_failed(search, before, added) for added in failed]
+        if added not in known and len(added) == len(before) + 1
+    }
+    evidence = _evidence(search, search.answers[before], refitted)
+    weight = _probabilities(_possible(search, evidence) | expected)
+    step = _Step(search, before, evidence, weight)
+    told = sorted(evidence, key=evidence.__getitem__)[:ESTIMATED]
+    rows = [step.refitted(added, chosen, told=added in told) for added in refitted]
+    rows += [step.screened(added, value) for added, value in expected.items()]
+    rows += [step.failed(added) for added in _grown(search.failures, before)]
     rows.sort(key=lambda row: (row.ids != chosen, not row.fitted, _order(row.evidence)))
     return Round(chosen, tuple(rows), _reason(rows, chosen))
 
 
 def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
     """Sets one change away from the answer, the nearest in evidence first, then the refused."""
-    allowed = {part.added for part in search.allowed}
-    refitted = [added for added in search.answers if added != answer.added]
-    values = search.evidence.of([answer, *(search.answers[added] for added in refitted)])
-    worse: dict[Set, float | None] = {
-        added: value - values[0] if added in allowed else None
-        for added, value in zip(refitted, values[1:], strict=True)
-    }
+    evidence = _evidence(
+        search, answer, [added for added in search.answers if added != answer.added]
+    )
+    possible = _possible(search, evidence)
+    worse: dict[Set, float | None] = {added: possible.get(added) for added in evidence}
     # where the likeliest were refitted and disappointed, the others would not do better either
     tried = any(added in worse for added in search.neighbours)
     worse |= {
@@ -75,13 +61,13 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
         for added, expected in search.neighbours.items()
         if added not in worse
     }
-    known = {
-        added: value
-        for added, value in worse.items()
-        if value is not None and added not in search.failures
-    }
-    chances = probabilities([0.0, *known.values()])
-    chance = dict(zip(known, chances[1:], strict=True))
+    chance = _probabilities(
+        {
+            added: value
+            for added, value in worse.items()
+            if value is not None and added not in search.failures
+        }
+    )
     rows = [
         Neighbour(
             change=change_between(answer.added, added),
@@ -89,25 +75,11 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
             probability=chance.get(added, 0.0),
             rmse=rmse_of(search.answers[added]) if added in search.answers else {},
             refitted=added in search.answers,
-            reason=why_refused(search, added),
+            reason=search.why_refused(added),
         )
         for added, value in worse.items()
     ]
     return tuple(sorted(rows, key=lambda row: _order(row.evidence)))
-
-
-def why_refused(search: Search, added: Set) -> str:
-    """Why a set cannot be the answer, "" where it can."""
-    if added in search.failures:
-        return search.failures[added]
-    if added in search.refused:
-        return search.refused[added]
-    if added not in search.answers:
-        return ""
-    answers, answer = list(search.answers.values()), search.answers[added]
-    if not audible(answer, answers):
-        return TOO_LITTLE
-    return "" if search.evidence.lasting(answer, answers) else WORSE_ELSEWHERE
 
 
 def equivalence_classes(search: Search, answer: Answer) -> tuple[tuple[Answer, ...], ...]:
@@ -141,6 +113,23 @@ def _order(evidence: float | None) -> float:
     return np.inf if evidence is None or not np.isfinite(evidence) else evidence
 
 
+def _evidence(search: Search, base: Answer, sets: Sequence[Set]) -> dict[Set, float]:
+    """Evidence of refitted sets less that of an answer."""
+    own, *values = search.evidence.of([base, *(search.answers[added] for added in sets)])
+    return {added: value - own for added, value in zip(sets, values, strict=True)}
+
+
+def _possible(search: Search, evidence: Mapping[Set, float]) -> dict[Set, float]:
+    """What of it belongs to sets that may be the answer."""
+    allowed = {answer.added for answer in search.allowed}
+    return {added: value for added, value in evidence.items() if added in allowed}
+
+
+def _probabilities(evidence: Mapping[Set, float]) -> dict[Set, float]:
+    """Of sets whose evidence is that less that of what they are held against."""
+    return dict(zip(evidence, probabilities([0.0, *evidence.values()])[1:], strict=True))
+
+
 def _expected(search: Search, before: Set, added: Set) -> float:
     """What the screen expects of a set, in evidence beside another."""
     own, grown = search.estimates[before], search.estimates[added]
@@ -150,98 +139,76 @@ def _expected(search: Search, before: Set, added: Set) -> float:
     return expected_evidence(left, share, facts, size)
 
 
-def _candidate(
-    search: Search,
-    before: Set,
-    added: Set,
-    probability: float,
-    all_evidence: dict[Set, float],
-    own: float,
-    chosen: Set,
-    told: bool,
-) -> Candidate:
-    answer, base = search.answers[added], search.answers[before]
-    ids = tuple(effect_id for effect_id in added if effect_id not in before)
-    alike = tuple(
-        tuple(effect_id for effect_id in other if effect_id not in before)
-        for other, value in all_evidence.items()
-        if abs(value - all_evidence[added]) < DECISIVE and len(other) <= len(added)
-    )
-    return Candidate(
-        ids=ids,
-        probability=probability,
-        evidence=all_evidence[added] - own,
-        expected=_expected_parameters(search, added, ids),
-        fitted=True,
-        estimates=tuple(
-            estimate
-            for estimate in (answer.result.findings.estimates if told or ids == chosen else ())
-            if estimate.path.split(".")[1] in ids
-        ),
-        gain=_gain(base.floored, answer.floored),
-        heldout_gain=_gain(
-            search.evidence.heldout_errors(base), search.evidence.heldout_errors(answer)
+@dataclass(frozen=True)
+class _Step:
+    """Rows of the candidates beside the set `before`.
+
+    `evidence` : of refitted sets less its own; `probabilities` of those that may be the answer.
+    """
+
+    search: Search
+    before: Set
+    evidence: Mapping[Set, float]
+    probabilities: Mapping[Set, float]
+
+    def refitted(self, added: Set, chosen: Set, *, told: bool) -> Candidate:
+        """`told` : whether its parameters get intervals."""
+        search, row = self.search, self._row(added)
+        answer, base = search.answers[added], search.answers[self.before]
+        heldout_errors = search.evidence.heldout_errors
+        findings = answer.result.findings.estimates if told or row.ids == chosen else ()
+        return replace(
+            row,
+            evidence=self.evidence[added],
+            fitted=True,
+            fitted_parameters=tuple(
+                estimate for estimate in findings if estimate.path.split(".")[1] in row.ids
+            ),
+            gain=_gain(base.floored, answer.floored),
+            heldout_gain=_gain(heldout_errors(base), heldout_errors(answer))
+            if search.evidence.heldout
+            else None,
+            equivalence_class=tuple(
+                self._came(other)
+                for other, value in self.evidence.items()
+                if abs(value - self.evidence[added]) < DECISIVE and len(other) <= len(added)
+            ),
+            reason=TAKEN if row.ids == chosen else self._why(added, answer),
         )
-        if search.evidence.heldout
-        else None,
-        equivalence_class=alike,
-        reason=_why(search, added, all_evidence[added] - own, answer, ids == chosen),
-    )
 
+    def screened(self, added: Set, expected: float) -> Candidate:
+        own, grown = self.search.estimates[self.before], self.search.estimates[added]
+        gain = 1.0 - grown.square / own.square
+        return replace(self._row(added), evidence=expected, gain=gain, reason=NO_REFIT)
 
-def _why(search: Search, added: Set, evidence: float, answer: Answer, taken: bool) -> str:
-    if taken:
-        return TAKEN
-    if evidence > -DECISIVE:
-        return NOT_ENOUGH
-    if refusal := why_refused(search, added):
-        return refusal
-    if implausible := implausible_values(answer):
-        return f"{LESSER}; implausible: {', '.join(implausible)}"
-    return LESSER
+    def failed(self, added: Set) -> Candidate:
+        reason = f"could not be refitted: {self.search.failures[added]}"
+        return replace(self._row(added), reason=reason)
 
+    def _row(self, added: Set) -> Candidate:
+        ids = self._came(added)
+        paths = tuple(f"effects.{effect_id}." for effect_id in ids)
+        estimate = self.search.estimates.get(added)
+        values = estimate.values if estimate is not None else {}
+        return Candidate(
+            ids=ids,
+            probability=self.probabilities.get(added, 0.0),
+            expected_parameters={p: value for p, value in values.items() if p.startswith(paths)},
+            equivalence_class=(ids,),
+        )
 
-def _screened(
-    search: Search, before: Set, added: Set, expected: float, probability: float
-) -> Candidate:
-    ids = tuple(effect_id for effect_id in added if effect_id not in before)
-    own, grown = search.estimates[before], search.estimates[added]
-    return Candidate(
-        ids=ids,
-        probability=probability,
-        evidence=expected,
-        expected=_expected_parameters(search, added, ids),
-        fitted=False,
-        estimates=(),
-        gain=1.0 - grown.square / own.square,
-        heldout_gain=None,
-        equivalence_class=(ids,),
-        reason=NO_REFIT,
-    )
+    def _came(self, added: Set) -> Set:
+        return tuple(effect_id for effect_id in added if effect_id not in self.before)
 
-
-def _failed(search: Search, before: Set, added: Set) -> Candidate:
-    ids = tuple(effect_id for effect_id in added if effect_id not in before)
-    return Candidate(
-        ids=ids,
-        probability=0.0,
-        evidence=None,
-        expected=_expected_parameters(search, added, ids),
-        fitted=False,
-        estimates=(),
-        gain=None,
-        heldout_gain=None,
-        equivalence_class=(ids,),
-        reason=f"could not be refitted: {search.failures[added]}",
-    )
-
-
-def _expected_parameters(search: Search, added: Set, ids: Set) -> dict[str, float]:
-    if added not in search.estimates:
-        return {}
-    values = search.estimates[added].values
-    starts = tuple(f"effects.{effect_id}." for effect_id in ids)
-    return {path: value for path, value in values.items() if path.startswith(starts)}
+    def _why(self, added: Set, answer: Answer) -> str:
+        """Why a refitted set was not taken."""
+        if self.evidence[added] > -DECISIVE:
+            return NOT_ENOUGH
+        if refusal := self.search.why_refused(added):
+            return refusal
+        if implausible := implausible_values(answer):
+            return f"{LESSER}; implausible: {', '.join(implausible)}"
+        return LESSER
 
 
 def _gain(before: Array, after: Array) -> float | None:

@@ -17,7 +17,13 @@ from elastic_tendon import compiled, effects
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import resonant_starts, starts
 from elastic_tendon.diagnosis.data import Data
-from elastic_tendon.diagnosis.evidence import DECISIVE, MUCH, Evidence, worth_hearing
+from elastic_tendon.diagnosis.evidence import (
+    DECISIVE,
+    MUCH,
+    WORSE_ELSEWHERE,
+    Evidence,
+    worth_hearing,
+)
 from elastic_tendon.diagnosis.refits import EFFORT, Check, Progress, Refits
 from elastic_tendon.diagnosis.ringing import ringing
 from elastic_tendon.diagnosis.sets import (
@@ -109,6 +115,14 @@ class Search(Refits):
     def allowed(self) -> list[Answer]:
         """Refitted sets that may be the answer."""
         return self.evidence.allowed(list(self.answers.values()), self.refused)
+
+    def why_refused(self, added: Set) -> str:
+        """Why a set cannot be the answer, "" where it can, or was not refitted."""
+        if added in self.failures:
+            return self.failures[added]
+        if added in self.refused or added not in self.answers:
+            return self.refused.get(added, "")
+        return self.evidence.refusal(self.answers[added], list(self.answers.values()))
 
     def run(self) -> None:
         """From the base to an answer that no neighbour beats."""
@@ -376,7 +390,7 @@ class Search(Refits):
             # some of that for its own, and so has to do so on both
             chance = max(chance, judged) if left > MUCH else min(1.0, 2.0 * min(chance, judged))
             if heldout_worse(after, was, self.data.heldout):
-                return f"{title} makes the error on held-out data larger", chance
+                return f"{title} {WORSE_ELSEWHERE}", chance
         if gain > sure:
             return None  # however the errors hang together
         if chance > CHANCE:

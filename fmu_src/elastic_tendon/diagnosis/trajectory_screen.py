@@ -22,6 +22,7 @@ from elastic_tendon.parameters import Model
 
 ON_BOUND = 1e-9  # in prior sigmas
 ROUNDING = 1e-10  # sum of squares, in sigmas, that is no change
+MOST_FAILURES = 3  # simulations, after which the others would not come to an end either
 
 
 class TrajectoryScreen:
@@ -55,13 +56,19 @@ class TrajectoryScreen:
         -------
         share of the answer's mean square that would be left, 0 to 1, and the model
         """
-        found = []
+        found: list[tuple[float, Model]] = []
+        failures = 0
         for model in models:
             check(0.0)
-            found.append((self._left(model), model))
+            left = self._left(model)
+            found.append((1.0 if left is None else left, model))
+            failures += left is None
+            if failures == MOST_FAILURES:
+                break
         return sorted(found, key=lambda pair: pair[0])
 
-    def _left(self, model: Model) -> float:
+    def _left(self, model: Model) -> float | None:
+        """Share of the mean square that would be left, None where the simulation fails."""
         result, residuals = self._result, self._residuals[: self._count]
         try:
             errors = [
@@ -71,7 +78,7 @@ class TrajectoryScreen:
                 )
             ]
         except ElasticTendonError:
-            return 1.0
+            return None
         change = np.zeros(len(self._residuals))
         change[: self._count] = stack(errors, result.sigmas) - residuals
         if not np.isfinite(change).all():

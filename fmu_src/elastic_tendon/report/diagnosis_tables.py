@@ -366,11 +366,11 @@ def gain(share: float | None) -> str:
 
 def candidate_numbers(candidate: Candidate) -> Iterator[str]:
     """Fitted numbers with interval; those that the screen expects, where none was fitted."""
-    fitted = {estimate.path: estimate for estimate in candidate.estimates}
-    units = _units([*fitted, *candidate.expected])
+    fitted = {estimate.path: estimate for estimate in candidate.fitted_parameters}
+    units = _units([*fitted, *candidate.expected_parameters])
     for path in units:
         if path not in fitted:
-            text = f"about {candidate.expected[path]:.3g}{units[path]}"
+            text = f"about {candidate.expected_parameters[path]:.3g}{units[path]}"
         elif fitted[path].determined:
             text = with_interval(fitted[path].fitted, fitted[path].interval) + units[path]
         else:
