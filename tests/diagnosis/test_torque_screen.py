@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.sets import size_of
-from elastic_tendon.diagnosis.torque_screen import Screen, in_order
+from elastic_tendon.diagnosis.sets import in_order, size_of
+from elastic_tendon.diagnosis.torque_screen import Screen
 from elastic_tendon.errors import ModelError
 from hidden_effect.cases import Case, Order, build
 from smooth_motion import GIVEN, played, typical_model

@@ -16,7 +16,7 @@ from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, equivalence_classes, round_at
 from elastic_tendon.diagnosis.search import Search
-from elastic_tendon.diagnosis.torque_screen import in_order
+from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.add import check_welcome, effect_by_id
 from elastic_tendon.identify.fit import THOROUGH

@@ -99,7 +99,11 @@ def _is_damping(parameter: Parameter) -> bool:
 
 
 def starts(
-    model: Model, effect: Effect, measurements: Sequence[Measurement], shares: Sequence[float]
+    model: Model,
+    effect: Effect,
+    measurements: Sequence[Measurement],
+    shares: Sequence[float],
+    dampings: Sequence[float] | None = None,
 ) -> Iterator[dict[str, float]]:
     """Parameters of an effect, by name, from which a look at it may begin.
 
@@ -108,9 +112,11 @@ def starts(
     model : to which it is added
     effect : Effect
     measurements : fitted
-    shares : of the typical strength; a singular effect's damping begins far lower too
+    shares : of the typical strength
+    dampings : shares of these at which damping begins; None: a singular effect's far lower too
     """
-    dampings = LITTLE_DAMPING if effect.singular_null else (1.0,)
+    if dampings is None:
+        dampings = LITTLE_DAMPING if effect.singular_null else (1.0,)
     for shape, share, damped in product(shapes(model, effect, measurements), shares, dampings):
         strengths = {
             one.name: one.null

@@ -24,7 +24,7 @@ from elastic_tendon.diagnosis.result import (
 from elastic_tendon.diagnosis.rounds import neighbours_of
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.separation import Rival
-from elastic_tendon.diagnosis.torque_screen import in_order
+from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.diagnosis.verdict import (
     changed_parameters,
     fails_elsewhere,
@@ -116,11 +116,7 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
         if not search.screen.sees(effect_id):
             continue
         units = {one.path: one.unit for one in quantities([effect_id])}
-        path = next(
-            f"effects.{effect_id}.{parameter.name}"
-            for parameter in effects.BY_ID[effect_id].parameters
-            if not parameter.shape
-        )
+        path = f"effects.{effect_id}.{effects.BY_ID[effect_id].strength.name}"
         smallest = search.screen.smallest(estimate, effect_id)
         found.append(WouldShow(effect_id, path, units[path], smallest))
     return tuple(found)

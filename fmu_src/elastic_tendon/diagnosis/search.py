@@ -28,6 +28,7 @@ from elastic_tendon.diagnosis.refits import EFFORT, Check, Progress, Refits
 from elastic_tendon.diagnosis.ringing import ringing
 from elastic_tendon.diagnosis.sets import (
     Set,
+    in_order,
     model_with,
     simpler,
     size_of,
@@ -40,7 +41,7 @@ from elastic_tendon.diagnosis.significance import (
     heldout_worse,
     significance,
 )
-from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen, badness, in_order
+from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen, badness
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.effects.base import Spread
 from elastic_tendon.errors import ElasticTendonError, ModelError

@@ -1,13 +1,18 @@
 """Sets of effects: what they bring, how they differ, and models that have them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import bounded
-from elastic_tendon.diagnosis.torque_screen import in_order
 from elastic_tendon.parameters import Model
 
 Set = tuple[str, ...]  # ids of effects in the catalogue's order
+
+
+def in_order(effect_ids: Iterable[str]) -> Set:
+    """Ids in the catalogue's order, which names a set whatever the order of adding."""
+    order = list(effects.BY_ID)
+    return tuple(sorted(dict.fromkeys(effect_ids), key=order.index))
 
 
 def size_of(added: Set) -> int:

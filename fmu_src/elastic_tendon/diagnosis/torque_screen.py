@@ -15,24 +15,26 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.candidates import sensible, shapes
+from elastic_tendon.diagnosis.candidates import sensible, starts
+from elastic_tendon.diagnosis.evidence import DECISIVE
+from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.diagnosis.torque_balance import Balance, torque_balance
 from elastic_tendon.diagnosis.weak_form import Weak, weak_form
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.coordinates import SPRINGS, Coordinates, free_parameters
 from elastic_tendon.identify.residuals import Array, autocorrelation_time
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, typical_value
+from elastic_tendon.parameters import Model
 
-START = 0.1  # of the typical strength of an effect, from which its estimate begins ...
-STARTS = (0.1, 1.0)  # ... and where its null is singular, so that strengths far off look alike
+# of the typical strength of an effect, from which its estimate begins; also the second where its
+# null is singular, so that strengths far off look alike
+STARTS = (0.1, 1.0)
 SCOUTING, POLISHING = 3, 8  # steps with shapes held, and with all parameters free
 SCOUTED, POLISHED = 3, 2  # starts of an effect that are followed, and those to the end ...
 ALIKE = 2.0  # ... where their mean squares differ by less than this factor
 KEPT = 3  # from which it is looked at beside other effects
 FITS = 1.3  # mean square up to which residuals are noise alone
 LONGEST_MEMORY = 40.0  # residuals that count as one fact, at the most
-DECISIVE = 10.0  # difference of evidence from which data decide
 ONE_SIDED = 1.645  # standard deviations that 95 % of a normal distribution lie below
 CONVERGED = 1e-3  # relative fall of the cost
 # share of the stiffness that an effect may take away before residuals count more, and the least
@@ -294,17 +296,10 @@ class Screen:
     def starts(self, effect_id: str) -> list[dict[str, float]]:
         """Parameters of an effect from which its estimate may begin, one for each shape."""
         effect = effects.BY_ID[effect_id]
-        path = f"effects.{effect_id}."
+        shares = STARTS if effect.singular_null else STARTS[:1]
         return [
-            {
-                path + parameter.name: parameter.null
-                + share * (typical_value(self.given, parameter) - parameter.null)
-                for parameter in effect.parameters
-                if not parameter.shape
-            }
-            | {path + name: value for name, value in shape.items()}
-            for shape in shapes(self.given, effect, self.measurements)
-            for share in (STARTS if effect.singular_null else (START,))
+            {f"effects.{effect_id}.{name}": value for name, value in start.items()}
+            for start in starts(self.given, effect, self.measurements, shares, dampings=(1.0,))
         ]
 
     def singles(
@@ -441,18 +436,14 @@ class Screen:
         around = self._around(estimate)
         if around is None:
             return None
-        path = next(
-            f"effects.{effect_id}.{parameter.name}"
-            for parameter in effects.BY_ID[effect_id].parameters
-            if not parameter.shape
-        )
+        path = f"effects.{effect_id}.{effects.BY_ID[effect_id].strength.name}"
         needed = np.sqrt(DECISIVE + log(len(around.residuals))) + ONE_SIDED
-        starts = self.starts(effect_id)
-        changes = self._changes(estimate, around, effect_id, starts)
+        begun = self.starts(effect_id)
+        changes = self._changes(estimate, around, effect_id, begun)
         sizes = [
             needed * abs(start[path]) / float(np.sqrt(told))
-            for start, change in zip(starts, changes, strict=True)
-            if change.any() and (told := around.told(change)) > 0.0  # false where it is not finite
+            for start, change in zip(begun, changes, strict=True)
+            if change.any() and 0.0 < (told := around.told(change)) < np.inf
         ]
         return float(np.median(sizes)) if sizes else None
 
@@ -479,12 +470,6 @@ class Screen:
             normal = _normal(structure, estimate.x, residuals, derivatives, weight)
             self._known = estimate, Around(residuals, derivatives, bare, weight, *normal)
         return self._known[1]
-
-
-def in_order(effect_ids: Iterable[str]) -> tuple[str, ...]:
-    """Ids in the catalogue's order, which names a set whatever the order of adding."""
-    order = list(effects.BY_ID)
-    return tuple(sorted(dict.fromkeys(effect_ids), key=order.index))
 
 
 def badness(estimate: Estimate) -> float:

@@ -285,3 +285,8 @@ class Effect:
     singular_null: bool = False
     refuses: Check = _all_well
     cautions: Check = _all_well
+
+    @property
+    def strength(self) -> Parameter:
+        """The parameter that tells how much of the effect there is: the first that is no shape."""
+        return next(parameter for parameter in self.parameters if not parameter.shape)
