@@ -38,6 +38,20 @@ def test_a_tone_is_found_beside_a_larger_slow_error() -> None:
     assert found == pytest.approx(2.0 * np.pi * RING, rel=2e-3)
 
 
+def test_what_rings_now_and_then_and_is_damped_is_found_too() -> None:
+    noise = np.random.default_rng(5).standard_normal(len(TIME))
+    strokes = np.zeros(len(TIME))
+    strokes[np.random.default_rng(6).integers(len(TIME), size=8)] = 1.0
+    ring = np.sin(2.0 * np.pi * RING * TIME) * np.exp(-0.02 * 2.0 * np.pi * RING * TIME)
+    (found,) = ringing(answer(noise + 3.0 * np.convolve(strokes, ring)[: len(TIME)]))
+    assert found == pytest.approx(2.0 * np.pi * RING, rel=2e-2)
+
+
+def test_noise_rings_one_in_three_times() -> None:
+    noises = np.random.default_rng(7).standard_normal((100, len(TIME)))
+    assert sum(len(ringing(answer(noise))) for noise in noises) <= 40
+
+
 def test_each_recording_has_its_own_and_static_ones_have_none() -> None:
     assert len(ringing(answer(left(3.0), left(3.0)))) == 2
     assert ringing(answer(left(3.0), static=True)) == []

@@ -128,7 +128,8 @@ class Hidden:
     `joint` : attributes of the joint's hinge. `link` : inside the link's body, None for a link
     that is balanced. `bodies` : beside it. `cords` : all tendons, None for the two of the base.
     `option` : attributes of the engine's options. `delay` (s) and `offset` (rad) of the joint's
-    encoder. `push` : torque on the joint that nobody records, N·m. `effects` : the same in the
+    encoder. `push` : torque on the joint that nobody records, N·m. `stop` : where one begins, rad;
+    who never comes there cannot know of it. `effects` : the same in the
     product's numbers, None where no law of the catalogue is it. `accepted` : right answers.
     `unknown` : "unexplained" is right too. `most_error` : of a right answer, in units of the noise.
     """
@@ -141,6 +142,7 @@ class Hidden:
     delay: float = 0.0
     offset: float = 0.0
     push: float = 0.0
+    stop: float = math.inf
     effects: Tree | None = field(default_factory=dict)
     accepted: frozenset[Answer] = frozenset({NOTHING})
     unknown: bool = False
@@ -285,6 +287,7 @@ def stopped(base: Base) -> Hidden:
     upper = 0.55
     return Hidden(
         joint=soft_stop(base, upper),
+        stop=upper,
         effects={"joint_stop": stop_numbers(base, upper)},
         accepted=answers(("joint_stop",)),
     )
@@ -294,6 +297,7 @@ def hard_stop(_base: Base) -> Hidden:
     """A stop by MuJoCo's own law: it slows what comes, whatever pushes."""
     return Hidden(
         joint=f'range="{-UNBOUND} 0.5" solreflimit="0.004 1" solimplimit="0.95 0.99 0.001"',
+        stop=0.5,
         effects=None,
         accepted=answers(("joint_stop",)),
         unknown=True,
@@ -439,6 +443,7 @@ def three(base: Base) -> Hidden:
     torque, upper = 0.02 * base.torque, 0.55
     return Hidden(
         joint=f"{dry_hinge(torque)} {soft_stop(base, upper)}",
+        stop=upper,
         link=eccentric_link(base, 0.1),
         effects={
             "coulomb_friction": {"torque": torque},

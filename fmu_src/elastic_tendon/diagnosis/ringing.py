@@ -5,17 +5,23 @@ is right to a percent. The spectrum of what is left shows its frequency.
 """
 
 import numpy as np
-from scipy.ndimage import median_filter
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.signal import periodogram
+from scipy.stats import chi2
 
 from elastic_tendon.design import design
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.identify.residuals import Array
 
 ABOVE = 2.0  # times the actuator's own frequency
-PROMINENT = 13.0  # times the power around a peak; that of noise reaches it in a third of cases
-AROUND = 101  # bins that show the power around one
-FEWEST = 4 * AROUND  # samples
+# rough probability up to which a peak is none of the noise; neighbouring bins hang together, so
+# that noise has one in three times, which costs a few simulations
+CHANCE = 0.03
+WIDTHS = (1, 4, 16)  # bins of a spectrum that are taken together: damping spreads a peak
+AROUND = 201  # bins that show the power around one
+HANN = 1.5  # bins that the window makes one of
+FEWEST = 2 * AROUND  # samples
 
 
 def ringing(answer: Answer) -> list[float]:
@@ -34,19 +40,29 @@ def ringing(answer: Answer) -> list[float]:
         if not measurement.static and len(measurement.time) >= FEWEST
         for errors in signals.values()
     ]
-    return [frequency for frequency, power in peaks if power > PROMINENT]
+    return [frequency for frequency, chance in peaks if chance < CHANCE]
 
 
 def _peak(time: Array, errors: Array, lowest: float) -> tuple[float, float]:
-    """Frequency (rad/s) of the power that stands out most, and how many times that around it."""
+    """Frequency (rad/s) of the peak that stands out most, and its rough probability by chance."""
     even = np.asarray(np.interp(np.linspace(time[0], time[-1], len(time)), time, errors))
     rate = (len(time) - 1) / float(time[-1] - time[0])
     hertz, power = periodogram(even, rate, window="hann")
-    power = np.maximum(power, np.finfo(float).tiny)
-    excess = np.where(2.0 * np.pi * hertz > lowest, power / median_filter(power, AROUND), 0.0)
-    peak = int(np.argmax(excess[:-1]))
-    # the parabola through the logarithms of three bins has its top where the peak is
-    left, top, right = np.log(power[peak - 1 : peak + 2]) if peak else np.zeros(3)
-    bend = left - 2.0 * top + right
-    shift = 0.5 * (left - right) / bend if bend else 0.0
-    return 2.0 * np.pi * float(hertz[peak] + shift * hertz[1]), float(excess[peak])
+    around = np.maximum(median_filter(power, AROUND), np.finfo(float).tiny)
+    excess = np.log(2.0) * power / around  # of noise: exponential, mean one
+    high = 2.0 * np.pi * hertz > lowest
+    peaks = [_widest(excess, high, width) for width in WIDTHS]
+    least, frequency = min((chance, float(share @ hertz)) for chance, share in peaks)
+    return 2.0 * np.pi * frequency, float(len(WIDTHS) * np.exp(least))
+
+
+def _widest(excess: Array, high: NDArray[np.bool_], width: int) -> tuple[float, Array]:
+    """Logarithm of the rough probability of the highest peak of some bins together, and each bin's
+    share of it."""
+    means = np.where(high, uniform_filter1d(excess, width), 0.0)
+    means[-1] = 0.0
+    peak, freedom = int(np.argmax(means)), 2.0 * max(width / HANN, 1.0)
+    chance = float(chi2.logsf(freedom * means[peak], freedom)) + np.log(len(means) / width)
+    near = np.abs(np.arange(len(means)) - peak) <= width
+    share = np.where(near, np.maximum(excess - 1.0, 1e-9), 0.0)
+    return chance, share / share.sum()

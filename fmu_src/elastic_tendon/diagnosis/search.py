@@ -78,6 +78,7 @@ WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all
 SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
 MOST_ADDITIONS = 6  # that are refitted where much is left
+HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
 @dataclass(kw_only=True)
@@ -297,7 +298,8 @@ class Search(Refits):
 
     def _beside(self, simple: Answer, added: Set, check: Check) -> Answer:
         (law,) = set(added) - set(simple.added)
-        models = self._first_models(simple, added, law, UNSEEN_SHARES)
+        values = starts(self.data.given, effects.BY_ID[law], self.data.fitted, UNSEEN_SHARES)
+        models = self._models_beside(simple, added, law, values)
         return refit(self.data.given, added, self.data.fitted, models, EFFORT, check)
 
     def _hop_around(self, added: Set) -> None:
@@ -366,7 +368,7 @@ class Search(Refits):
         whether the best has changed
         """
         answer = self.answer
-        if answer.mean_square < MUCH:
+        if answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
             return False
         singles = [(effect_id,) for effect_id in self.data.candidates]
         self._refit(singles, "trying every effect")
@@ -456,33 +458,37 @@ class Search(Refits):
         ]
         found = {}
         for near, best in self._without_failures(possible, self._at_once(work)):
-            self.starts[near] = [model for _, model in best[:KEPT]]
-            found[near] = best[0][0]
+            self.starts[near] = [model for _, model in best]
+            found[near] = min(share for share, _ in best)
         return found
 
     def _look(
         self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
     ) -> list[tuple[float, Model]]:
+        """The best starts of one more effect, and the best of those that ring as what is left."""
         near = in_order((*added, effect_id))
         compiled.library_path((*self.data.given.effect_ids, *near))
+        answer = self.answers[added]
         shares = SHARES if self.screen.sees(effect_id) else UNSEEN_SHARES
-        models = self._first_models(self.answers[added], near, effect_id, shares)
-        return screen.best(models, check)
-
-    def _first_models(
-        self, answer: Answer, added: Set, effect_id: str, shares: Sequence[float]
-    ) -> list[Model]:
-        """Models of a set with an answer's parameters and some of one effect."""
-        effect, own = effects.BY_ID[effect_id], answer.result.model
-        values = [
-            *starts(self.data.given, effect, self.data.fitted, shares),
-            *resonant_starts(own, effect, ringing(answer)),
+        models = [
+            self._models_beside(answer, near, effect_id, values)
+            for values in (
+                starts(self.data.given, effects.BY_ID[effect_id], self.data.fitted, shares),
+                resonant_starts(answer.result.model, effects.BY_ID[effect_id], ringing(answer)),
+            )
         ]
+        return [pair for part in models for pair in screen.best(part, check)[:KEPT]]
+
+    def _models_beside(
+        self, answer: Answer, added: Set, effect_id: str, values: Iterable[Mapping[str, float]]
+    ) -> list[Model]:
+        """Models of a set with an answer's parameters and these of one effect."""
+        own = answer.result.model.values()
         paths = [
             {f"effects.{effect_id}.{name}": value for name, value in start.items()}
             for start in values
         ]
-        return [model_with(self.data.given, added, {**own.values(), **start}) for start in paths]
+        return [model_with(self.data.given, added, {**own, **start}) for start in paths]
 
     def _neighbours(self, added: Set) -> dict[Set, float | None]:
         """Every addition, removal, exchange and simpler law, the most promising first."""
