@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from elastic_tendon.diagnosis.experiment import Undecidable, experiment_table, next_experiment
+from elastic_tendon.diagnosis.experiment import experiment_table, next_experiment
 from elastic_tendon.diagnosis.limits import BEYOND_RECORDED, limits_of
 from elastic_tendon.diagnosis.proposals import FORMS, Input, neighbour, random_proposal
 from elastic_tendon.diagnosis.result import Experiment
@@ -61,9 +61,12 @@ def run(machine: Model, experiment: Experiment, seed: int) -> Measurement:
 
 def rivals_for(
     given: dict[str, tuple[Model, tuple[str, ...]]], data: list[Measurement]
-) -> list[Rival]:
-    """One rival for each id: its model, and the numbers that it leaves free."""
-    return [Rival(name, fit(model, data, free=free)) for name, (model, free) in given.items()]
+) -> tuple[Rival, Rival]:
+    """A rival for each of two ids: its model, and the numbers that it leaves free."""
+    first, second = (
+        Rival(name, fit(model, data, free=free)) for name, (model, free) in given.items()
+    )
+    return first, second
 
 
 def bic(result: FitResult) -> float:
@@ -73,7 +76,7 @@ def bic(result: FitResult) -> float:
     return squares + result.findings.effective * float(np.log(sum(map(len, errors))))
 
 
-def lead_of_first(rivals: list[Rival]) -> float:
+def lead_of_first(rivals: tuple[Rival, Rival]) -> float:
     """By how much the first of two rivals has the lower BIC."""
     return bic(rivals[1].fit) - bic(rivals[0].fit)
 
@@ -113,7 +116,7 @@ CASES = {"damping": damping_case, "backlash": backlash_case}
 
 
 @cache
-def proposed(case: str) -> tuple[list[Rival], Experiment]:
+def proposed(case: str) -> tuple[tuple[Rival, Rival], Experiment]:
     """The rivals on the data at hand, and what is proposed."""
     _, data, given = CASES[case]()
     rivals = rivals_for(given, data)
@@ -185,7 +188,7 @@ def test_the_same_call_gives_the_same_answer() -> None:
 
 
 @cache
-def offsets() -> tuple[list[Rival], list[Measurement]]:
+def offsets() -> tuple[tuple[Rival, Rival], list[Measurement]]:
     machine = BELIEVED.with_effect("joint_encoder_offset", {"offset": 0.02})
     data = [record_truth(machine, multisine(9, Limits(0.3, 2.0, 3.0), 4.0), 9)]
     models = [
@@ -199,9 +202,9 @@ def offsets() -> tuple[list[Rival], list[Measurement]]:
 def test_aliases_are_called_undecidable_with_the_reason() -> None:
     rivals, data = offsets()
     answer = next_experiment(rivals, data)
-    assert isinstance(answer, Undecidable)
-    assert "joint_encoder_offset and motor_encoder_offset apart" in answer.text
-    assert "the same wherever nothing depends on the angle itself" in answer.text
+    assert isinstance(answer, str)
+    assert "joint_encoder_offset and motor_encoder_offset apart" in answer
+    assert "the same wherever nothing depends on the angle itself" in answer
 
 
 def test_what_the_machine_would_need_is_told() -> None:
@@ -215,14 +218,8 @@ def test_what_the_machine_would_need_is_told() -> None:
     ]
     given = {model.effect_ids[0]: (model, free_parameters(model)) for model in models}
     answer = next_experiment(rivals_for(given, data), data)
-    assert isinstance(answer, Undecidable)
-    assert answer.text.endswith("N·m, could.")
-
-
-def test_one_rival_alone_is_refused() -> None:
-    rivals, data = offsets()
-    with pytest.raises(ValueError, match="at least two"):
-        next_experiment(rivals[:1], data)
+    assert isinstance(answer, str)
+    assert answer.endswith("N·m, could.")
 
 
 def test_progress_rises_and_the_search_can_be_interrupted() -> None:

@@ -8,7 +8,7 @@ from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import probabilities
-from elastic_tendon.diagnosis.experiment import Undecidable, next_experiment
+from elastic_tendon.diagnosis.experiment import next_experiment
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
 from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.options import Options
@@ -45,7 +45,7 @@ from elastic_tendon.parameters import Model, quantities
 CONFIRMING = Effort(
     scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6
 )  # of a fit to everything that starts at the answer
-RIVALS = 2  # answers that an experiment is to tell apart, at the most
+RIVALS = 2  # answers that an experiment is to tell apart
 
 
 @dataclass
@@ -125,12 +125,13 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
 def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
     """One that decides between answers that cannot be told apart; and why none can."""
     for answers in found.classes:
-        names = _different(answers)
-        pairs = list(zip(names, answers, strict=True))[:RIVALS]
-        rivals = [Rival(name, part.result) for name, part in pairs]
-        proposal = next_experiment(rivals, data.fitted, report)
-        if isinstance(proposal, Undecidable):
-            found.no_experiment.append(proposal.text)
+        first, second = (
+            Rival(name, part.result)
+            for name, part in list(zip(_different(answers), answers, strict=True))[:RIVALS]
+        )
+        proposal = next_experiment((first, second), data.fitted, report)
+        if isinstance(proposal, str):
+            found.no_experiment.append(proposal)
         else:
             found.experiment = proposal
 

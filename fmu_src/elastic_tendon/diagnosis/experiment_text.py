@@ -33,11 +33,9 @@ def experiment_text(
     proposal: Proposal,
     repeats: int,
     inputs: tuple[Array, Array],
-    *,
-    separated: Sequence[Separated],
-    left_out: Sequence[tuple[str, str]],
+    separated: Separated,
 ) -> str:
-    """Say what is done, for how long, and which answers it tells apart by how much.
+    """Say what is done, for how long, and by how much it tells two answers apart.
 
     Parameters
     ----------
@@ -45,8 +43,7 @@ def experiment_text(
     proposal : Proposal
     repeats : how often it is made in one run
     inputs : motor position (n,) rad and load torque (n,) N·m of one of them
-    separated : pairs that the experiment is likely to decide
-    left_out : ids of pairs that it is not
+    separated : the answers, and by how much
     """
     time = limits.sample_times()
     sentences = [
@@ -61,10 +58,7 @@ def experiment_text(
         )
     if repeats > 1:
         sentences.append(f"All this {repeats} times, {time[-1]:.3g} s each, in one recording.")
-    sentences += _cautions(limits, inputs)
-    sentences += [_separation(one) for one in separated]
-    sentences += [f"It does not tell {one} and {other} apart." for one, other in left_out]
-    return " ".join(sentences)
+    return " ".join([*sentences, *_cautions(limits, inputs), _separation(separated)])
 
 
 def undecidable_text(ids: Sequence[str], models: Sequence[Model], wider: Limits | None) -> str:
