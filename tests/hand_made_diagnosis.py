@@ -204,7 +204,7 @@ def friction_found(**changed: object) -> Diagnosis:
         location=location,
         indistinguishable=((COULOMB, "lugre_friction"),),
         next_experiment=next_experiment(),
-        no_experiment=("No motion tells the two apart.",),
+        no_experiment="No motion tells the two apart.",
         learned=None,
         complete=True,
     )
@@ -246,7 +246,7 @@ def something_unknown() -> Diagnosis:
         location=location,
         indistinguishable=(),
         next_experiment=None,
-        no_experiment=(),
+        no_experiment="",
         learned=LearnedTerm(
             id="learned_torque",
             slot="JOINT_TORQUE",
@@ -275,5 +275,5 @@ def nothing_missing() -> Diagnosis:
         rounds=(Round(chosen=(), candidates=(), reason="nothing is left but noise"),),
         indistinguishable=(),
         next_experiment=None,
-        no_experiment=(),
+        no_experiment="",
     )

@@ -11,7 +11,7 @@ from elastic_tendon.diagnosis.data import data_of
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.rounds import (
     TAKEN,
-    equivalence_classes,
+    answers_alike,
     neighbours_of,
     round_at,
 )
@@ -153,7 +153,7 @@ def test_neighbours_without_a_refit_promise_no_more_than_the_likeliest_gave(ende
 
 
 def test_one_clear_answer_has_no_class(ended) -> None:
-    assert equivalence_classes(ended, ended.answer) == ()
+    assert answers_alike(ended, ended.answer) == ()
 
 
 def test_progress_is_told_in_words_and_shares(sticking) -> None:

@@ -14,7 +14,7 @@ from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Round
-from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, equivalence_classes, round_at
+from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.errors import ModelError
@@ -223,7 +223,7 @@ def concluded(data: Data, walk: Sequence[Walked], report: Progress) -> Diagnosis
         if step.outcome is not None:
             taken = None if following is None else following.added
             found.rounds.append(decided(step.outcome.round, taken))
-    found.classes = equivalence_classes(search, walk[-1].answer)
+    found.alike = answers_alike(search, walk[-1].answer)
     options = Options()
     judge(data, search, found, report)
     complete = last is not None and not last.round.chosen

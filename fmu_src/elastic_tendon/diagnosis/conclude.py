@@ -53,16 +53,16 @@ class Found:
     """What a diagnosis has so far; an interrupt leaves it as it is.
 
     `ladder` : title, effect that came in, and answer of each step after the model as given.
-    `classes` : answers that cannot be told apart, the one taken first.
+    `alike` : answers that cannot be told apart, the one taken first.
     """
 
     ladder: list[tuple[str, str | None, Answer]] = field(default_factory=list)
     rounds: list[Round] = field(default_factory=list)
-    classes: tuple[tuple[Answer, ...], ...] = ()
+    alike: tuple[Answer, ...] = ()
     lack: Mapping[str, LackOfFit] = field(default_factory=dict)
     learned: LearnedTerm | None = None
     experiment: Experiment | None = None
-    no_experiment: list[str] = field(default_factory=list)
+    no_experiment: str = ""
     would_show: tuple[WouldShow, ...] = ()
     contradictions: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
@@ -124,16 +124,15 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
 
 def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
     """One that decides between answers that cannot be told apart; and why none can."""
-    for answers in found.classes:
-        first, second = (
-            Rival(name, part.result)
-            for name, part in list(zip(_different(answers), answers, strict=True))[:RIVALS]
-        )
-        proposal = next_experiment((first, second), data.fitted, report)
-        if isinstance(proposal, str):
-            found.no_experiment.append(proposal)
-        else:
-            found.experiment = proposal
+    if not found.alike:
+        return
+    pairs = zip(_different(found.alike), found.alike, strict=True)
+    first, second = (Rival(name, part.result) for name, part in list(pairs)[:RIVALS])
+    proposal = next_experiment((first, second), data.fitted, report)
+    if isinstance(proposal, str):
+        found.no_experiment = proposal
+    else:
+        found.experiment = proposal
 
 
 def conclude(
@@ -166,14 +165,15 @@ def conclude(
     fell = fall(given, final)
     verdict = verdict_of(answer.added, changed, remaining, fell, options.relevance, elsewhere)
     matter = () if verdict == "adequate" else changed
-    sure = certainty(search, answer, [part for alike in found.classes for part in alike])
+    different = _different(found.alike)
+    sure = certainty(search, answer, found.alike)
     return Diagnosis(
         verdict=verdict,
         sentence=sentence_of(
             verdict,
             answer.added,
             sure,
-            [name for alike in found.classes for name in _different(alike)[1:]],
+            different[1:],
             matter,
             given,
             final,
@@ -197,9 +197,9 @@ def conclude(
         noise={name: part.noise for name, part in final.files[0].signals.items()},
         comparison=final,
         location=locate(final, report),
-        indistinguishable=tuple(tuple(_different(answers)) for answers in found.classes),
+        indistinguishable=(tuple(different),) if different else (),
         next_experiment=found.experiment,
-        no_experiment=tuple(found.no_experiment),
+        no_experiment=found.no_experiment,
         learned=found.learned,
         complete=complete,
     )
@@ -289,7 +289,9 @@ def _recordings(
 
 
 def _different(answers: Sequence[Answer]) -> list[str]:
-    """What sets the answers of a class apart, the one taken first; "+" between ids of a set."""
+    """What sets answers apart, the one taken first; "+" between ids of a set."""
+    if not answers:
+        return []
     first, *others = answers
     own = [one for one in first.added if any(one not in part.added for part in others)]
     names = ["+".join(own)] if own else []

@@ -9,7 +9,7 @@ from elastic_tendon.diagnosis.data import data_of
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Diagnosis, Round
-from elastic_tendon.diagnosis.rounds import equivalence_classes, round_at
+from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set
 from elastic_tendon.identify.ladder import REFIT
@@ -108,4 +108,4 @@ def _tell(search: Search, found: Found, ask: Ask | None, *, refit: bool) -> None
             return
         before = added
     found.rounds.append(round_at(search, before, ()))
-    found.classes = equivalence_classes(search, search.answers[before])
+    found.alike = answers_alike(search, search.answers[before])

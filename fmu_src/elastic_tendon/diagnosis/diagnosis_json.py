@@ -80,7 +80,7 @@ def _next_experiment(diagnosis: Diagnosis) -> dict[str, Any]:
     proposed = diagnosis.next_experiment
     if proposed is None:
         default = NOTHING_TO_DECIDE if diagnosis.complete else NOT_SOUGHT
-        return {"reason": " ".join(diagnosis.no_experiment) or default}
+        return {"reason": diagnosis.no_experiment or default}
     return {
         "text": proposed.text,
         "power": proposed.power,

@@ -168,7 +168,8 @@ class Diagnosis:
     `indistinguishable` : sets of effects that these data cannot tell apart, "+" between the ids of
     a set. `comparison` and `location` : of the final model with the fitted data. `complete` false:
     stopped by the user or at the time limit, the best answer so far; `remaining` is empty where
-    that was not judged. `no_experiment` : why no experiment decides, where none does.
+    that was not judged. `no_experiment` : why no experiment decides, "" where one does or none is
+    needed.
     """
 
     verdict: Verdict
@@ -192,6 +193,6 @@ class Diagnosis:
     location: Location
     indistinguishable: tuple[tuple[str, ...], ...]
     next_experiment: Experiment | None
-    no_experiment: tuple[str, ...]
+    no_experiment: str
     learned: LearnedTerm | None
     complete: bool

@@ -82,8 +82,8 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
     return tuple(sorted(rows, key=lambda row: _order(row.evidence)))
 
 
-def equivalence_classes(search: Search, answer: Answer) -> tuple[tuple[Answer, ...], ...]:
-    """The answer with the refitted sets that these data cannot tell from it; none: no class."""
+def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
+    """The answer, then the refitted sets that these data cannot tell from it; none without any."""
     others = [
         part
         for part in search.allowed
@@ -93,7 +93,7 @@ def equivalence_classes(search: Search, answer: Answer) -> tuple[tuple[Answer, .
     alike = tuple(
         part for part, value in zip(others, values[1:], strict=True) if value < values[0] + DECISIVE
     )
-    return ((answer, *alike),) if alike and answer.added else ()
+    return (answer, *alike) if alike and answer.added else ()
 
 
 def rmse_of(answer: Answer) -> dict[str, float]:

@@ -156,7 +156,8 @@ def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
         sentences.append(text)
     for effect_id in diagnosis.added:
         sentences += alias_sentences(effects.BY_ID[effect_id])
-    sentences += [*diagnosis.no_experiment, *diagnosis.findings.sentences]
+    sentences += [diagnosis.no_experiment] * bool(diagnosis.no_experiment)
+    sentences += diagnosis.findings.sentences
     sentences += [*recording_sentences(diagnosis.recordings), *diagnosis.notes]
     return [*sentences, *_remains(diagnosis)]
 
