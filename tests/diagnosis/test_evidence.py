@@ -13,10 +13,12 @@ from elastic_tendon.diagnosis.evidence import (
     DECISIVE,
     Evidence,
     audible,
+    beside_unknown,
     implausible_values,
     is_plausible,
     probabilities,
 )
+from elastic_tendon.diagnosis.verdict import hedge
 from elastic_tendon.parameters import load_model, typical_value
 
 GIVEN = load_model("biorob_x4_joint_3")
@@ -138,6 +140,13 @@ def test_against_a_large_error_only_a_share_of_it_is_heard() -> None:
     assert not audible(better, [rough, better])
     # beside a set that is none of its parts nothing is asked
     assert audible(better, [COULOMB, better])
+
+
+@pytest.mark.parametrize(
+    ("fall", "word"), [(1.2, "perhaps"), (2.5, "probably"), (4.0, "surely"), (1e6, "surely")]
+)
+def test_beside_something_unknown_only_a_large_fall_is_sure(fall: float, word: str) -> None:
+    assert hedge(beside_unknown(fall * 30.0, 30.0)) == word
 
 
 def test_probabilities_sum_to_one() -> None:

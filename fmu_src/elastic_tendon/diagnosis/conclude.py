@@ -7,7 +7,7 @@ from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
 from elastic_tendon.diagnosis.data import Data
-from elastic_tendon.diagnosis.evidence import probabilities
+from elastic_tendon.diagnosis.evidence import beside_unknown, probabilities
 from elastic_tendon.diagnosis.experiment import next_experiment
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
 from elastic_tendon.diagnosis.learned import learn
@@ -166,7 +166,7 @@ def conclude(
     verdict = verdict_of(answer.added, changed, remaining, fell, options.relevance, elsewhere)
     matter = () if verdict == "adequate" else changed
     different = _different(found.alike)
-    sure = certainty(search, answer, found.alike)
+    sure = certainty(search, answer, found.alike, explained=verdict != "unexplained")
     return Diagnosis(
         verdict=verdict,
         sentence=sentence_of(
@@ -205,7 +205,9 @@ def conclude(
     )
 
 
-def certainty(search: Search, answer: Answer, alike: Sequence[Answer]) -> dict[str, float]:
+def certainty(
+    search: Search, answer: Answer, alike: Sequence[Answer], *, explained: bool
+) -> dict[str, float]:
     """Probability of each effect of an answer, or of what cannot be told from it, among all sets
     that were refitted.
 
@@ -214,20 +216,24 @@ def certainty(search: Search, answer: Answer, alike: Sequence[Answer]) -> dict[s
     search : Search
     answer : what was found
     alike : answers that the data cannot tell from it
+    explained : false where something that no effect explains is left, see `beside_unknown`
     """
     same = {part.added for part in alike}
     answers = search.allowed
     if answer.added not in {part.added for part in answers}:
         return dict.fromkeys(answer.added, 0.0)
     weights = probabilities(search.evidence.of(answers))
-    return {
-        effect_id: sum(
-            weight
-            for other, weight in zip(answers, weights, strict=True)
-            if effect_id in other.added or other.added in same
-        )
-        for effect_id in answer.added
-    }
+
+    def of(effect_id: str) -> float:
+        has = [effect_id in other.added or other.added in same for other in answers]
+        share = sum(weight for weight, there in zip(weights, has, strict=True) if there)
+        if explained:
+            return share
+        others = (other for other, there in zip(answers, has, strict=True) if not there)
+        without = min(other.mean_square for other in others)
+        return min(share, beside_unknown(without, search.answers[answer.added].mean_square))
+
+    return {effect_id: of(effect_id) for effect_id in answer.added}
 
 
 def _in_order_added(found: Found) -> tuple[str, ...]:

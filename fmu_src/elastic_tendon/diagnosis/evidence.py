@@ -34,6 +34,7 @@ IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
 WORSE_ELSEWHERE = "makes the error on held-out data larger"
 TOO_LITTLE = "explains too little for anybody to hear of it"
 PLAUSIBLE = 30.0  # times the typical value, up to which one is plausible
+UNKNOWN = 8.0  # facts that the data are worth where something unknown shapes what is left
 
 
 @dataclass
@@ -161,6 +162,18 @@ def probabilities(values: Sequence[float]) -> list[float]:
     beyond = [value - least if value > least else 0.0 for value in values]  # all may be infinite
     weights = [exp(-0.5 * min(part, 1400.0)) for part in beyond]
     return [weight / sum(weights) for weight in weights]
+
+
+def beside_unknown(without: float, left: float) -> float:
+    """Most that the probability of an effect may be where something unknown is left, 0 to 1.
+
+    An effect may then stand for some of the unknown, whatever the number of samples.
+
+    Parameters
+    ----------
+    without, left : mean square error of the best answer without the effect, and with it
+    """
+    return 1.0 / (1.0 + float((left / without) ** (UNKNOWN / 2.0)))
 
 
 def implausible_values(answer: Answer) -> dict[str, float]:
