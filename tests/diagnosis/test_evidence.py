@@ -143,7 +143,8 @@ def test_against_a_large_error_only_a_share_of_it_is_heard() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fall", "word"), [(1.2, "perhaps"), (2.5, "probably"), (4.0, "surely"), (1e6, "surely")]
+    ("fall", "word"),
+    [(1.2, "perhaps"), (2.5, "perhaps"), (6.0, "probably"), (12.0, "surely"), (1e6, "surely")],
 )
 def test_beside_something_unknown_only_a_large_fall_is_sure(fall: float, word: str) -> None:
     assert hedge(beside_unknown(fall * 30.0, 30.0)) == word

@@ -34,7 +34,7 @@ IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
 WORSE_ELSEWHERE = "makes the error on held-out data larger"
 TOO_LITTLE = "explains too little for anybody to hear of it"
 PLAUSIBLE = 30.0  # times the typical value, up to which one is plausible
-UNKNOWN = 8.0  # facts that the data are worth where something unknown shapes what is left
+UNKNOWN = 4.0  # facts that the data are worth where something unknown shapes what is left
 
 
 @dataclass

@@ -300,7 +300,8 @@ class Search(Refits):
         (law,) = set(added) - set(simple.added)
         values = starts(self.data.given, effects.BY_ID[law], self.data.fitted, UNSEEN_SHARES)
         models = self._models_beside(simple, added, law, values)
-        return refit(self.data.given, added, self.data.fitted, models, EFFORT, check)
+        effort = self._effort(models)
+        return refit(self.data.given, added, self.data.fitted, models, effort, check)
 
     def _hop_around(self, added: Set) -> None:
         first = answer = self.answers[added]
