@@ -21,6 +21,7 @@ from hidden_effect.machines import EFFECTS, Hidden, Tree, get, sigma_of, with_ef
 from hidden_effect.recordings import Noise
 from hidden_effect.refit import (
     CLOSE,
+    OFFSETS,
     Target,
     base_numbers,
     compatible,
@@ -45,7 +46,7 @@ TRIES = 30
 FARTHEST = 2.0  # times as far as the machine without effects
 # nothing here tells it from other springs, so it can be no part of a right answer
 DRAWN = tuple(name for name in EFFECTS if name not in cases.ALIASED)
-OFFSETS = frozenset({"joint_encoder_offset", "motor_encoder_offset"})
+ANGULAR = {"gravity_load", "joint_stop", "pulley_eccentricity"}  # depend on the angle itself
 # laws that most recordings do not tell apart, for whoever cannot wait for refits
 LIKE_ONE_ANOTHER: tuple[Names, ...] = (
     OFFSETS,
@@ -241,6 +242,8 @@ def alternatives_of(found: Drawn, noise: float) -> frozenset[Names]:
         others = rivals(machine.given, truth, name, [target], machine.reached)
         near = {rival for rival, bic in others.items() if bic < CLOSE} - {name}
         sets |= {(hidden - {name}) | ({rival} if rival else set()) for rival in near}
+    if len(hidden & OFFSETS) == 1 and not hidden & ANGULAR:
+        sets.add(hidden ^ OFFSETS)  # the same motion exactly, however near the refit came to it
     return frozenset(sets)
 
 

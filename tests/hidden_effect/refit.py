@@ -233,6 +233,7 @@ PARAMETERS = {
      "tendon_compliance", "gear_backlash", "joint_encoder_offset", "motor_encoder_offset",
      "measurement_delay"), 1,
 )  # fmt: skip
+OFFSETS = frozenset({"joint_encoder_offset", "motor_encoder_offset"})
 LAWS_OF_FRICTION = {"coulomb_friction", "stribeck_friction", "lugre_friction"}
 
 
@@ -244,7 +245,9 @@ def compatible(effect: str, others: Mapping[str, object]) -> bool:
 
 
 def kin(rival: str, name: str, values: Mapping[str, float], sizes: Sizes) -> list[Form]:
-    """Forms of a law of friction that are nearly another's."""
+    """Forms of an effect that are nearly another's: laws of friction, zeros of encoders."""
+    if {rival, name} == OFFSETS:
+        return [({}, {"offset": sign * values["offset"]}) for sign in (1.0, -1.0)]
     if not {rival, name} <= LAWS_OF_FRICTION or rival == name:
         return []
     dry = values.get("coulomb_torque", values.get("torque", 0.0))

@@ -34,6 +34,8 @@ PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
 # multiplications that one refit may take, about, and all of them before nothing more is tried
 AFFORDABLE, MOST_WORK = 8e8, 1.6e9
+# of a refit that rings with what is left: narrow minima, that the cost of a start does not show
+RINGING = replace(EFFORT, scouted=6, scouting=6)
 FEWEST = 8  # evaluations of a descent where each is dear
 LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
@@ -45,7 +47,8 @@ class Refits:
     """Refitted sets, and where refits begin.
 
     `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
-    `failures` : why sets could not be refitted; `work` : what they took, see `_cost`.
+    `ringing` : other starts, that swing as what is left does. `failures` : why sets could not be
+    refitted; `work` : what refits took, see `_cost`.
     """
 
     data: Data
@@ -55,6 +58,7 @@ class Refits:
     answers: dict[Set, Answer] = field(default_factory=dict)
     estimates: dict[Set, Estimate] = field(default_factory=dict)
     starts: dict[Set, list[Model]] = field(default_factory=dict)
+    ringing: dict[Set, list[Model]] = field(default_factory=dict)
     failures: dict[Set, str] = field(default_factory=dict)
     work: float = 0.0
 
@@ -132,6 +136,9 @@ class Refits:
             # misled by its starts: it begins where nothing of it is there
             again = refit(given, added, fitted, nothing, effort, check)
             answer = self._likeliest([answer, again])
+        if ringing := self.ringing.pop(added, []):
+            rings = refit(given, added, fitted, ringing, RINGING, check)
+            answer = self._likeliest([answer, rings])
         return answer
 
     def _smaller(self, added: Set) -> list[Set]:

@@ -24,10 +24,11 @@ from elastic_tendon.diagnosis.evidence import (
     Evidence,
     worth_hearing,
 )
-from elastic_tendon.diagnosis.refits import EFFORT, Check, Progress, Refits
+from elastic_tendon.diagnosis.refits import EFFORT, RINGING, Check, Progress, Refits
 from elastic_tendon.diagnosis.ringing import ringing
 from elastic_tendon.diagnosis.sets import (
     Set,
+    aliases,
     in_order,
     model_with,
     simpler,
@@ -66,7 +67,6 @@ WORTH = 0.9  # share of the mean square below which an effect that the screen do
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 # times by which the mean square falls, on held-out recordings too, for what is no chance
 SURELY, SURELY_HELDOUT = 3.0, 2.0
-SURELY_NEEDED = 2.0  # times the mean square that the screen expects without an effect
 MOST_ROUNDS, MOST_REFITS = 8, 20
 # refits from around an answer: how many, how many in vain, and how far, in standard deviations
 HOPS, FRUITLESS, DISTANCES = 30, 6, (1.0, 3.0, 10.0)
@@ -77,7 +77,6 @@ WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all
 # of typical strengths, at which trajectories are looked at
 SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
-MOST_ADDITIONS = 6  # that are refitted where much is left
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -232,9 +231,7 @@ class Search(Refits):
         """Take out the effect of the answer that is least surely there, if any is in doubt."""
         answer = self.answer
         less = [without(answer.added, effect_id) for effect_id in answer.added]
-        own = self._badness(answer.added)
-        doubtful = [added for added in less if self._badness(added) < SURELY_NEEDED * own]
-        self._refit(doubtful, "checking what is needed")
+        self._refit(less, "checking what is needed")
         close = [added for added in less if self._close(added, answer)]
         self._refit(close, "checking what is needed", again=True)
         doubts = [
@@ -340,7 +337,7 @@ class Search(Refits):
         return refit(self.data.given, added, self.data.fitted, [start], HOPPING, check)
 
     def _better_addition(self) -> bool:
-        """Where much is left: the likeliest additions of all, whatever the torque screen says.
+        """Where much is left: additions, the likeliest first, whatever the torque screen says.
 
         Returns
         -------
@@ -353,8 +350,7 @@ class Search(Refits):
         words = "trying every addition"
         looks = self._looks(answer.added, self.data.candidates)
         dear = self._effort([answer.result.model]) != EFFORT
-        most = AT_ONCE if dear else MOST_ADDITIONS
-        likely = sorted(looks, key=looks.__getitem__)[:most]
+        likely = sorted(looks, key=looks.__getitem__)[: AT_ONCE if dear else None]
         for start in range(0, len(likely), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
             if self._at_noise() or self._tired:
@@ -466,19 +462,21 @@ class Search(Refits):
     def _look(
         self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
     ) -> list[tuple[float, Model]]:
-        """The best starts of one more effect, and the best of those that ring as what is left."""
+        """The best starts of one more effect; those that ring as what is left are kept besides."""
         near = in_order((*added, effect_id))
         compiled.library_path((*self.data.given.effect_ids, *near))
         answer = self.answers[added]
         shares = SHARES if self.screen.sees(effect_id) else UNSEEN_SHARES
-        models = [
+        models, rings = (
             self._models_beside(answer, near, effect_id, values)
             for values in (
                 starts(self.data.given, effects.BY_ID[effect_id], self.data.fitted, shares),
                 resonant_starts(answer.result.model, effects.BY_ID[effect_id], ringing(answer)),
             )
-        ]
-        return [pair for part in models for pair in screen.best(part, check)[:KEPT]]
+        )
+        if not added:
+            self.ringing[near] = rings[:: max(len(rings) // RINGING.scouted, 1)]
+        return [pair for part in (models, rings) for pair in screen.best(part, check)[:KEPT]]
 
     def _models_beside(
         self, answer: Answer, added: Set, effect_id: str, values: Iterable[Mapping[str, float]]
@@ -583,7 +581,8 @@ class Search(Refits):
             and size_of(near) <= size
             and near not in better
         ][:EQUALS]
-        yield from (*better, *equal)
+        alike = [near for near in aliases(added) if near in dict(scored)]
+        yield from dict.fromkeys((*better, *equal, *alike))
         yield from (near for near, expected in fresh if expected is None)
 
     def _estimate(self, answer: Answer) -> Estimate:

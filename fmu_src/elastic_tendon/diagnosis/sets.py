@@ -30,6 +30,14 @@ def simpler(added: Set) -> Iterator[Set]:
                 yield in_order((*without(added, effect_id), other.id))
 
 
+def aliases(added: Set) -> Iterator[Set]:
+    """The set with an effect that measurements may not tell from it in the place of each."""
+    for effect_id in added:
+        of = {other for alias in effects.BY_ID[effect_id].aliases for other in alias.of}
+        for other in sorted(of & set(effects.BY_ID)):
+            yield in_order((*without(added, effect_id), other))
+
+
 def without(added: Set, effect_id: str) -> Set:
     """The set less one effect."""
     return tuple(other for other in added if other != effect_id)

@@ -190,7 +190,7 @@ class Screen:
         model = self._model(added)
         paths = free_parameters(model)
         limits = sensible(model, added, self.measurements)
-        coordinates = Coordinates.of(model, paths, limits)
+        coordinates = Coordinates.of(model, paths, limits, self.measurements)
         lower, upper = coordinates.bounds()
         shape = {
             f"effects.{effect_id}.{parameter.name}": parameter.shape

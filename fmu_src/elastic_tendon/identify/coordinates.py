@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic_tendon.identify.residuals import Array
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, quantities
 
 PRETENSION = "transmission.pretension_force"
@@ -47,14 +48,32 @@ class Coordinates:
     limits: Array
 
     @classmethod
-    def of(cls, given: Model, paths: Sequence[str], limits: Limits | None = None) -> "Coordinates":
-        """Coordinates for some of a model's numbers; each needs an uncertainty above zero."""
+    def of(
+        cls,
+        given: Model,
+        paths: Sequence[str],
+        limits: Limits | None = None,
+        measurements: Sequence[Measurement] = (),
+    ) -> "Coordinates":
+        """Coordinates for some of a model's numbers; each needs an uncertainty above zero.
+
+        Where the load drives the machine, its springs do not say how large an effect's torque may
+        be: that is uncertain by no less than the largest load torque of the measurements.
+        """
         values = given.values()
+        load = _largest_load(measurements)
+        units = {quantity.path: quantity.unit for quantity in quantities(given.effect_ids)}
+
+        def sigma(path: str) -> float:
+            own = given.uncertainty_of(path)
+            told = path in given.uncertainty or not path.startswith("effects.")
+            return own if told or units[path] != "N.m" else max(own, load)
+
         return cls(
             given=given,
             paths=tuple(paths),
             centre=np.array([values[path] for path in paths]),
-            sigma=np.array([given.uncertainty_of(path) for path in paths]),
+            sigma=np.array([sigma(path) for path in paths]),
             limits=np.array([(limits or {}).get(path, UNLIMITED) for path in paths]).reshape(-1, 2),
         )
 
@@ -143,3 +162,9 @@ class Coordinates:
             * values[f"{spring}.max_deflection"]
         )
         return values[path] * values[PRETENSION] / force
+
+
+def _largest_load(measurements: Sequence[Measurement]) -> float:
+    """Largest load torque of some recordings, N·m."""
+    loads = [part.load_torque for part in measurements if part.load_torque is not None]
+    return max((float(np.abs(load).max()) for load in loads), default=0.0)

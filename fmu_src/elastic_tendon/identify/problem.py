@@ -187,4 +187,5 @@ def problem_of(
 
     `limits` are bounds beside those of the quantities.
     """
-    return Problem(Coordinates.of(given, paths, limits), tuple(measurements))
+    coordinates = Coordinates.of(given, paths, limits, measurements)
+    return Problem(coordinates, tuple(measurements))
