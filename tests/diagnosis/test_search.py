@@ -16,7 +16,7 @@ from elastic_tendon.diagnosis.rounds import (
     round_at,
 )
 from elastic_tendon.diagnosis.search import Search
-from elastic_tendon.diagnosis.sets import change_between, model_with, simpler, size_of
+from elastic_tendon.diagnosis.sets import aliases, change_between, model_with, simpler, size_of
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import BuildError, ModelError, SimulationError
 from elastic_tendon.identify.fit import QUICK
@@ -86,6 +86,12 @@ def test_a_change_is_named(before, after, change) -> None:
 def test_the_size_of_a_set_is_its_number_of_parameters() -> None:
     assert size_of(()) == 0
     assert size_of((*COULOMB, *GRAVITY)) == 3
+
+
+def test_aliases_take_the_place_of_an_effect() -> None:
+    assert list(aliases(COULOMB)) == []
+    assert list(aliases((*COULOMB, "joint_encoder_offset"))) == [(*COULOMB, "motor_encoder_offset")]
+    assert list(aliases(("tendon_compliance",))) == []  # its aliases are no effects
 
 
 def test_simpler_laws_of_the_same_thing() -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon.identify.coordinates import PRETENSION, Coordinates, free_parameters
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import load_model
 
 UPPER = "transmission.upper_spring.stiffness"
@@ -62,3 +63,13 @@ def test_stiffness_alone_stays_above_what_a_known_pretension_needs() -> None:
     softest = alone.model(alone.bounds()[0])
     transmission = softest.transmission
     assert transmission.pretension_force == pytest.approx(transmission.upper_spring.largest_force)
+
+
+@pytest.mark.parametrize("load", [0.1, 400.0])
+def test_a_load_beyond_the_springs_widens_the_prior_of_an_effects_torque(load) -> None:
+    model = load_model("biorob_x4_joint_3").with_effect("coulomb_friction", None)
+    path, time = "effects.coulomb_friction.torque", np.linspace(0.0, 1.0, 11)
+    measurement = Measurement("run", time, 0.0 * time, {"joint_position": 0.0 * time}, -load * time)
+    (sigma,) = Coordinates.of(model, [path], None, [measurement]).sigma
+    assert sigma == max(load, model.uncertainty_of(path))
+    assert Coordinates.of(model, [UPPER], None, [measurement]).sigma == model.uncertainty_of(UPPER)
