@@ -141,9 +141,9 @@ class Search(Refits):
                 break
             if self._hop():
                 continue
-            if not (self._refuse_one() or self._better_addition() or self._better_single()):
+            if not (self._doubted() or self._better_addition() or self._better_single()):
                 return
-        while self._refuse_one():
+        while self._doubted():
             pass
 
     def base(self) -> None:
@@ -226,6 +226,19 @@ class Search(Refits):
                 break
             ladder.insert(0, min(known, key=lambda added: self.answers[added].mean_square))
         return ladder
+
+    def _doubted(self) -> bool:
+        """Whether the answer has changed, because an effect of it or of a better set is in doubt."""
+        return self._refuse_one() or self._spared()
+
+    def _spared(self) -> bool:
+        """Refit what is left of a refused set that does better than the answer, each effect taken
+        out in turn: one may be all that spoils it."""
+        answer, best = self.answer, self.evidence.best(list(self.answers.values()))
+        if best is not answer:
+            less = [without(best.added, effect_id) for effect_id in best.added]
+            self._refit(less, "checking what is needed")
+        return self.answer is not answer
 
     def _refuse_one(self) -> bool:
         """Take out the effect of the answer that is least surely there, if any is in doubt."""
