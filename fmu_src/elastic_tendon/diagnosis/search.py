@@ -228,7 +228,7 @@ class Search(Refits):
         return ladder
 
     def _doubted(self) -> bool:
-        """Whether the answer has changed, because an effect of it or of a better set is in doubt."""
+        """Whether an effect of the answer, or of a better set, was in doubt and the answer changed."""
         return self._refuse_one() or self._spared()
 
     def _spared(self) -> bool:
