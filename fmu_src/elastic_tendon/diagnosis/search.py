@@ -228,7 +228,7 @@ class Search(Refits):
         return ladder
 
     def _doubted(self) -> bool:
-        """Whether an effect of the answer, or of a better set, was in doubt and the answer changed."""
+        """Whether effects of the answer, or of a better set, were in doubt and it has changed."""
         return self._refuse_one() or self._spared()
 
     def _spared(self) -> bool:
