@@ -425,6 +425,17 @@ def test_where_much_is_left_every_effect_is_tried(monkeypatch) -> None:
     assert not search._better_single()
 
 
+def test_what_is_left_of_a_refused_set_is_refitted() -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
+    both = (*COULOMB, *DRAG)
+    search._refit([both], "refitting")
+    search.refused[both] = "Coulomb friction makes the error on held-out data larger"
+    assert search.answer.added == ()
+    assert search._spared()
+    assert search.answer.added == DRAG
+    assert not search._spared()  # the other single was refitted too and does no better
+
+
 def test_nothing_hops_where_only_noise_is_left(ended, monkeypatch) -> None:
     monkeypatch.setattr(ended, "_hopped", {})
     hops = counted(ended, monkeypatch)
