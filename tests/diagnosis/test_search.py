@@ -425,6 +425,21 @@ def test_where_much_is_left_every_effect_is_tried(monkeypatch) -> None:
     assert not search._better_single()
 
 
+def test_refits_of_one_list_begin_at_the_same_answers_whatever_their_timing(monkeypatch) -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *GRAVITY, *DRAG)
+    whole, known = search._refitted, []
+
+    def noted(added, check):
+        known.append(set(search.answers))
+        return whole(added, check)
+
+    monkeypatch.setattr(search, "_refitted", noted)
+    monkeypatch.setattr(refitting, "AT_ONCE", 1)  # each has ended before the next begins
+    search._refit([COULOMB, GRAVITY, DRAG], "refitting")
+    assert known == [{()}] * 3
+    assert set(search.answers) == {(), COULOMB, GRAVITY, DRAG}
+
+
 def test_what_is_left_of_a_refused_set_is_refitted() -> None:
     search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
     both = (*COULOMB, *DRAG)

@@ -80,11 +80,20 @@ class Refits:
         self._take(wanted, self._at_once(work))
 
     def _take(self, sets: Sequence[Set], results: Iterable[Answer | Exception]) -> None:
-        """Keep what refits of sets gave, where it is better than what was known."""
-        for added, answer in self._without_failures(sets, results):
-            self._count(answer)
-            known = self.answers.get(added, answer)
-            self.answers[added] = self._likeliest([known, answer])
+        """Keep what refits of sets gave, where it is better than what was known.
+
+        Only once all are done, or stopped: else it would depend on their timing which of them begin
+        at what others have found.
+        """
+        found: list[tuple[Set, Answer]] = []
+        try:
+            for added, answer in self._without_failures(sets, results):
+                self._count(answer)
+                found.append((added, answer))
+        finally:
+            for added, answer in found:
+                known = self.answers.get(added, answer)
+                self.answers[added] = self._likeliest([known, answer])
 
     def _likeliest(self, answers: Sequence[Answer]) -> Answer:
         """Of refits of one set: one that errs less may have left all that is plausible."""
