@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import count, islice
 
 import numpy as np
 
@@ -68,8 +69,11 @@ CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no
 # times by which the mean square falls, on held-out recordings too, for what is no chance
 SURELY, SURELY_HELDOUT = 3.0, 2.0
 MOST_ROUNDS, MOST_REFITS = 8, 20
-# refits from around an answer: how many, how many in vain, and how far, in standard deviations
-HOPS, FRUITLESS, DISTANCES = 30, 6, (1.0, 3.0, 10.0)
+# refits from around an answer: how many, how many in vain, how far in standard deviations, and how
+# far at the most, in those of the prior
+HOPS, FRUITLESS, DISTANCES, FARTHEST = 60, 24, (1.0, 10.0, 50.0), 0.5
+# along what an answer leaves to the prior, in its standard deviations: slackness may decide there
+STEPS, OPEN = (-0.25, 0.25, -0.4, 0.4, -0.6, 0.6, -0.8, 0.8, -1.0, 1.0, -1.5, 1.5), 2.0
 HOPPING = Effort(scouted=2, scouting=12, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 # sets besides, and how many times the answer's mean square they may leave
 DISPUTED, POOR = 2, 10.0
@@ -315,36 +319,48 @@ class Search(Refits):
 
     def _hop_around(self, added: Set) -> None:
         first = answer = self.answers[added]
-        random, vain = np.random.default_rng(0), 0
-        for number in range(0, HOPS if self._hopped.get(added) is not first else 0, AT_ONCE):
+        if self._hopped.get(added) is first:
+            return
+        random = np.random.default_rng(0)
+        starts, vain = self._around(answer, random), 0
+        for _ in range(0, HOPS, AT_ONCE):
             if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._tired:
                 break
-            starts = self._around(answer, random, number)
-            work = [("refitting from places around", partial(self._from, added, s)) for s in starts]
+            work = [
+                ("refitting from places around", partial(self._from, added, start))
+                for start in islice(starts, AT_ONCE)
+            ]
             found = [part for part in self._at_once(work) if isinstance(part, Answer)]
             for part in found:
                 self._count(part)
             best = self._likeliest([answer, *found])
-            far = best.mean_square < WORTH_HOPPING * answer.mean_square
-            answer, vain = (best, 0) if far else (answer, vain + AT_ONCE)
+            if best.mean_square < WORTH_HOPPING * answer.mean_square:
+                answer, vain, starts = best, 0, self._around(best, random)
+            else:
+                vain += AT_ONCE
         if answer is not first:
             self.answers[added] = answer
             self._refit([added], "refitting from there", again=True)
         self._hopped[added] = self.answers[added]
 
-    def _around(self, answer: Answer, random: np.random.Generator, number: int) -> list[Model]:
-        """Models around an answer, so many standard deviations away along each of its axes."""
+    def _around(self, answer: Answer, random: np.random.Generator) -> Iterator[Model]:
+        """Models around an answer without end: along what it leaves open, then anywhere."""
         result = answer.result
-        slopes = result.problem.jacobian(result.vector, result.sigmas)
-        _, singular, axes = np.linalg.svd(slopes, full_matrices=False)
-        sigmas = 1.0 / np.maximum(singular, 1e-9 * singular[0])
-        starts = []
-        for distance in (DISTANCES[(number + part) % len(DISTANCES)] for part in range(AT_ONCE)):
-            step = axes.T @ (distance * sigmas * random.standard_normal(len(sigmas)))
-            vector = _turned(result.problem.coordinates, result.vector + step)
+        problem, vector = result.problem, result.vector
+        _, singular, axes = np.linalg.svd(
+            problem.jacobian(vector, result.sigmas), full_matrices=False
+        )
+        steps = [step * axis for axis in axes[singular < OPEN] for step in STEPS]
+        for number in count():
+            if number < len(steps):
+                step = steps[number]
+            else:
+                distance = DISTANCES[number % len(DISTANCES)]
+                reach = distance / np.maximum(singular, distance / FARTHEST)
+                step = axes.T @ (reach * random.standard_normal(len(reach)))
+            moved = np.clip(_turned(problem.coordinates, vector + step), *problem.bounds())
             with suppress(ModelError):
-                starts.append(result.problem.model(np.clip(vector, *result.problem.bounds())))
-        return starts
+                yield problem.model(moved)
 
     def _from(self, added: Set, start: Model, check: Check) -> Answer:
         return refit(self.data.given, added, self.data.fitted, [start], HOPPING, check)
