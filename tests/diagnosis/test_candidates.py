@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.candidates import LITTLE_DAMPING, candidates, shapes, starts
+from elastic_tendon.diagnosis.candidates import (
+    LITTLE_DAMPING,
+    candidates,
+    sensible,
+    shapes,
+    starts,
+)
 from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.residuals import simulate_measurement
 from elastic_tendon.measurement import Measurement
@@ -112,3 +118,13 @@ def test_little_damping_is_tried_only_where_nothing_is_singular(sticking) -> Non
         assert (
             len({one["mass" if name == "damping" else "bristle_stiffness"] for one in found}) == 1
         )
+
+
+def test_a_machine_keeps_inertia_and_stiffness(sticking) -> None:
+    """Ten standard deviations up or down, as a factor: never to nothing."""
+    known, recording, _ = sticking
+    given = known.model.values()
+    limits = sensible(known.model, (), [recording])
+    for path, sigma in (("link.inertia", 0.3), ("transmission.upper_spring.stiffness", 0.1)):
+        reach = 1.0 + 10.0 * sigma
+        assert limits[path] == pytest.approx((given[path] / reach, given[path] * reach))

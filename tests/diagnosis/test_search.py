@@ -1,5 +1,7 @@
 """The search: sets, their names and starts, refits that fail, and what is taken and refused."""
 
+from itertools import islice
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from elastic_tendon.diagnosis.rounds import (
     neighbours_of,
     round_at,
 )
-from elastic_tendon.diagnosis.search import Search
+from elastic_tendon.diagnosis.search import FARTHEST, OPEN, STEPS, Search
 from elastic_tendon.diagnosis.sets import aliases, change_between, model_with, simpler, size_of
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import BuildError, ModelError, SimulationError
@@ -477,10 +479,25 @@ def test_hops_begin_around_the_answer_and_not_at_the_nulls() -> None:
     search = begun(GIVEN.with_effect(*GRAVITY, {"torque": 1.0, "angle": 3.0}), *GRAVITY)
     poor = refit(search.data.given, GRAVITY, search.data.fitted, effort=QUICK)
     assert poor.values(*GRAVITY)["torque"] < 1e-4
-    random = np.random.default_rng(0)
-    starts = [*search._around(poor, random, 0), *search._around(poor, random, 2)]
+    starts = list(islice(search._around(poor, np.random.default_rng(0)), 4))
     found = [search._from(GRAVITY, start, lambda _share: None) for start in starts]
     assert len({mean_square(answer) for answer in found}) == len(starts) == 4
+
+
+def test_hops_sweep_what_an_answer_leaves_to_the_prior_then_stay_near() -> None:
+    search = begun(typical_model(*GRAVITY))
+    answer = search.answers[()]
+    problem, vector = answer.result.problem, answer.result.vector
+    slopes = problem.jacobian(vector, answer.result.sigmas)
+    left_open = int(np.sum(np.linalg.svd(slopes, compute_uv=False) < OPEN))
+    swept = len(STEPS) * left_open
+    starts = islice(search._around(answer, np.random.default_rng(0)), swept + 20)
+    coordinates, count = problem.coordinates, len(problem.coordinates.paths)
+    values = [np.array([model.values()[path] for path in coordinates.paths]) for model in starts]
+    moves = [coordinates.variables(own) - vector[:count] for own in values]
+    assert left_open > 0
+    assert max(np.linalg.norm(move) for move in moves[:swept]) <= max(STEPS) + 1e-9
+    assert max(np.linalg.norm(move) for move in moves[swept:]) < 5.0 * FARTHEST * count**0.5
 
 
 def test_an_interrupt_while_it_hops_stops_the_search() -> None:

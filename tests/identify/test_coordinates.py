@@ -73,3 +73,10 @@ def test_a_load_beyond_the_springs_widens_the_prior_of_an_effects_torque(load) -
     (sigma,) = Coordinates.of(model, [path], None, [measurement]).sigma
     assert sigma == max(load, model.uncertainty_of(path))
     assert Coordinates.of(model, [UPPER], None, [measurement]).sigma == model.uncertainty_of(UPPER)
+
+
+def test_rounding_never_leads_out_of_the_bounds(coordinates: Coordinates) -> None:
+    lower, upper = coordinates.bounds()
+    for x in (np.nextafter(lower, -np.inf), lower - 1e-12):
+        assert coordinates.model(np.where(np.isfinite(x), x, 0.0))
+    assert coordinates.model(np.where(np.isfinite(upper), upper + 1e-12, 0.0))

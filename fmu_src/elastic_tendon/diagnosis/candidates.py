@@ -9,11 +9,13 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
 from elastic_tendon.errors import ModelError
+from elastic_tendon.identify.coordinates import SPRINGS
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model, sizes_of, typical_value
 from elastic_tendon.transmission import prestretched_length
 
 MULTIPLES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a shape's typical magnitude
+STIFFNESSES = tuple(f"{spring}.stiffness" for spring in SPRINGS)
 QUADRANTS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 REACHES = tuple(0.05 * step for step in range(20))  # of the largest displacement
 MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
@@ -21,6 +23,7 @@ FARTHEST = 0.2  # of that range, from its end to where a stop may be
 LITTLE_DAMPING = (1.0, 0.01)  # of the typical one, where an effect oscillates
 RINGING_DAMPING = (0.3, 0.03)  # ... and rings for long
 NEARLY = tuple(np.geomspace(0.95, 1.05, 11))  # times what a frequency in a spectrum says
+FAR = 10.0  # standard deviations of the prior by which inertia and stiffness may grow, or shrink
 LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 
 
@@ -75,12 +78,17 @@ def shapes(
 def sensible(
     model: Model, effect_ids: Iterable[str], measurements: Sequence[Measurement]
 ) -> dict[str, tuple[float, float]]:
-    """Between which values each parameter of some effects still means what the effect is.
+    """Between which values the machine is still the same, and each effect still what it is.
 
-    A lighter mass or a softer bristle, of effects that are structurally absent at their null,
-    would only be invisible, and slow to simulate. A stop in the middle of the motion is none.
+    A link without inertia or a spring without stiffness is no finding, whatever its prior's tail
+    allows. A lighter mass or a softer bristle, of effects that are structurally absent at their
+    null, would only be invisible, and slow to simulate. A stop in the middle of the motion is none.
     """
+    values = model.values()
     limits = {}
+    for path in ("link.inertia", *STIFFNESSES):
+        reach = 1.0 + FAR * model.uncertainty_of(path) / values[path]
+        limits[path] = (values[path] / reach, values[path] * reach)
     for effect in map(effects.BY_ID.__getitem__, effect_ids):
         for one in effect.parameters:
             path = f"effects.{effect.id}.{one.name}"

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.candidates import sensible, starts
+from elastic_tendon.diagnosis.candidates import STIFFNESSES, sensible, starts
 from elastic_tendon.diagnosis.evidence import DECISIVE
 from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.diagnosis.torque_balance import Balance, torque_balance
@@ -39,7 +39,6 @@ ONE_SIDED = 1.645  # standard deviations that 95 % of a normal distribution lie 
 CONVERGED = 1e-3  # relative fall of the cost
 # share of the stiffness that an effect may take away before residuals count more, and the least
 ORDINARY_STIFFNESS, LEAST_STIFFNESS = 0.5, 1e-3
-STIFFNESSES = tuple(f"{spring}.stiffness" for spring in SPRINGS)
 DAMPINGS = 5  # tried in one step
 AT_ONCE = 2  # effects; CasADi's virtual machine lets Python go on
 

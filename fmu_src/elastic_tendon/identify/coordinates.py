@@ -10,6 +10,7 @@ its share of (27), so that every point within the bounds is a model that exists.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -79,11 +80,11 @@ class Coordinates:
 
     def values(self, x: Array) -> Array:
         """Free numbers (m,) at x (m,), each in its unit."""
-        values = self.centre + self.sigma * x
+        # rounding must not lead out of the bounds, nor lift the pretension above its limit
+        values = np.clip(self.centre + self.sigma * x, *self._range)
         if PRETENSION in self.paths:
             index = self.paths.index(PRETENSION)
             limit = self._pretension_limit(dict(zip(self.paths, values, strict=True)))[0]
-            # rounding must not lift the pretension above its limit
             values[index] = min(values[index] * limit / self._given_limit(), limit)
         return values
 
@@ -114,15 +115,21 @@ class Coordinates:
 
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest x, two (m,) arrays, from the bounds of the quantities and (27)."""
-        declared = {one.path: one for one in quantities(self.given.effect_ids)}
-        lower = np.maximum([declared[path].lower for path in self.paths], self.limits[:, 0])
-        upper = np.minimum([declared[path].upper for path in self.paths], self.limits[:, 1])
+        lower, upper = (limits.copy() for limits in self._range)
         for index, path in enumerate(self.paths):
             if path == PRETENSION:
                 upper[index] = min(upper[index], self._given_limit())
             elif PRETENSION not in self.paths:
                 lower[index] = max(lower[index], self._least_for_pretension(path))
         return (lower - self.centre) / self.sigma, (upper - self.centre) / self.sigma
+
+    @cached_property
+    def _range(self) -> tuple[Array, Array]:
+        """Lowest and highest values (m,), from the bounds of the quantities and the limits."""
+        declared = {one.path: one for one in quantities(self.given.effect_ids)}
+        lower = np.maximum([declared[path].lower for path in self.paths], self.limits[:, 0])
+        upper = np.minimum([declared[path].upper for path in self.paths], self.limits[:, 1])
+        return lower, upper
 
     def model(self, x: Array) -> Model:
         """The model at x (m,).
