@@ -82,7 +82,7 @@ def refit(
 
     Raises
     ------
-    SimulationError : not even the nulls can be simulated
+    SimulationError : not even the nulls can be simulated, or the motion found is unstable
     """
     start = with_nulls(given, added)
     result = fit(
@@ -93,6 +93,7 @@ def refit(
         effort=effort,
         progress=progress,
     )
+    _ = result.derivatives  # all that follows needs them: without them there is no answer
     return Answer(tuple(added), result)
 
 

@@ -347,9 +347,7 @@ class Search(Refits):
         """Models around an answer without end: along what it leaves open, then anywhere."""
         result = answer.result
         problem, vector = result.problem, result.vector
-        _, singular, axes = np.linalg.svd(
-            problem.jacobian(vector, result.sigmas), full_matrices=False
-        )
+        _, singular, axes = np.linalg.svd(result.derivatives, full_matrices=False)
         steps = [step * axis for axis in axes[singular < OPEN] for step in STEPS]
         for number in count():
             if number < len(steps):

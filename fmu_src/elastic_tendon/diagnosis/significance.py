@@ -109,7 +109,7 @@ def _linear(answer: Answer, without: Sequence[int]) -> tuple[Array, Array]:
     """Jacobian (N + m, k) and residuals (N + m,) of a fit, numbers on their bounds held."""
     result = answer.result
     problem = result.problem
-    jacobian = problem.jacobian(result.vector, result.sigmas)
+    jacobian = result.derivatives
     lower, upper = problem.bounds()
     free = (result.vector > lower + ON_BOUND) & (result.vector < upper - ON_BOUND)
     free[list(without)] = False

@@ -33,6 +33,7 @@ Sigmas = tuple[Mapping[str, float], ...]
 # of the solver: it then errs by 1e-9 to 1e-6 rad, below what an encoder resolves, and quick
 # dynamics, of bristles or of masses on springs, take half the time
 TOLERANCE = 1e-6
+STEEPEST = 1e100  # derivative of an error beyond which there is nothing to descend along
 _STATES = len(INITIAL_STATES)
 
 
@@ -137,11 +138,13 @@ class Problem:
 
         Raises
         ------
-        SimulationError : the solver could not go on
+        SimulationError : the solver could not go on, or derivatives grow without bound
         """
         count = len(self.coordinates.paths)
         chain = self.coordinates.derivatives(self.numbers(vector))
         data = self.data_jacobian(vector, sigmas)
+        if not np.max(np.abs(data)) < STEEPEST:
+            raise SimulationError("the motion is unstable: its derivatives grow without bound")
         data[:, :count] = data[:, :count] @ chain
         prior = np.zeros((count, data.shape[1]))
         prior[:, :count] = chain / self.coordinates.sigma[:, np.newaxis]
