@@ -1,6 +1,8 @@
 """The loop from end to end on recordings of the independent simulator."""
 
 import json
+import signal
+from contextlib import suppress
 from dataclasses import replace
 
 import pytest
@@ -171,7 +173,7 @@ def test_when_time_is_up_there_is_an_answer(brief) -> None:
     assert diagnosis_json(found)["complete"] is False
 
 
-@pytest.mark.parametrize("stage", ["screening", "looking at what", "judging what"])
+@pytest.mark.parametrize("stage", ["refitting the par", "screening", "looking at what", "judging"])
 def test_an_interrupt_keeps_what_was_found(brief, stage: str) -> None:
     model, recording = brief
 
@@ -181,8 +183,37 @@ def test_an_interrupt_keeps_what_was_found(brief, stage: str) -> None:
 
     found = diagnose(model, [recording], options=Options(only=FEW), report=interrupting)
     assert not found.complete
-    assert found.added == (() if stage == "screening" else (COULOMB,))
-    assert found.remaining == {}
+    early = stage in ("refitting the par", "screening")
+    assert found.added == (() if early else (COULOMB,))
+    # whatever is left, and was not judged, makes no model adequate
+    assert found.verdict == ("unexplained" if early else "missing_effect")
+    assert found.remaining["joint_position"].p_value is None
+
+
+def test_an_interrupt_that_a_library_swallows_is_heeded(brief) -> None:
+    model, recording = brief
+    told = []
+
+    def swallowing(text: str, _share: float) -> None:
+        told.append(text)
+        if text.startswith("screening"):
+            with suppress(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+
+    found = diagnose(model, [recording], options=Options(only=FEW), report=swallowing)
+    assert not found.complete
+    assert [text.startswith("screening") for text in told].count(True) == 1
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_progress_tells_what_is_tried_and_the_best_so_far(brief) -> None:
+    model, recording = brief
+    told = []
+    diagnose(model, [recording], options=Options(only=FEW), report=lambda text, _: told.append(text))
+    assert any(
+        text.startswith("screening: Gravity load; best so far: no effect, ") for text in told
+    )
+    assert any("; best so far: Coulomb friction, 1." in text for text in told)
 
 
 def test_a_candidate_that_cannot_be_refitted_is_a_row_with_its_reason(brief, monkeypatch) -> None:

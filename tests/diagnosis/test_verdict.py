@@ -130,6 +130,13 @@ def test_an_error_of_any_size_is_left_where_nothing_helped() -> None:
     assert found.matters
 
 
+def test_where_that_was_not_judged_what_matters_is_no_chance() -> None:
+    for after, significant in ((verdict.LEFT - 0.01, False), (verdict.LEFT + 0.01, True)):
+        found = remaining_of(comparison(10.0), comparison(after), {})[NAME]
+        assert (found.significant, found.p_value) == (significant, None)
+        assert unexplained({NAME: found}) is significant
+
+
 def test_the_fall_is_that_of_the_signal_where_it_is_largest() -> None:
     given, last = comparison(4.0), comparison(1.0)
     assert fall(given, last) == pytest.approx(0.75)
@@ -272,6 +279,24 @@ def test_what_nothing_explains_is_said_with_its_size() -> None:
     assert beside == (
         "Gravity load is surely missing; beyond it 12.3 times the noise is left that no effect of "
         "the catalogue explains."
+    )
+
+
+def test_no_more_effects_are_spoken_of_than_were_tried() -> None:
+    gravity = ("unexplained", ("gravity_load",), {"gravity_load": 1.0})
+    assert "that no effect of the catalogue explains" in sentence("unexplained", after=9.1)
+    assert "that no effect that was asked for explains" in sentence(
+        "unexplained", after=9.1, chosen=True
+    )
+    assert "is left that no effect that was asked for explains" in sentence(
+        *gravity, after=9.1, chosen=True
+    )
+    assert sentence(*gravity, after=9.1, complete=False).endswith(
+        "9.10 times the noise is left that no effect tried so far explains; the search was stopped "
+        "before its end."
+    )
+    assert sentence("unexplained", after=9.1, complete=False).startswith(
+        "No effect tried so far explains these data: 9.10 times the noise is left; "
     )
 
 

@@ -178,6 +178,7 @@ def conclude(
             given,
             final,
             elsewhere=elsewhere,
+            chosen=bool(options.only or options.without),
             complete=complete,
         ),
         notes=(*notes, *_notes(answer, [*small, *(p for p in changed if p not in matter)])),

@@ -1,9 +1,16 @@
 """The loop: noise, base, screen, sets, refits, evidence, neighbours, verdict, experiment."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from signal import SIGINT, getsignal, signal
+from threading import Event, current_thread, main_thread
+from types import FrameType
+
+import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import data_of
 from elastic_tendon.diagnosis.options import Options
@@ -11,13 +18,17 @@ from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
-from elastic_tendon.diagnosis.sets import Set
+from elastic_tendon.diagnosis.sets import Set, model_with
+from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.ladder import REFIT
 from elastic_tendon.identify.signs import sign_errors
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
 Ask = Callable[[Round], bool]
+
+# of a fit that was stopped before it had begun
+BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
 
 def _silent(_text: str, _share: float) -> None:
@@ -66,32 +77,79 @@ def diagnose(
     notes += [note for part in measurements for note in part.noise_notes]
     search = Search.of(data, report)
     found = Found()
-    search.base()
-    search.progress = progress = _limited(report, options.time_limit, begin)
     complete = True
     try:
-        search.run()
-        _tell(search, found, ask, refit=True)
-        judge(data, search, found, progress)
+        with _heeded_interrupts() as interrupted:
+            search.progress = progress = _progress(
+                search, report, options.time_limit, begin, interrupted
+            )
+            search.base()
+            search.run()
+            _tell(search, found, ask, refit=True)
+            judge(data, search, found, progress)
     except KeyboardInterrupt:
         complete = False
+        _begin_at_least(search)
         found.ladder, found.rounds = [], []
         _tell(search, found, None, refit=False)
     return conclude(data, search, found, options, report, complete=complete, notes=notes)
 
 
-def _limited(report: Progress, limit: float | None, begin: float) -> Progress:
-    """Progress that ends the work when its time since the beginning is up."""
-    if limit is None:
-        return report
-    end = begin + limit
+@contextmanager
+def _heeded_interrupts() -> Iterator[Event]:
+    """Set at Ctrl-C, which libraries may swallow: CasADi has handlers that catch everything."""
+    interrupted = Event()
+    usual = getsignal(SIGINT)
+    if current_thread() is not main_thread() or not callable(usual):
+        yield interrupted
+        return
+
+    def heed(number: int, frame: FrameType | None) -> None:
+        interrupted.set()
+        usual(number, frame)
+
+    signal(SIGINT, heed)
+    try:
+        yield interrupted
+    finally:
+        signal(SIGINT, usual)
+
+
+def _progress(
+    search: Search, report: Progress, limit: float | None, begin: float, interrupted: Event
+) -> Progress:
+    """Progress that tells the best so far, and ends the work where somebody interrupted it or its
+    time since `begin` is up."""
+    end = np.inf if limit is None else begin + limit
+    told: dict[tuple[int, ...], str] = {}
 
     def progress(text: str, share: float) -> None:
-        report(text, share)
-        if time.monotonic() > end:
+        answers = tuple(map(id, search.answers.values()))
+        if answers not in told:
+            told.clear()
+            told[answers] = _best(search) if answers else ""
+        report(text + told[answers], share)
+        if interrupted.is_set() or time.monotonic() > end:
             raise KeyboardInterrupt
 
     return progress
+
+
+def _best(search: Search) -> str:
+    """The best so far, as "; best so far: Gravity load, 1.02 times the noise"."""
+    answer = search.answer
+    titles = " + ".join(effects.BY_ID[effect_id].title for effect_id in answer.added)
+    ratio = f"{answer.mean_square**0.5:.3g} times the noise"
+    return f"; best so far: {titles or 'no effect'}, {ratio}"
+
+
+def _begin_at_least(search: Search) -> None:
+    """Where not even the parameters were refitted: what they begin at, which is an answer too."""
+    if () in search.answers:
+        return
+    data, known = search.data, search.estimates.get(())
+    starts = [] if known is None else [model_with(data.given, (), known.values)]
+    search.answers[()] = refit(data.given, (), data.fitted, starts, BEGUN)
 
 
 def _tell(search: Search, found: Found, ask: Ask | None, *, refit: bool) -> None:

@@ -131,7 +131,7 @@ class Refits:
                 self.progress(text, (done + 1) / len(work))
         finally:  # an interrupt does not wait for the rest
             stopped.set()
-            pool.shutdown(cancel_futures=True)
+            pool.shutdown(wait=False, cancel_futures=True)
 
     def _refitted(self, added: Set, check: Check) -> Answer:
         given, fitted = self.data.given, self.data.fitted

@@ -112,15 +112,15 @@ class Remaining:
 
     `noise_ratio` : RMS over the noise floor. `share_of_initial` : squared error above the floor,
     of that of the model as given. `significant` : it depends on the state of the machine, by more
-    than chance, with `p_value`; or it is far too large for noise. `matters` : it is larger than
-    what anybody wants to hear of.
+    than chance, with `p_value`; or it is far too large for noise; or that was not judged, `p_value`
+    None, and it matters. `matters` : it is larger than what anybody wants to hear of.
     """
 
     noise_ratio: float
     share_of_initial: float
     significant: bool
     matters: bool
-    p_value: float
+    p_value: float | None
 
 
 @dataclass(frozen=True)
@@ -167,9 +167,8 @@ class Diagnosis:
     `neighbours` of the answer, none of which does better. `would_show`, `recordings`.
     `indistinguishable` : sets of effects that these data cannot tell apart, "+" between the ids of
     a set. `comparison` and `location` : of the final model with the fitted data. `complete` false:
-    stopped by the user or at the time limit, the best answer so far; `remaining` is empty where
-    that was not judged. `no_experiment` : why no experiment decides, "" where one does or none is
-    needed.
+    stopped by the user or at the time limit, the best answer so far. `no_experiment` : why no
+    experiment decides, "" where one does or none is needed.
     """
 
     verdict: Verdict

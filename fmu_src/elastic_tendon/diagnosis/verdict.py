@@ -39,7 +39,8 @@ def remaining_of(
     Parameters
     ----------
     given, last : the model as given and the answer beside the fitted recordings
-    lack : whether what is left depends on the state of the machine
+    lack : whether what is left depends on the state of the machine; where that was not judged,
+        what matters is taken for no chance
     """
     noise = last.pooled(lambda error: error.noise.sigma)
     before, after = given.rmse(), last.rmse()
@@ -48,14 +49,15 @@ def remaining_of(
         return max(rmse[name] ** 2 - noise[name] ** 2, 0.0)
 
     found = {}
-    for name, result in lack.items():
-        ratio, left = after[name] / noise[name], excess(after, name)
+    for name in after:
+        ratio, left, result = after[name] / noise[name], excess(after, name), lack.get(name)
+        surely = ratio > (LEFT if result is None else TOO_LARGE)
         found[name] = Remaining(
             noise_ratio=ratio,
             share_of_initial=left / max(excess(before, name), 1e-300) if left else 0.0,
-            significant=bool(result.significant or ratio > TOO_LARGE),
+            significant=bool(surely or (result is not None and result.significant)),
             matters=bool(ratio > LEFT),
-            p_value=result.p_value,
+            p_value=None if result is None else result.p_value,
         )
     return found
 
@@ -172,6 +174,7 @@ def sentence_of(
     last: Comparison,
     *,
     elsewhere: str = "",
+    chosen: bool = False,
     complete: bool,
 ) -> str:
     """The verdict in words.
@@ -183,8 +186,11 @@ def sentence_of(
     alike : names of what the data cannot tell from what was added, "+" between ids of a set
     given, last : the model as given and the answer beside the fitted recordings
     elsewhere : held-out recording on which the answer fails
+    chosen : whether the user left effects of the catalogue out
     complete : whether the search came to its end
     """
+    tried = ("that was asked for" if chosen else "of the catalogue") if complete else "tried so far"
+    nothing = f"no effect {tried} explains"
     before, after = max(given.noise_ratio().values()), max(last.noise_ratio().values())
     left = f"{_number(after)} times the noise"
     falls = f"the error falls from {_number(before)} to {left}"
@@ -198,11 +204,12 @@ def sentence_of(
     elif added:
         text = (
             f"{_missing(added, certainty)}{_or_else(alike)}; beyond "
-            f"{'it' if len(added) == 1 else 'them'} {left} is left that no effect of the catalogue "
-            "explains"
+            f"{'it' if len(added) == 1 else 'them'} {left} is left that {nothing}"
         )
+    elif not complete:
+        text = f"No effect tried so far explains these data: {left} is left"
     elif after > LEFT or not elsewhere:
-        text = f"Something is missing that no effect of the catalogue explains: {left} is left"
+        text = f"Something is missing that {nothing}: {left} is left"
     else:
         text = f"Something is missing that the fitted recordings do not show: {left} is left there"
     if after > LEFT and verdict != "unexplained":

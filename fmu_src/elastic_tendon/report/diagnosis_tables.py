@@ -15,7 +15,6 @@ from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
     LearnedTerm,
-    Remaining,
     Round,
 )
 from elastic_tendon.identify.determinability import Estimate
@@ -166,9 +165,11 @@ def _remains(diagnosis: Diagnosis) -> Iterator[str]:
     for name, remaining in diagnosis.remaining.items():
         quantity = shown(name)
         text = f"What remains of the {quantity.words} error, {times_noise(remaining.noise_ratio)}, "
-        if remaining.significant:
+        if remaining.p_value is None:
+            yield f"{text}was not judged."
+        elif remaining.significant:
             yield (
-                f"{text}{_dependence(remaining)} (p = {remaining.p_value:.2g}); "
+                f"{text}{_dependence(remaining.p_value)} (p = {remaining.p_value:.2g}); "
                 f"it is {percent(remaining.share_of_initial)} of the squared error above the "
                 f"noise that the model had as given{'' if remaining.matters else TOO_LITTLE}."
             )
@@ -177,8 +178,8 @@ def _remains(diagnosis: Diagnosis) -> Iterator[str]:
             yield f"{text}does not depend on what the machine does by more than chance."
 
 
-def _dependence(remaining: Remaining) -> str:
-    if remaining.p_value <= CHANCE:
+def _dependence(p_value: float) -> str:
+    if p_value <= CHANCE:
         return "still depends on what the machine does"
     return "is far too large for noise, though what it depends on cannot be told"
 
