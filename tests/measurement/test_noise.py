@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.signal import butter, filtfilt, lfilter
+from scipy.signal import butter, filtfilt, lfilter, savgol_filter
 
 import study_noise
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, quantisation_step
@@ -175,6 +175,24 @@ def test_noise_of_a_filtered_signal_is_not_known(order: int, corner: float) -> N
     assert floor.falls_above > 0.1 * 500.0
     # what the filter left: a share of the noise that is less than its pass band
     assert floor.sigma < 1e-3 * np.sqrt(2.0 * corner)
+
+
+@pytest.mark.parametrize("window", [5, 7, 11, 21])
+@pytest.mark.parametrize("order", [0, 2])
+def test_noise_of_averaged_samples_is_not_known(window: int, order: int) -> None:
+    """Moving averages, of order 0, and the smoothing of Savitzky and Golay."""
+    noisy = MOTION + 1e-3 * np.random.default_rng(16).standard_normal(len(TIME))
+    floor = floor_of(savgol_filter(noisy, window, order))
+    assert floor.is_least
+    assert floor.sigma < 1e-3
+
+
+@pytest.mark.parametrize(("samples", "size"), [(300, 0.0), (1000, 0.0), (5000, 3e-3)])
+def test_noise_with_lines_or_few_samples_is_not_called_averaged(samples: int, size: float) -> None:
+    lines = size * (np.sin(2.0 * np.pi * 100.0 * TIME) + np.sin(2.0 * np.pi * 150.0 * TIME))
+    for seed in range(20):
+        noisy = MOTION + lines + 1e-3 * np.random.default_rng(seed).standard_normal(len(TIME))
+        assert not floor_of(noisy[:samples], TIME[:samples]).is_least
 
 
 def test_an_excitation_that_ends_below_the_sampling_rate_is_no_noise() -> None:

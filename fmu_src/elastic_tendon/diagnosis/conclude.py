@@ -1,7 +1,7 @@
 """What is concluded from a search: what remains, what would decide, and the diagnosis itself."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer, refit
@@ -40,6 +40,7 @@ from elastic_tendon.identify.constants import explained_by
 from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.ladder import AS_GIVEN, Step, climb
 from elastic_tendon.identify.locate import locate
+from elastic_tendon.measurement.noise import NoiseFloor
 from elastic_tendon.parameters import Model, quantities
 
 CONFIRMING = Effort(
@@ -195,7 +196,7 @@ def conclude(
         would_show=found.would_show,
         recordings=recordings,
         remaining=remaining,
-        noise={name: part.noise for name, part in final.files[0].signals.items()},
+        noise=_noise(final),
         comparison=final,
         location=locate(final, report),
         indistinguishable=(tuple(different),) if different else (),
@@ -293,6 +294,17 @@ def _recordings(
                 )
             )
     return tuple(rows)
+
+
+def _noise(comparison: Comparison) -> dict[str, NoiseFloor]:
+    """Noise of each signal over all recordings; its kind is that of the first that has it."""
+    sigmas = comparison.pooled(lambda error: error.noise.sigma)
+    first = {
+        name: error.noise
+        for file in reversed(comparison.files)
+        for name, error in file.signals.items()
+    }
+    return {name: replace(first[name], sigma=sigma) for name, sigma in sigmas.items()}
 
 
 def _different(answers: Sequence[Answer]) -> list[str]:

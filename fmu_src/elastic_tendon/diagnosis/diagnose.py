@@ -74,7 +74,8 @@ def diagnose(
     options.check_ids()
     data = data_of(model, measurements, validation, options)
     notes = [finding.sentence for finding in sign_errors(model, measurements)]
-    notes += [note for part in measurements for note in part.noise_notes]
+    recordings = (*measurements, *validation)
+    notes += [f"{part.name}: {note}" for part in recordings for note in part.noise_notes]
     search = Search.of(data, report)
     found = Found()
     complete = True

@@ -12,8 +12,9 @@ are left out, and of those that are left the median counts. Differences of secon
 size out of the motion before the taper has to.
 
 A signal that was filtered has no such part: its spectrum falls, somewhere in its upper half, far
-more steeply than any motion or noise does. What is left at the top is then the least that the
-noise can be, and the rest is not known (`SpectralNoise.falls_at`).
+more steeply than any motion or noise does; or, after averages over neighbouring samples, it has
+gaps. What is left at the top is then the least that the noise can be, and the rest is not known
+(`SpectralNoise.falls_at`).
 """
 
 from dataclasses import dataclass
@@ -62,6 +63,10 @@ _INFORMATION = 0.5 * 0.5
 # the tail of a motion falls by 64 in an octave of the power; noisy motions of the truth simulator
 # were seen to fall by 131 above this share of the sampling rate, filters of second order by 19 000
 _FALL, _FALL_LOWEST, _OCTAVE = 1000.0, 0.12, 2.0
+# averages leave gaps that are so many times lower than what is beside them on either side, which
+# the spectrum of noise over at least `_GAP_SEGMENTS` segments does once in a thousand recordings
+_GAP, _GAP_SEGMENTS = 20.0, 5
+_BESIDE, _LOBE = 1.4, 0.75  # ratio of frequencies beside a gap, and quantile of their power
 _OVERLAP = 4  # segments begin this many times per length
 _INDEPENDENT = 0.45  # of a segment's length, apart from each other, are independent ones
 
@@ -124,9 +129,10 @@ def spectral_noise(signal: Array, smallest: float, rounding: float, top: float) 
     power = np.maximum(bands, smallest**2)[::-1]
     weight = 1.0 / (1.0 / (_INFORMATION * segments * count) + _MODEL_ERROR**2)
     sigma, correlation = _fitted(power, weight[::-1], _models(length, top), rounding)
-    return SpectralNoise(
-        sigma, correlation, _steep_fall(power, _centres(length, top)), float(np.sqrt(np.min(power)))
-    )
+    fall = _steep_fall(power, _centres(length, top))
+    if fall is not None:
+        return SpectralNoise(sigma, correlation, fall, float(np.sqrt(np.min(power))))
+    return SpectralNoise(sigma, correlation, _gap(signal, top), sigma)
 
 
 def _steep_fall(power: Array, frequency: Array) -> float | None:
@@ -144,6 +150,28 @@ def _steep_fall(power: Array, frequency: Array) -> float | None:
     fall = np.where(frequency >= _FALL_LOWEST, power / lowest, 0.0)
     steepest = int(np.argmax(fall))
     return float(frequency[steepest]) if fall[steepest] >= _FALL else None
+
+
+def _gap(signal: Array, top: float) -> float | None:
+    """Frequency of the deepest gap of a spectrum, a share of the sampling rate; None without one.
+
+    Parameters
+    ----------
+    signal : (n,) array
+    top : share of the sampling rate above which the spectrum is not used
+    """
+    length = int(2 ** np.floor(np.log2(np.clip(len(signal) / _GAP_SEGMENTS, _SHORTEST, _LONGEST))))
+    density, _ = _density(signal, length)
+    first, end = int(_FALL_LOWEST * length), int(top * length)
+
+    def depth(place: int) -> float:
+        beside = density[round(place / _BESIDE) : place], density[place + 1 : end][: round(_BESIDE * place) - place]
+        around = min(float(np.quantile(part, _LOBE)) for part in beside)
+        return around / max(density[place], 1e-300)
+
+    depths = [depth(place) for place in range(first, end - _FIRST_BIN)]
+    deepest = int(np.argmax(depths))
+    return (first + deepest) / length if depths[deepest] >= _GAP else None
 
 
 def _taper(length: int) -> Array:

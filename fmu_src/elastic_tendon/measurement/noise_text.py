@@ -88,7 +88,7 @@ def _differ(sigma: float, reference: float) -> bool:
 
 
 def floor_notes(floors: Mapping[str, NoiseFloor]) -> tuple[str, ...]:
-    """What a reader should know of noise floors that the recording itself tells.
+    """What a reader should know of noise floors.
 
     Parameters
     ----------
@@ -96,16 +96,19 @@ def floor_notes(floors: Mapping[str, NoiseFloor]) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of sentences, one for each signal whose noise is known badly; none where it was given
+    tuple of sentences, one for each signal whose noise is known badly, or was given otherwise than
+    the recording itself tells
     """
     notes = (_floor_note(signal, floor) for signal, floor in floors.items())
     return tuple(one for one in notes if one)
 
 
 def _floor_note(signal: str, floor: NoiseFloor) -> str:
+    if floor.source == "given":
+        return given_note(signal, floor.sigma, floor, 0.0)
     if floor.is_least:
         return (
-            f"{signal} looks filtered, as its spectrum falls steeply above {floor.falls_above:.3g} "
+            f"{signal} looks filtered, as its spectrum falls steeply at {floor.falls_above:.3g} "
             f"Hz: its noise is {_size(floor.sigma, signal)} at least and may be far larger, so "
             "give it if it is known"
         )
