@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from elastic_tendon import effects
 from elastic_tendon.diagnosis import refits as refitting
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
@@ -87,6 +88,16 @@ def test_what_would_have_shown_is_told(found) -> None:
     assert gravity.path == "effects.gravity_load.torque"
     assert 0.0 < gravity.smallest < 0.3  # N·m; the friction that was found is 0.35
     assert {"N*m", "N.m", "N·m"} & {gravity.unit}
+
+
+def test_each_other_effect_has_a_size_from_which_it_would_have_shown(found) -> None:
+    told = {part.id: part for part in found.would_show}
+    laws = {"stribeck_friction", "lugre_friction"}  # of what was found
+    assert set(told) == set(effects.BY_ID.ids()) - {COULOMB} - laws
+    # in place of softer springs nobody sees it
+    compliance = told["tendon_compliance"].smallest
+    assert compliance is None or compliance > 1e-6
+    assert told["spring_mass"].smallest > 1e-3  # kg
 
 
 def test_the_answer_starts_where_the_recording_does(found, sticking) -> None:
@@ -208,8 +219,10 @@ def test_an_interrupt_that_a_library_swallows_is_heeded(brief) -> None:
 
 def test_progress_tells_what_is_tried_and_the_best_so_far(brief) -> None:
     model, recording = brief
-    told = []
-    diagnose(model, [recording], options=Options(only=FEW), report=lambda text, _: told.append(text))
+    told: list[str] = []
+    diagnose(
+        *(model, [recording]), options=Options(only=FEW), report=lambda text, _: told.append(text)
+    )
     assert any(
         text.startswith("screening: Gravity load; best so far: no effect, ") for text in told
     )

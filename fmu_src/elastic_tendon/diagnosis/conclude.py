@@ -2,12 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import sqrt
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
 from elastic_tendon.diagnosis.data import Data
-from elastic_tendon.diagnosis.evidence import beside_unknown, probabilities
+from elastic_tendon.diagnosis.evidence import (
+    PLAUSIBLE,
+    beside_unknown,
+    is_plausible,
+    probabilities,
+)
 from elastic_tendon.diagnosis.experiment import next_experiment
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
 from elastic_tendon.diagnosis.learned import learn
@@ -24,7 +31,9 @@ from elastic_tendon.diagnosis.result import (
 from elastic_tendon.diagnosis.rounds import neighbours_of
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.separation import Rival
-from elastic_tendon.diagnosis.sets import in_order
+from elastic_tendon.diagnosis.sets import in_order, model_with
+from elastic_tendon.diagnosis.torque_screen import revealing
+from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.diagnosis.verdict import (
     changed_parameters,
     fails_elsewhere,
@@ -46,6 +55,7 @@ from elastic_tendon.parameters import Model, quantities
 CONFIRMING = Effort(
     scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6
 )  # of a fit to everything that starts at the answer
+CLOSER = 4  # steps from a typical size to the one that would show
 RIVALS = 2  # answers that an experiment is to tell apart
 
 
@@ -108,19 +118,42 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
     """For each effect that was not found, the size that would have shown."""
     if answer.added not in search.estimates:
         return ()
-    estimate = search.estimates[answer.added]
+    estimate, trajectory = search.estimates[answer.added], TrajectoryScreen(answer)
     found = []
     for effect_id in search.data.candidates:
         together = in_order((*answer.added, effect_id))
         if effect_id in answer.added or not search.screen.goes(together):
             continue  # it is there, or another law of the same thing is
-        if not search.screen.sees(effect_id):
-            continue
+        search.progress(f"what would have shown: {effects.BY_ID[effect_id].title}", 0.0)
         units = {one.path: one.unit for one in quantities([effect_id])}
         path = f"effects.{effect_id}.{effects.BY_ID[effect_id].strength.name}"
-        smallest = search.screen.smallest(estimate, effect_id)
+        if search.screen.sees(effect_id):
+            smallest = search.screen.smallest(estimate, effect_id)
+        else:
+            smallest = _smallest(search.data, trajectory, answer, effect_id)
+        if smallest is not None and not is_plausible(answer.result.model, path, smallest):
+            smallest = None
         found.append(WouldShow(effect_id, path, units[path], smallest))
     return tuple(found)
+
+
+def _smallest(
+    data: Data, trajectory: TrajectoryScreen, answer: Answer, effect_id: str
+) -> float | None:
+    """Size of an effect that only whole trajectories show, in its unit; see `Screen.smallest`."""
+    effect, needed = effects.BY_ID[effect_id], revealing(len(answer.floored))
+    together = in_order((*answer.added, effect_id))
+    share, size = 1.0, None
+    for _ in range(CLOSER):
+        (values, *_) = starts(data.given, effect, data.fitted, (share,), dampings=(1.0,))
+        added = {f"effects.{effect_id}.{name}": value for name, value in values.items()}
+        model = model_with(data.given, together, {**answer.result.model.values(), **added})
+        told = trajectory.told(model)
+        if not 0.0 < share * needed <= PLAUSIBLE * sqrt(told):
+            return None
+        share *= needed / sqrt(told)
+        size = abs(values[effect.strength.name]) * needed / sqrt(told)
+    return size
 
 
 def _propose_experiment(data: Data, found: Found, report: Progress) -> None:

@@ -33,6 +33,8 @@ def contradictions(
     groups: dict[str, list[Measurement]] = {}
     for part in recordings:
         groups.setdefault(part.name, []).append(part)
+    if len(groups) < 2:
+        return dict.fromkeys(groups, ())
     alone = {name: _alone(given, answer, parts) for name, parts in groups.items()}
     far = {
         (first, second)

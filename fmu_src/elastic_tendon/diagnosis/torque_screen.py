@@ -140,6 +140,11 @@ class Around:
         return float(change @ change / self.weight - along @ np.linalg.solve(self.matrix, along))
 
 
+def revealing(facts: int) -> float:
+    """How large a change is, in sigmas, that so many facts show decisively in 95 % of cases."""
+    return float(np.sqrt(DECISIVE + log(facts))) + ONE_SIDED
+
+
 class Screen:
     """Recordings in weak form, and estimates of sets of effects from them.
 
@@ -436,7 +441,7 @@ class Screen:
         if around is None:
             return None
         path = f"effects.{effect_id}.{effects.BY_ID[effect_id].strength.name}"
-        needed = np.sqrt(DECISIVE + log(len(around.residuals))) + ONE_SIDED
+        needed = revealing(len(around.residuals))
         begun = self.starts(effect_id)
         changes = self._changes(estimate, around, effect_id, begun)
         sizes = [

@@ -67,8 +67,17 @@ class TrajectoryScreen:
                 break
         return sorted(found, key=lambda pair: pair[0])
 
-    def _left(self, model: Model) -> float | None:
-        """Share of the mean square that would be left, None where the simulation fails."""
+    def told(self, model: Model) -> float:
+        """What the errors tell of a model with one more effect: how much it changes, squared and
+        in sigmas, that all else could not follow; 0 where it cannot be simulated."""
+        change = self._change(model)
+        if change is None or not np.isfinite(change).all():
+            return 0.0
+        across = self._across(change)
+        return float(across @ across)
+
+    def _change(self, model: Model) -> Array | None:
+        """Residuals of a model less those of the answer, None where the simulation fails."""
         result, residuals = self._result, self._residuals[: self._count]
         try:
             errors = [
@@ -81,6 +90,13 @@ class TrajectoryScreen:
             return None
         change = np.zeros(len(self._residuals))
         change[: self._count] = stack(errors, result.sigmas) - residuals
+        return change
+
+    def _left(self, model: Model) -> float | None:
+        """Share of the mean square that would be left, None where the simulation fails."""
+        residuals, change = self._residuals[: self._count], self._change(model)
+        if change is None:
+            return None
         if not np.isfinite(change).all():
             return 1.0
         before, across = self._across(self._residuals), self._across(change)

@@ -165,9 +165,10 @@ def _gap(signal: Array, top: float) -> float | None:
     first, end = int(_FALL_LOWEST * length), int(top * length)
 
     def depth(place: int) -> float:
-        beside = density[round(place / _BESIDE) : place], density[place + 1 : end][: round(_BESIDE * place) - place]
+        below, above = round(place / _BESIDE), min(round(_BESIDE * place), end)
+        beside = density[below:place], density[place + 1 : above + 1]
         around = min(float(np.quantile(part, _LOBE)) for part in beside)
-        return around / max(density[place], 1e-300)
+        return around / max(float(density[place]), 1e-300)
 
     depths = [depth(place) for place in range(first, end - _FIRST_BIN)]
     deepest = int(np.argmax(depths))
