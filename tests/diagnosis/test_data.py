@@ -184,3 +184,21 @@ def test_the_motor_encoders_noise_is_taken_away(monkeypatch) -> None:
     monkeypatch.setattr(data, "smoothed", lambda part: seen.append(part.name) or part)
     data_of(GIVEN, [recording(500)], [recording(500, seed=2, name="second")])
     assert seen == ["made", "second"]
+
+
+def test_what_no_equilibrium_shows_is_known_beside_static_curves_only() -> None:
+    given = GIVEN.model_copy(update={"uncertainty": {"link.inertia": 0.2, "link.damping": 0.5}})
+    curve = replace(recording(200), static=True)
+    data = data_of(given, [curve], [])
+    known = {path for path in data.given.values() if data.given.uncertainty_of(path) == 0.0}
+    assert {"link.inertia", "link.damping", "transmission.upper_spring.damping"} <= known
+    assert "transmission.upper_spring.stiffness" not in known
+    fitted = data.given.model_copy(
+        update={"uncertainty": {**data.given.uncertainty, "transmission.pretension_force": 0.01}}
+    )
+    assert data.unsettled(fitted).uncertainty == {
+        **given.uncertainty,
+        "transmission.pretension_force": 0.01,
+    }
+    moving = data_of(given, [recording(200)], [])
+    assert moving.given == moving.unsettled(moving.given) == given

@@ -3,8 +3,8 @@
 Most of a search is done on the liveliest stretches; the answer is confirmed on everything.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,7 +29,8 @@ FEWEST = 20  # samples in a piece
 class Data:
     """The model as given, recordings, and which effects are candidates.
 
-    `given` : without effects whose values do nothing, which are candidates like any other.
+    `given` : without effects whose values do nothing, which are candidates like any other; in it
+    `known` paths are taken as known, whatever their `uncertainty` as given.
     `fitted` : what the search works on, excerpts where recordings are long, in windows where they
     are asked for; `motions` : the same without windows; `whole` : all of the recordings.
     `heldout` : never fitted. `only`, `without` : ids, see `Options`.
@@ -42,6 +43,14 @@ class Data:
     whole: tuple[Measurement, ...]
     only: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
+    known: tuple[str, ...] = ()
+    uncertainty: Mapping[str, float] = field(default_factory=dict)
+
+    def unsettled(self, model: Model) -> Model:
+        """A model with the uncertainties as given of what was taken as known."""
+        kept = {path: sigma for path, sigma in model.uncertainty.items() if path not in self.known}
+        again = {path: self.uncertainty[path] for path in self.known if path in self.uncertainty}
+        return model.model_copy(update={"uncertainty": kept | again})
 
     @property
     def excerpts(self) -> bool:
@@ -86,14 +95,32 @@ def data_of(
     if total > MOST:
         motions = tuple(piece for part in clean for piece in _excerpt(part, MOST / total))
     whole = _windows(clean, options.horizon)
+    given = model.without(idle_effects(model))
+    known = _shown_by_motion(given) if all(part.static for part in measurements) else ()
     return Data(
-        given=model.without(idle_effects(model)),
+        given=given.model_copy(
+            update={"uncertainty": {**given.uncertainty, **dict.fromkeys(known, 0.0)}}
+        ),
         fitted=whole if motions is clean else _windows(motions, options.horizon),
         motions=motions,
         heldout=tuple(map(smoothed, validation)),
         whole=whole,
         only=options.only,
         without=options.without,
+        known=known,
+        uncertainty=given.uncertainty,
+    )
+
+
+def _shown_by_motion(model: Model) -> tuple[str, ...]:
+    """Paths of what no equilibrium depends on.
+
+    Free, dampings would run to where a motion over the long times of a static curve never ends.
+    """
+    return tuple(
+        path
+        for path in model.values()
+        if path == "link.inertia" or (path.endswith(".damping") and not path.startswith("effects."))
     )
 
 
