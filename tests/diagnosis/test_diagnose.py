@@ -20,6 +20,7 @@ from recorded_machines import FRICTION
 COULOMB = "coulomb_friction"
 TORQUE = f"effects.{COULOMB}.torque"
 FEW = (COULOMB, "gravity_load", "quadratic_drag")
+POSITION = "joint_position"
 SHORT = 3.0  # s
 PAIR = (COULOMB, "spring_hardening")
 
@@ -253,6 +254,20 @@ def test_a_horizon_is_followed(brief) -> None:
     found = diagnose(model, [recording], options=Options(only=FEW, horizon=1.0))
     assert found.added == (COULOMB,)
     assert len(found.comparison.files) == 3
+
+
+def test_noise_is_that_of_all_recordings_and_doubts_of_it_are_told(brief) -> None:
+    model, recording = brief
+    first = replace(recording.with_noise({POSITION: 1e-4}), name="first")
+    second = recording.window(1.0, None).with_noise({POSITION: 3e-3})
+    found = diagnose(
+        model, [first, second], options=Options(only=("gravity_load",), time_limit=0.01)
+    )
+    sizes = [len(part.time) * part.noise[POSITION].sigma ** 2 for part in (first, second)]
+    samples = len(first.time) + len(second.time)
+    assert found.noise[POSITION].sigma == pytest.approx((sum(sizes) / samples) ** 0.5)
+    (note,) = [note for note in found.notes if note.startswith(f"{second.name}: the noise")]
+    assert "what was given is taken" in note
 
 
 # ---- what is refused -----------------------------------------------------------------------------

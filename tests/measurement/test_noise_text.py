@@ -101,6 +101,8 @@ def test_filtered_signal_is_told_until_its_noise_is_given(noisy: Measurement) ->
     assert "at least" in note
     given = smooth.with_noise({SIGNAL: 0.45 * NOISE})
     assert given.noise_notes == ()
+    (doubt,) = noisy.with_noise({SIGNAL: 9.0 * NOISE}).noise_notes
+    assert "what was given is taken" in doubt
     assert given.notes == ()
     assert noisy.noise_notes == ()
 
