@@ -1,6 +1,6 @@
 """What is concluded from a search: what remains, what would decide, and the diagnosis itself."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
 
@@ -12,6 +12,7 @@ from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
     PLAUSIBLE,
     beside_unknown,
+    implausible_values,
     is_plausible,
     probabilities,
 )
@@ -51,6 +52,7 @@ from elastic_tendon.identify.ladder import AS_GIVEN, Step, climb
 from elastic_tendon.identify.locate import locate
 from elastic_tendon.measurement.noise import NoiseFloor
 from elastic_tendon.parameters import Model, quantities
+from elastic_tendon.quantity import unit_text
 
 CONFIRMING = Effort(
     scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6
@@ -277,13 +279,34 @@ def _in_order_added(found: Found) -> tuple[str, ...]:
 
 
 def _notes(answer: Answer, small: Sequence[str]) -> list[str]:
-    """Shifts that are sure and do not matter."""
+    """Shifts that are sure and do not matter; values of effects that hardly can be."""
     estimates = {part.path: part for part in answer.result.findings.estimates}
-    return [
+    shifts = [
         f"{path} moved from {estimates[path].given:.4g} to {estimates[path].fitted:.4g}, which "
         "changes the error too little to matter."
         for path in small
     ]
+    return [*shifts, *doubtful_values(answer)]
+
+
+def doubtful_values(answer: Answer) -> Iterator[str]:
+    """Values of added effects that no real actuator has, or that lie at a bound, each a sentence.
+
+    Parameters
+    ----------
+    answer : Answer
+    """
+    implausible = implausible_values(answer)
+    for effect_id in answer.added:
+        effect = effects.BY_ID[effect_id]
+        for one in effect.parameters:
+            value = answer.values(effect_id)[one.name]
+            told = f"{effect.title}: {one.name.replace('_', ' ')} {value:.3g}"
+            unit = "" if one.unit == "1" else f" {unit_text(one.unit)}"
+            if f"effects.{effect_id}.{one.name}" in implausible:
+                yield f"{told}{unit} is implausible: no real actuator of this size has it."
+            elif value in (one.lower, one.upper) and value != one.null:
+                yield f"{told}{unit} is at the end of what it may be."
 
 
 def _steps(data: Data, search: Search, found: Found) -> tuple[Step, ...]:

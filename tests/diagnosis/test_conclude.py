@@ -1,0 +1,25 @@
+"""What is told beside the verdict."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.conclude import doubtful_values
+from elastic_tendon.effects import BY_ID
+from elastic_tendon.parameters import load_model
+
+GIVEN = load_model("biorob_x4_joint_3")
+LEAST = next(
+    one.lower for one in BY_ID["stribeck_friction"].parameters if one.name == "stribeck_velocity"
+)
+
+
+@pytest.mark.parametrize(("velocity", "doubted"), [(0.05, False), (LEAST, True)])
+def test_values_that_hardly_can_be_are_told(velocity: float, doubted: bool) -> None:
+    values = {"coulomb_torque": 0.3, "static_torque": 0.4, "stribeck_velocity": velocity}
+    model = GIVEN.with_effect("stribeck_friction", values)
+    told = list(doubtful_values(Answer(("stribeck_friction",), SimpleNamespace(model=model))))
+    assert [
+        part.startswith("Stribeck friction: stribeck velocity 0.0001 rad/s is ") for part in told
+    ] == [True] * doubted
