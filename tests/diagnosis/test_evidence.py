@@ -97,6 +97,21 @@ def test_an_implausible_value_costs() -> None:
     assert path == "effects.coulomb_friction.torque"
 
 
+def test_an_implausible_value_never_wins_a_near_tie() -> None:
+    wild = Made(("coulomb_friction",), 1.0, typical=100.0)
+    plausible = Made(("stribeck_friction",), 1.0)
+    values = judge().of([wild, plausible])
+    assert abs(values[0] - values[1]) < evidence.DECISIVE
+    assert judge().best([wild, plausible]) is plausible
+
+
+def test_a_value_at_a_bound_is_implausible_unless_it_does_nothing_there() -> None:
+    (relaxation,) = (one for one in effects.BY_ID["spring_relaxation"].parameters if one.shape)
+    path = f"effects.spring_relaxation.{relaxation.name}"
+    assert not is_plausible(GIVEN, path, relaxation.upper)
+    assert is_plausible(GIVEN, "effects.coulomb_friction.torque", 0.0)
+
+
 def test_held_out_errors_take_part(monkeypatch) -> None:
     good, bad, lost = (Made((), 1.0, heldout=square) for square in (1.0, 2.0, np.inf))
     values = judge(heldout=True, monkeypatch=monkeypatch).of([good, bad, lost])

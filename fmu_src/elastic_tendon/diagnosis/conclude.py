@@ -303,10 +303,10 @@ def doubtful_values(answer: Answer) -> Iterator[str]:
             value = answer.values(effect_id)[one.name]
             told = f"{effect.title}: {one.name.replace('_', ' ')} {value:.3g}"
             unit = "" if one.unit == "1" else f" {unit_text(one.unit)}"
-            if f"effects.{effect_id}.{one.name}" in implausible:
-                yield f"{told}{unit} is implausible: no real actuator of this size has it."
-            elif value in (one.lower, one.upper) and value != one.null:
+            if value in (one.lower, one.upper) and value != one.null:
                 yield f"{told}{unit} is at the end of what it may be."
+            elif f"effects.{effect_id}.{one.name}" in implausible:
+                yield f"{told}{unit} is implausible: no real actuator of this size has it."
 
 
 def _steps(data: Data, search: Search, found: Found) -> tuple[Step, ...]:

@@ -113,7 +113,7 @@ class Evidence:
         return "" if self.lasting(answer, answers) else WORSE_ELSEWHERE
 
     def best(self, answers: Sequence[Answer]) -> Answer:
-        """The simplest of those that cannot be told from the best."""
+        """The simplest of those that cannot be told from the best, plausible ones before others."""
         values = self.of(answers)
         near = [
             answer
@@ -122,9 +122,10 @@ class Evidence:
         ]
         order = list(effects.BY_ID)  # the catalogue begins with what is most common
 
-        def simplicity(answer: Answer) -> tuple[int, int, list[int]]:
+        def simplicity(answer: Answer) -> tuple[int, int, int, list[int]]:
             places = sorted(order.index(effect_id) for effect_id in answer.added)
-            return answer.complexity, len(answer.added), places
+            doubtful = len(implausible_values(answer))
+            return doubtful, answer.complexity, len(answer.added), places
 
         return min(near, key=simplicity)
 
@@ -177,7 +178,7 @@ def beside_unknown(without: float, left: float) -> float:
 
 
 def implausible_values(answer: Answer) -> dict[str, float]:
-    """Estimates of effects that no real actuator of this size has, by path."""
+    """Estimates of effects at a bound, or that no real actuator of this size has, by path."""
     model = answer.result.model
     found = {}
     for effect_id in answer.added:
@@ -206,7 +207,9 @@ def is_plausible(model: Model, path: str, value: float) -> bool:
 
 
 def _plausible(model: Model, parameter: Parameter, value: float) -> bool:
-    """Whether a value is within what the catalogue calls typical, widely taken."""
+    """Whether a value is at no bound, and within what the catalogue calls typical, widely taken."""
+    if value in (parameter.lower, parameter.upper) and value != parameter.null:
+        return False
     if parameter.spread in (Spread.TURN, Spread.JOINT_RANGE, Spread.ELONGATION, Spread.NULL):
         return True  # where it lies is the machine's own
     typical = abs(typical_value(model, parameter))
