@@ -8,6 +8,7 @@ from threading import Event, current_thread, main_thread
 from types import FrameType
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import refit
@@ -80,7 +81,8 @@ def diagnose(
     found = Found()
     complete = True
     try:
-        with _heeded_interrupts() as interrupted:
+        # tall and narrow matrices, two at a time: threads that wait for one another only lose
+        with threadpool_limits(1, user_api="blas"), _heeded_interrupts() as interrupted:
             search.progress = progress = _progress(
                 search, report, options.time_limit, begin, interrupted
             )
