@@ -20,6 +20,7 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 import bench_real_data as real
 from benchmarking import at_least, print_table
@@ -104,7 +105,8 @@ def refitted(question: Question, added: tuple[str, ...], models: Sequence[Model]
     """The best refit of a set from some starts, None where none can be."""
     recordings = [smoothed(part) for part in question.fit]
     try:
-        return refit(question.given, added, recordings, models, BRUTE)
+        with threadpool_limits(1, user_api="blas"):
+            return refit(question.given, added, recordings, models, BRUTE)
     except FAILURES:
         return None
 

@@ -70,8 +70,20 @@ def diagnose(
     SimulationError : the model as given cannot be simulated
     BuildError : the compiler refuses the model as given
     """
+    # matrices are tall and narrow: threads that wait for one another make their work far slower
+    with threadpool_limits(1, user_api="blas"):
+        return _diagnosed(model, measurements, validation, options or Options(), report, ask)
+
+
+def _diagnosed(
+    model: Model,
+    measurements: Sequence[Measurement],
+    validation: Sequence[Measurement],
+    options: Options,
+    report: Progress,
+    ask: Ask | None,
+) -> Diagnosis:
     begin = time.monotonic()
-    options = options or Options()
     options.check_ids()
     data = data_of(model, measurements, validation, options)
     notes = [finding.sentence for finding in sign_errors(model, measurements)]
@@ -81,8 +93,7 @@ def diagnose(
     found = Found()
     complete = True
     try:
-        # tall and narrow matrices, two at a time: threads that wait for one another only lose
-        with threadpool_limits(1, user_api="blas"), _heeded_interrupts() as interrupted:
+        with _heeded_interrupts() as interrupted:
             search.progress = progress = _progress(
                 search, report, options.time_limit, begin, interrupted
             )

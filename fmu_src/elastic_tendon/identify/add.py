@@ -132,7 +132,8 @@ def add(
         progress = partial(_tell, report, words, done, len(wanted))
         progress(0.0)
         try:
-            way.go(added, progress)
+            with threadpool_limits(1, user_api="blas"):  # see `diagnose`
+                way.go(added, progress)
         except KeyboardInterrupt:  # before the fit had anything to keep
             if not way.fits:
                 raise
