@@ -7,6 +7,8 @@ from functools import partial
 from itertools import product
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from elastic_tendon import effects, problems
 from elastic_tendon.effects.base import Effect, Parameter, Spread
 from elastic_tendon.errors import MeasurementError, ModelError
