@@ -1,7 +1,6 @@
 """Which effects may be missing, and where a search for each begins."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -11,7 +10,7 @@ from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.coordinates import SPRINGS
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, sizes_of, typical_value
+from elastic_tendon.parameters import Model, typical_value
 from elastic_tendon.transmission import prestretched_length
 
 MULTIPLES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a shape's typical magnitude
@@ -21,8 +20,6 @@ REACHES = tuple(0.05 * step for step in range(20))  # of the largest displacemen
 MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
 FARTHEST = 0.2  # of that range, from its end to where a stop may be
 LITTLE_DAMPING = (1.0, 0.01)  # of the typical one, where an effect oscillates
-RINGING_DAMPING = (0.3, 0.03)  # ... and rings for long
-NEARLY = tuple(np.geomspace(0.95, 1.05, 11))  # times what a frequency in a spectrum says
 FAR = 10.0  # standard deviations of the prior by which inertia and stiffness may grow, or shrink
 LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 
@@ -92,7 +89,7 @@ def sensible(
     for effect in map(effects.BY_ID.__getitem__, effect_ids):
         for one in effect.parameters:
             path = f"effects.{effect.id}.{one.name}"
-            if effect.singular_null and not one.shape and not _is_damping(one):
+            if effect.singular_null and not one.shape and not is_damping(one):
                 limits[path] = (one.null + LEAST * typical_value(model, one), np.inf)
             elif one.spread is Spread.JOINT_RANGE:
                 end, inward = _end(one, measurements)
@@ -101,7 +98,7 @@ def sensible(
     return limits
 
 
-def _is_damping(parameter: Parameter) -> bool:
+def is_damping(parameter: Parameter) -> bool:
     """Whether a parameter damps, so that none of it is nothing singular."""
     return parameter.name.endswith("damping")
 
@@ -128,37 +125,11 @@ def starts(
     for shape, share, damped in product(shapes(model, effect, measurements), shares, dampings):
         strengths = {
             one.name: one.null
-            + share * (damped if _is_damping(one) else 1.0) * (typical_value(model, one) - one.null)
+            + share * (damped if is_damping(one) else 1.0) * (typical_value(model, one) - one.null)
             for one in effect.parameters
             if not one.shape
         }
         yield {**strengths, **shape}
-
-
-def resonant_starts(
-    model: Model, effect: Effect, frequencies: Sequence[float]
-) -> Iterator[dict[str, float]]:
-    """Parameters of an effect, by name, with which it swings at about these frequencies.
-
-    Parameters
-    ----------
-    model : to which it is added, its stiffness refitted
-    effect : Effect
-    frequencies : rad/s
-    """
-    own, transmission = sizes_of(model.transmission, model.link), model.transmission
-    springs = (transmission.upper_spring, transmission.lower_spring)
-    each = [replace(own, stiffness=spring.stiffness) for spring in springs]
-    for resonant in effect.parameters:
-        if resonant.resonant is None:
-            continue
-        for frequency, sizes, nearly, damped in product(frequencies, each, NEARLY, RINGING_DAMPING):
-            value = nearly * resonant.resonant(sizes, frequency)
-            share = value / resonant.typical_for(sizes)
-            yield {
-                one.name: share * (damped if _is_damping(one) else 1.0) * one.typical_for(sizes)
-                for one in effect.parameters
-            }
 
 
 def _end(parameter: Parameter, measurements: Sequence[Measurement]) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from elastic_tendon import compiled, effects
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import Evidence
+from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import Set, model_with, told
 from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen
 from elastic_tendon.errors import ElasticTendonError, ModelError
@@ -34,8 +35,10 @@ PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
 # multiplications that one refit may take, about, and all of them before nothing more is tried
 AFFORDABLE, MOST_WORK = 8e8, 1.6e9
-# of a refit that rings with what is left: narrow minima, that the cost of a start does not show
-RINGING = replace(EFFORT, scouted=6, scouting=6)
+AT_NOISE = 1.1  # mean square up to which an answer leaves nothing to explain
+# share of the mean square without it that an effect which swings leaves at most where its frequency
+# is looked for again, how often, and what share that has to leave
+EXPLAINS, MOST_SCANS, WORTH_SCANNING = 0.5, 4, 0.98
 FEWEST = 8  # evaluations of a descent where each is dear
 LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
@@ -47,8 +50,7 @@ class Refits:
     """Refitted sets, and where refits begin.
 
     `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
-    `ringing` : other starts, that swing as what is left does. `failures` : why sets could not be
-    refitted; `work` : what refits took, see `_cost`.
+    `failures` : why sets could not be refitted; `work` : what refits took, see `_cost`.
     """
 
     data: Data
@@ -58,7 +60,6 @@ class Refits:
     answers: dict[Set, Answer] = field(default_factory=dict)
     estimates: dict[Set, Estimate] = field(default_factory=dict)
     starts: dict[Set, list[Model]] = field(default_factory=dict)
-    ringing: dict[Set, list[Model]] = field(default_factory=dict)
     failures: dict[Set, str] = field(default_factory=dict)
     work: float = 0.0
 
@@ -145,9 +146,23 @@ class Refits:
             # misled by its starts: it begins where nothing of it is there
             again = refit(given, added, fitted, nothing, effort, check)
             answer = self._likeliest([answer, again])
-        if ringing := self.ringing.pop(added, []):
-            rings = refit(given, added, fitted, ringing, RINGING, check)
-            answer = self._likeliest([answer, rings])
+        if smaller and answer.mean_square < EXPLAINS * self._left(smaller[0]) and effort == EFFORT:
+            for effect_id in filter(swings, added):
+                answer = self._at_other_frequencies(answer, effect_id, check)
+        return answer
+
+    def _at_other_frequencies(self, answer: Answer, effect_id: str, check: Check) -> Answer:
+        """A refit, or a better one beside it: each frequency has a minimum of its own."""
+        data, added = self.data, answer.added
+        resonance = Resonance(data.given, added, effect_id, data.fitted, check)
+        for _ in range(MOST_SCANS):
+            if answer.mean_square < AT_NOISE:
+                break
+            near = [one.result.model for one in resonance.around(answer)]
+            again = refit(data.given, added, data.fitted, near, EFFORT, check)
+            before, answer = answer, self._likeliest([answer, again])
+            if answer.mean_square > WORTH_SCANNING * before.mean_square:
+                break
         return answer
 
     def _smaller(self, added: Set) -> list[Set]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from elastic_tendon import compiled, effects
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.candidates import resonant_starts, starts
+from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
     DECISIVE,
@@ -25,8 +25,8 @@ from elastic_tendon.diagnosis.evidence import (
     Evidence,
     worth_hearing,
 )
-from elastic_tendon.diagnosis.refits import EFFORT, RINGING, Check, Progress, Refits
-from elastic_tendon.diagnosis.ringing import ringing
+from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, Check, Progress, Refits
+from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
     aliases,
@@ -61,8 +61,7 @@ LOOKED, FOLLOWED = 6, 3  # sets with one more effect that are estimated, from ea
 REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
 EQUALS = 2  # ... and those that promise about as much with no more parameters
 ABOUT = 50.0  # evidence by which these may seem worse on the screen
-# mean squares up to which an answer leaves nothing to explain, on fitted and held-out recordings
-AT_NOISE, HELDOUT_AT_NOISE = 1.1, 1.5
+HELDOUT_AT_NOISE = 1.5  # `AT_NOISE` on held-out recordings
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
@@ -97,6 +96,8 @@ class Search(Refits):
     refused: dict[Set, str] = field(default_factory=dict)
     _exhausted: set[Set] = field(default_factory=set)
     _hopped: dict[Set, Answer] = field(default_factory=dict)
+    # additions that swing, as they were looked at last: beside which answer, and starts
+    _looked: dict[Set, tuple[Answer, list[tuple[float, Model]]]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, data: Data, progress: Progress) -> "Search":
@@ -489,21 +490,31 @@ class Search(Refits):
     def _look(
         self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
     ) -> list[tuple[float, Model]]:
-        """The best starts of one more effect; those that ring as what is left are kept besides."""
+        """The best starts of one more effect, and what share of the mean square each leaves."""
         near = in_order((*added, effect_id))
         compiled.library_path((*self.data.given.effect_ids, *near))
         answer = self.answers[added]
+        if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
+            return found
         shares = SHARES if self.screen.sees(effect_id) else UNSEEN_SHARES
-        models, rings = (
-            self._models_beside(answer, near, effect_id, values)
-            for values in (
-                starts(self.data.given, effects.BY_ID[effect_id], self.data.fitted, shares),
-                resonant_starts(answer.result.model, effects.BY_ID[effect_id], ringing(answer)),
-            )
-        )
-        if not added:
-            self.ringing[near] = rings[:: max(len(rings) // RINGING.scouted, 1)]
-        return [pair for part in (models, rings) for pair in screen.best(part, check)[:KEPT]]
+        values = starts(self.data.given, effects.BY_ID[effect_id], self.data.fitted, shares)
+        return screen.best(self._models_beside(answer, near, effect_id, values), check)[:KEPT]
+
+    def _look_along(
+        self, answer: Answer, near: Set, effect_id: str, check: Check
+    ) -> list[tuple[float, Model]]:
+        """The best frequencies of an effect that swings, unless that takes too long."""
+        if self._effort([answer.result.model]) != EFFORT:
+            return []
+        before, found = self._looked.get(near, (None, []))
+        if before is not answer:
+            resonance = Resonance(self.data.given, near, effect_id, self.data.fitted, check)
+            found = [
+                (one.mean_square / answer.mean_square, one.result.model)
+                for one in resonance.beside(answer)
+            ]
+            self._looked[near] = answer, found
+        return found
 
     def _models_beside(
         self, answer: Answer, added: Set, effect_id: str, values: Iterable[Mapping[str, float]]

@@ -70,15 +70,27 @@ class TrajectoryScreen:
     def told(self, model: Model) -> float:
         """What the errors tell of a model with one more effect: how much it changes, squared and
         in sigmas, that all else could not follow; 0 where it cannot be simulated."""
-        change = self._change(model)
+        change = self._changed(model)
         if change is None or not np.isfinite(change).all():
             return 0.0
         across = self._across(change)
         return float(across @ across)
 
-    def _change(self, model: Model) -> Array | None:
+    def beside(self, model: Model) -> float:
+        """Share of the mean square that a model would leave, all but its own effect following.
+
+        Infinite where there is no motion.
+        """
+        found = self._changed(model)
+        if found is None or not np.isfinite(found).all():
+            return np.inf
+        left = self._across(self._residuals + found)[: self._count]
+        residuals = self._residuals[: self._count]
+        return float(np.sum(left**2) / (residuals @ residuals))
+
+    def _changed(self, model: Model) -> Array | None:
         """Residuals of a model less those of the answer, None where the simulation fails."""
-        result, residuals = self._result, self._residuals[: self._count]
+        result = self._result
         try:
             errors = [
                 residuals_of(simulate_measurement(model, part, initial, TOLERANCE), part)
@@ -89,12 +101,12 @@ class TrajectoryScreen:
         except ElasticTendonError:
             return None
         change = np.zeros(len(self._residuals))
-        change[: self._count] = stack(errors, result.sigmas) - residuals
+        change[: self._count] = stack(errors, result.sigmas) - self._residuals[: self._count]
         return change
 
     def _left(self, model: Model) -> float | None:
         """Share of the mean square that would be left, None where the simulation fails."""
-        residuals, change = self._residuals[: self._count], self._change(model)
+        residuals, change = self._residuals[: self._count], self._changed(model)
         if change is None:
             return None
         if not np.isfinite(change).all():

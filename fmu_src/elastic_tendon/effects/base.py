@@ -76,8 +76,7 @@ class Parameter:
     makes it vanish). `typical` is a typical magnitude on a real actuator, in `unit`. `shape` marks
     a number that says where or how fast the effect acts; the others are its strength, and grow
     together. Strengths may change while the machine runs, shapes may not. `spread`: where a search
-    for a shape begins. `resonant` gives the value with which the effect swings at an angular
-    frequency, rad/s; None where it does not swing.
+    for a shape begins. `resonant`: it sets a frequency at which the effect swings.
     """
 
     name: str
@@ -89,7 +88,7 @@ class Parameter:
     typical: float | Callable[[Sizes], float]
     shape: bool = False
     spread: Spread = Spread.TYPICAL
-    resonant: Callable[[Sizes, float], float] | None = None
+    resonant: bool = False
 
     def typical_for(self, sizes: Sizes) -> float:
         """Typical magnitude on an actuator of these sizes, in `unit`."""
