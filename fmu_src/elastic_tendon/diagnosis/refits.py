@@ -146,12 +146,15 @@ class Refits:
             # misled by its starts: it begins where nothing of it is there
             again = refit(given, added, fitted, nothing, effort, check)
             answer = self._likeliest([answer, again])
-        if smaller and answer.mean_square < EXPLAINS * self._left(smaller[0]) and effort == EFFORT:
+        affordable = effort.scouted == EFFORT.scouted
+        if smaller and affordable and answer.mean_square < EXPLAINS * self._left(smaller[0]):
             for effect_id in filter(swings, added):
-                answer = self._at_other_frequencies(answer, effect_id, check)
+                answer = self._at_other_frequencies(answer, effect_id, effort, check)
         return answer
 
-    def _at_other_frequencies(self, answer: Answer, effect_id: str, check: Check) -> Answer:
+    def _at_other_frequencies(
+        self, answer: Answer, effect_id: str, effort: Effort, check: Check
+    ) -> Answer:
         """A refit, or a better one beside it: each frequency has a minimum of its own."""
         data, added = self.data, answer.added
         resonance = Resonance(data.given, added, effect_id, data.fitted, check)
@@ -159,7 +162,7 @@ class Refits:
             if answer.mean_square < AT_NOISE:
                 break
             near = [one.result.model for one in resonance.around(answer)]
-            again = refit(data.given, added, data.fitted, near, EFFORT, check)
+            again = refit(data.given, added, data.fitted, near, effort, check)
             before, answer = answer, self._likeliest([answer, again])
             if answer.mean_square > WORTH_SCANNING * before.mean_square:
                 break

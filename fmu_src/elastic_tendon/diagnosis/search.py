@@ -504,7 +504,7 @@ class Search(Refits):
         self, answer: Answer, near: Set, effect_id: str, check: Check
     ) -> list[tuple[float, Model]]:
         """The best frequencies of an effect that swings, unless that takes too long."""
-        if self._effort([answer.result.model]) != EFFORT:
+        if self._effort([answer.result.model]).scouted < EFFORT.scouted:
             return []
         before, found = self._looked.get(near, (None, []))
         if before is not answer:

@@ -1,0 +1,97 @@
+"""A light mass that rings for long is found, where only its frequency is not known."""
+
+import pytest
+
+from elastic_tendon.diagnosis.answer import Answer, refit, refit_rest
+from elastic_tendon.diagnosis.resonance import FOLLOWING, Resonance, swings
+from elastic_tendon.effects import BY_ID
+from elastic_tendon.errors import SimulationError
+from elastic_tendon.identify.fit import QUICK
+from elastic_tendon.parameters import typical_value
+from smooth_motion import GIVEN, played
+
+MASS, DAMPING = "effects.spring_mass.mass", "effects.spring_mass.damping"
+NOISE, SHORT = 2e-5, 3.0  # rad, s
+
+
+def unchecked(_share: float) -> None:
+    """Nobody wants to stop."""
+
+
+def heavy(mass: float, damping: float):
+    """Springs with these shares of a typical mass and its damping."""
+    typical = {one.name: typical_value(GIVEN, one) for one in BY_ID["spring_mass"].parameters}
+    values = {"mass": mass * typical["mass"], "damping": damping * typical["damping"]}
+    return GIVEN.with_effect("spring_mass", values)
+
+
+TRUTH = heavy(1.37, 0.2)
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    return [played(TRUTH, SHORT).recording(NOISE)]
+
+
+@pytest.fixture(scope="module")
+def resonance(recordings) -> Resonance:
+    return Resonance(GIVEN, ("spring_mass",), "spring_mass", recordings, unchecked)
+
+
+@pytest.fixture(scope="module")
+def beside(resonance, recordings) -> list[Answer]:
+    return resonance.beside(refit(GIVEN, (), recordings, effort=QUICK))
+
+
+def mass_of(answer: Answer) -> float:
+    return answer.values("spring_mass")["mass"] / TRUTH.effects["spring_mass"]["mass"]
+
+
+def test_an_effect_that_sets_a_frequency_swings() -> None:
+    assert swings("spring_mass")
+    assert not swings("coulomb_friction")
+
+
+def test_the_mass_is_found_beside_a_refit_without_it(beside, recordings) -> None:
+    assert mass_of(beside[0]) == pytest.approx(1.0, abs=0.02)
+    starts = [one.result.model for one in beside]
+    found = refit(GIVEN, ("spring_mass",), recordings, starts, QUICK)
+    assert found.mean_square == pytest.approx(1.0, abs=0.1)
+    assert mass_of(found) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_frequency_beside_the_right_one_leads_to_it(resonance, recordings) -> None:
+    wrong = TRUTH.with_values({MASS: 0.985 * TRUTH.values()[MASS]})
+    place = refit_rest(GIVEN, ("spring_mass",), recordings, wrong, [MASS], FOLLOWING)
+    found = resonance.around(place)
+    assert place.mean_square > 1.2
+    assert found[0].mean_square == pytest.approx(1.0, abs=0.1)
+    assert mass_of(found[0]) == pytest.approx(1.0, abs=4e-3)
+
+
+def test_what_is_held_stays_and_the_rest_follows(recordings) -> None:
+    start = heavy(1.0, 1.0)
+    place = refit_rest(GIVEN, ("spring_mass",), recordings, start, [MASS, DAMPING], FOLLOWING)
+    values = place.result.model.values()
+    assert {path: values[path] for path in (MASS, DAMPING)} == {
+        path: start.values()[path] for path in (MASS, DAMPING)
+    }
+    assert values["link.inertia"] != start.values()["link.inertia"]
+
+
+def test_where_nothing_can_be_simulated_nothing_is_found(resonance, beside, monkeypatch) -> None:
+    def fails(*_):
+        raise SimulationError("it runs away")
+
+    monkeypatch.setattr("elastic_tendon.diagnosis.resonance.refit_rest", fails)
+    assert resonance.beside(beside[0]) == []
+    assert resonance.around(beside[0]) == []
+
+
+def test_a_look_can_be_stopped(resonance, beside) -> None:
+    def stop(_share: float) -> None:
+        raise KeyboardInterrupt
+
+    stopped = Resonance(GIVEN, ("spring_mass",), "spring_mass", resonance.measurements, stop)
+    with pytest.raises(KeyboardInterrupt):
+        stopped.around(beside[0])
