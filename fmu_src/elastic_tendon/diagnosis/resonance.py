@@ -23,11 +23,11 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
 SHARES = (0.1, 0.2, 0.35, 0.6, 1.0, 1.6, 2.5, 4.0)  # of the typical strength
-WORSE = 4.0  # times the least mean square, from which more of the effect is too much
+WORSE = 2.0  # times the least mean square, from which more of the effect is too much
 PLACES = 2  # of these, the best first, that are scanned
 HALF_WIDTH, STEP = 0.27, 0.01  # of the logarithm of what sets the frequency, its root
 DAMPINGS = (0.1, 0.25, 0.6)  # times the typical one
-SETTLED, KEPT = 8, 4  # minima of a scan that are followed, and refitted
+SETTLED, KEPT = 6, 4  # minima of a scan that are followed, and refitted
 # times the value of a refit, at which a minimum beside its own may lie that is too near for a scan
 NEXT = (0.98, 0.985, 0.99, 0.995, 1.005, 1.01, 1.015, 1.02)
 FOLLOWING = Effort(scouted=1, scouting=4, polished=0, evaluations=1, rounds=0, tolerance=1e-2)
