@@ -80,6 +80,9 @@ WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all
 # of typical strengths, at which trajectories are looked at
 SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
+# share of the mean square that a neighbour has to promise to be refitted before looks, which take
+# long, at effects that swing
+FIRST = 0.5
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -543,7 +546,10 @@ class Search(Refits):
             shares |= dict.fromkeys(simpler(added))
             unlooked = list(self.data.candidates)
         if not at_noise:
-            shares |= self._looks(added, unlooked)
+            shares |= self._looks(added, [one for one in unlooked if not swings(one)])
+            untried = (near for near in shares if near not in {*self.answers, *self.failures})
+            if all((shares[near] or 1.0) > FIRST for near in untried):
+                shares |= self._looks(added, filter(swings, unlooked))
         left, size = self._left(added), size_of(added)
         found = {
             near: None
