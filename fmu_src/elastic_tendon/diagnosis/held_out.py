@@ -64,7 +64,7 @@ def _moved(result: FitResult, problem: Problem, start: Array, share: float) -> A
 def _information(result: FitResult) -> Array:
     """What fit and prior say of the m parameters, (m, m), whatever the initial states."""
     count = len(result.problem.coordinates.paths)
-    slopes = result.problem.jacobian(result.vector, result.sigmas)
+    slopes = result.derivatives
     whole = slopes.T @ slopes
     beside = whole[:count, count:]
     inner = whole[count:, count:] + 1e-12 * np.trace(whole) * np.eye(len(whole) - count)

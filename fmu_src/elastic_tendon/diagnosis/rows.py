@@ -118,7 +118,7 @@ class Rows:
 def rows_of(result: FitResult, motions: Sequence[Motion]) -> Rows:
     """Rows at the optimum of a fit; `motions` of its recordings."""
     problem, sigmas = result.problem, result.sigmas
-    jacobian = problem.jacobian(result.vector, sigmas)
+    jacobian = result.derivatives
     held = jacobian[len(jacobian) - len(problem.coordinates.paths) :]
     first, errors, derivatives = 0, [], []
     for motion, own in zip(motions, sigmas, strict=True):

@@ -31,7 +31,7 @@ class TrajectoryScreen:
     def __init__(self, answer: Answer) -> None:
         result = answer.result
         self._result = result
-        jacobian = result.problem.jacobian(result.vector, result.sigmas)
+        jacobian = result.derivatives
         residuals = result.problem.residuals(result.vector, result.sigmas)
         self._count = len(residuals) - len(result.problem.coordinates.paths)  # no prior
         self._residuals = residuals
