@@ -235,15 +235,11 @@ PARAMETERS = {
 )  # fmt: skip
 OFFSETS = frozenset({"joint_encoder_offset", "motor_encoder_offset"})
 LAWS_OF_FRICTION = {"coulomb_friction", "stribeck_friction", "lugre_friction"}
-# beside these the quick truth knows no masses: its half springs have no memory, and a pulley that
-# floats in its play is balanced as if there were none
-MASSLESS = {"spring_relaxation", "spring_hysteresis", "tendon_compliance", "gear_backlash"}
 
 
 def compatible(effect: str, others: Mapping[str, object]) -> bool:
     """Whether an effect can stand beside others: a joint has one law of friction."""
-    together = {effect, *others}
-    if effect in others or ("spring_mass" in together and MASSLESS & together):
+    if effect in others:
         return False
     return effect not in LAWS_OF_FRICTION or not LAWS_OF_FRICTION & set(others)
 
