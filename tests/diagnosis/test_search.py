@@ -5,7 +5,6 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from elastic_tendon import effects
 from elastic_tendon.diagnosis import refits as refitting
 from elastic_tendon.diagnosis import search as searching
 from elastic_tendon.diagnosis.answer import Answer, refit
@@ -19,7 +18,6 @@ from elastic_tendon.diagnosis.rounds import (
 )
 from elastic_tendon.diagnosis.search import FARTHEST, OPEN, STEPS, Search
 from elastic_tendon.diagnosis.sets import aliases, change_between, model_with, simpler, size_of
-from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import BuildError, ModelError, SimulationError
 from elastic_tendon.identify.fit import QUICK
 from elastic_tendon.parameters import Model
@@ -263,16 +261,10 @@ def heavy() -> Search:
 
 def test_what_the_torque_screen_does_not_see_is_found_by_looks_at_the_motion(heavy) -> None:
     assert not heavy.screen.sees(*MASS)
-    heavy._looks((), MASS)
-    starts = heavy.starts[MASS]
-    assert len(starts) == 2 * searching.KEPT  # of any strength, and of what rings as seen
-    base = heavy.answers[()]
-    effect, recordings = effects.BY_ID[MASS[0]], heavy.data.fitted
-    values = searching.starts(heavy.data.given, effect, recordings, searching.UNSEEN_SHARES)
-    models = heavy._models_beside(base, MASS, *MASS, values)
-    looks = TrajectoryScreen(base).best(models, ignore)
-    assert starts[: searching.KEPT] == [model for _, model in looks[: searching.KEPT]]
-    assert looks[0][0] < min(searching.WORTH, 0.95 * looks[-1][0])
+    looks = heavy._looks((), MASS)
+    masses = [start.effects["spring_mass"]["mass"] for start in heavy.starts[MASS]]
+    assert len({round(mass, 6) for mass in masses}) > 1  # each frequency has a minimum of its own
+    assert looks[MASS] < searching.WORTH
     heavy.run()
     assert MASS not in heavy.estimates
     true = typical_model(*MASS).effects["spring_mass"]
@@ -285,7 +277,7 @@ def test_a_refit_begins_at_the_looks_beside_what_was_refitted_without(heavy) -> 
     assert starts[: len(heavy.starts[MASS])] == heavy.starts[MASS]
     refitted = heavy.answer.result.model.values()
     assert refitted["link.inertia"] != BELIEVED["link.inertia"]
-    assert all(start.without(MASS).values() == refitted for start in starts)
+    assert all(start.values()["link.inertia"] != BELIEVED["link.inertia"] for start in starts)
 
 
 def test_a_look_that_fails_is_told_and_gives_no_start(heavy, breaking) -> None:

@@ -79,6 +79,7 @@ DISPUTED, POOR = 2, 10.0
 WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all, have to leave
 # of typical strengths, at which trajectories are looked at
 SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
+MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
 # share of the mean square that a neighbour has to promise to be refitted before looks, which take
 # long, at effects that swing
@@ -500,8 +501,9 @@ class Search(Refits):
         if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
             return found
         shares = SHARES if self.screen.sees(effect_id) else UNSEEN_SHARES
-        values = starts(self.data.given, effects.BY_ID[effect_id], self.data.fitted, shares)
-        return screen.best(self._models_beside(answer, near, effect_id, values), check)[:KEPT]
+        values = list(starts(self.data.given, effects.BY_ID[effect_id], self.data.fitted, shares))
+        some = values[:: -(-len(values) // MOST_LOOKS)]
+        return screen.best(self._models_beside(answer, near, effect_id, some), check)[:KEPT]
 
     def _look_along(
         self, answer: Answer, near: Set, effect_id: str, check: Check
