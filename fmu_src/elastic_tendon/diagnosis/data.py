@@ -1,6 +1,7 @@
 """What a diagnosis works on: recordings without the motor encoder's noise, or excerpts of them.
 
-Most of a search is done on the liveliest stretches; the answer is confirmed on everything.
+Most of a search on a long recording is done on means of neighbouring samples, as far as these show
+the same motion, or on its liveliest stretches; the answer is confirmed on everything.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,15 +14,20 @@ from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.effects import BY_ID
-from elastic_tendon.errors import MeasurementError
+from elastic_tendon.errors import MeasurementError, SimulationError
 from elastic_tendon.identify.add import check_apart
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.identify.initial_state import estimate_initial_state
+from elastic_tendon.identify.problem import TOLERANCE
+from elastic_tendon.identify.residuals import Array, residuals_of, rms, simulate_measurement
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
-MOST = 7_500  # samples of all recordings together that a search works on
+# samples of all recordings together up to which a search works on each, and of an excerpt of more
+MOST, FEWER = 7_500, 3_000
 WINDOWS = 5  # stretches that an excerpt has
-FASTEST = 0.002  # s; samples closer together are averaged where there are too many
+# RMS by which straight lines from mean to mean of samples may miss the motion: shares of the noise
+# that means have, and of the error of the model as given
+OF_NOISE, OF_ERROR = 0.5, 1e-3
 FEWEST = 20  # samples in a piece
 
 
@@ -93,7 +99,7 @@ def data_of(
     total = sum(len(part.time) for part in clean)
     motions = clean
     if total > MOST:
-        motions = tuple(piece for part in clean for piece in _excerpt(part, MOST / total))
+        motions = tuple(piece for part in clean for piece in _excerpt(model, part, FEWER / total))
     whole = _windows(clean, options.horizon)
     given = model.without(idle_effects(model))
     known = _shown_by_motion(given) if all(part.static for part in measurements) else ()
@@ -165,10 +171,10 @@ def _pieces(measurement: Measurement, horizon: float) -> Iterator[Measurement]:
         yield measurement.window(start, end)
 
 
-def _excerpt(measurement: Measurement, share: float) -> Iterator[Measurement]:
-    """The liveliest stretches of a recording, about this share of its samples."""
+def _excerpt(model: Model, measurement: Measurement, share: float) -> Iterator[Measurement]:
+    """Means of samples, or the liveliest stretches of them, about this share of their number."""
     wanted = int(share * len(measurement.time))
-    short = _averaged(measurement, wanted)
+    short = measurement if measurement.static else _coarser(model, measurement, wanted)
     n = len(short.time)
     if n <= wanted or short.static:
         yield short
@@ -181,16 +187,44 @@ def _excerpt(measurement: Measurement, share: float) -> Iterator[Measurement]:
         yield short.samples(slice(int(start), int(start) + length))
 
 
-def _averaged(measurement: Measurement, wanted: int) -> Measurement:
-    """Means of neighbouring samples where they are closer than need be."""
-    n = len(measurement.time)
-    step = float(measurement.time[-1] - measurement.time[0]) / (n - 1)
-    count = min(max(int(FASTEST / step), 1), max(n // max(wanted, 1), 1))
-    if count < 2 or measurement.static:
+def _coarser(model: Model, measurement: Measurement, wanted: int) -> Measurement:
+    """Means of as many neighbouring samples as show the same motion, no fewer than are wanted."""
+    noise = measurement.noise["joint_position"].sigma
+    of_error = OF_ERROR * _error_of(model, measurement)
+    low, high = 1, -(-len(measurement.time) // wanted)
+    while low < high:  # the largest number that shows the same
+        count = (low + high + 1) // 2
+        allowed = max(OF_NOISE * noise / np.sqrt(count), of_error)
+        low, high = (
+            (count, high) if _missed(_averaged(measurement, count)) <= allowed else (low, count - 1)
+        )
+    return _averaged(measurement, low)
+
+
+def _error_of(model: Model, measurement: Measurement) -> float:
+    """RMS error of the joint position, rad; 0 where the model cannot follow."""
+    try:
+        start = estimate_initial_state(model, measurement)
+        run = simulate_measurement(model, measurement, start, TOLERANCE)
+    except SimulationError:
+        return 0.0
+    return rms(residuals_of(run, measurement)["joint_position"])
+
+
+def _missed(measurement: Measurement) -> float:
+    """RMS by which straight lines from sample to sample miss the joint's and the motor's motion."""
+    positions = measurement.signals["joint_position"], measurement.motor_position
+    return max(rms(np.diff(position, 2)) for position in positions) / 8.0
+
+
+def _averaged(measurement: Measurement, count: int) -> Measurement:
+    """Means of so many neighbouring samples."""
+    if count < 2:
         return measurement
+    n = len(measurement.time) // count * count
 
     def mean(values: Array) -> Array:
-        return np.asarray(values[: n // count * count].reshape(-1, count).mean(axis=1))
+        return np.asarray(values[:n].reshape(-1, count).mean(axis=1))
 
     load = measurement.load_torque
     return replace(
