@@ -177,6 +177,11 @@ class Refits:
         """Whether so much was simulated that the search should come to its end."""
         return self.work > MOST_WORK
 
+    @property
+    def _weary(self) -> bool:
+        """Whether so much was simulated that the next refits may be the last."""
+        return self.work > MOST_WORK - AFFORDABLE
+
     def _count(self, answer: Answer) -> None:
         self.work += answer.result.jacobians * self._cost(answer.result.model)
 

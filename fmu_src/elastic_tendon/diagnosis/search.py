@@ -211,7 +211,10 @@ class Search(Refits):
             self.neighbours = self._neighbours(added)
             enough = self._tired or len(self.answers) >= MOST_REFITS
             chosen = [] if enough else list(self._promising(added))
-            self._refit(chosen, "refitting what may do better")
+            turn = AT_ONCE if self._weary else max(len(chosen), 1)
+            for start in range(0, len(chosen), turn):
+                if not self._tired:
+                    self._refit(chosen[start : start + turn], "refitting what may do better")
             if self.answer.added == added:
                 return
 
