@@ -10,6 +10,7 @@ from elastic_tendon.diagnosis import data
 from elastic_tendon.diagnosis.data import FEWER, FEWEST, MOST, WINDOWS, data_of, idle_effects
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.errors import MeasurementError, ModelError
+from elastic_tendon.identify.compare import compare
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import load_model
 
@@ -92,6 +93,21 @@ def test_static_curves_stay_whole() -> None:
     curve = Measurement("curve", time, 0.0 * time, signals, load_torque=0.0 * time, static=True)
     (found,) = data_of(GIVEN, [curve], [], Options(horizon=1.0)).fitted
     assert len(found.time) == n
+
+
+def test_noise_of_a_static_curves_torque_counts() -> None:
+    n, random = 200, np.random.default_rng(1)
+    time, angle = 1000.0 * np.arange(n), np.linspace(-0.05, 0.05, n)
+    load = 40.0 * angle + 0.1 * random.standard_normal(n)
+    curve = Measurement("curve", time, 0.0 * time, {"joint_position": angle}, load, static=True)
+    found = data_of(GIVEN, [curve], [])
+    assert found.whole == (curve,)
+    (part,) = compare(GIVEN, found.fitted).files
+    (shown,) = compare(GIVEN, [curve]).files
+    known = found.fitted[0].noise["joint_position"].sigma
+    assert known == pytest.approx(shown.signals["joint_position"].noise.sigma)
+    assert known == part.signals["joint_position"].noise.sigma  # it is not counted twice
+    assert known > 10.0 * curve.noise["joint_position"].sigma
 
 
 def test_held_out_recordings_stay_whole() -> None:

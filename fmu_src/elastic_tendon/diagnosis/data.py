@@ -16,6 +16,7 @@ from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import MeasurementError, SimulationError
 from elastic_tendon.identify.add import check_apart
+from elastic_tendon.identify.compare import compare
 from elastic_tendon.identify.initial_state import estimate_initial_state
 from elastic_tendon.identify.problem import TOLERANCE
 from elastic_tendon.identify.residuals import Array, residuals_of, rms, simulate_measurement
@@ -98,8 +99,10 @@ def data_of(
     clean = tuple(map(smoothed, measurements))
     total = sum(len(part.time) for part in clean)
     motions = clean
+    if any(part.static for part in clean):
+        motions = tuple(_with_torque_noise(model, part) for part in clean)
     if total > MOST:
-        motions = tuple(piece for part in clean for piece in _excerpt(model, part, FEWER / total))
+        motions = tuple(piece for part in motions for piece in _excerpt(model, part, FEWER / total))
     whole = _windows(clean, options.horizon)
     given = model.without(idle_effects(model))
     known = _shown_by_motion(given) if all(part.static for part in measurements) else ()
@@ -169,6 +172,18 @@ def _pieces(measurement: Measurement, horizon: float) -> Iterator[Measurement]:
     for part in np.array_split(np.arange(len(measurement.time)), count):
         start, end = float(measurement.time[part[0]]), float(measurement.time[part[-1]])
         yield measurement.window(start, end)
+
+
+def _with_torque_noise(model: Model, measurement: Measurement) -> Measurement:
+    """A static curve with the noise that its torque has too, as the comparison counts it."""
+    if not measurement.static or "joint_position" in measurement.given_noise:
+        return measurement
+    try:
+        (file,) = compare(model, [measurement]).files
+    except SimulationError:
+        return measurement
+    known = {"joint_position": file.signals["joint_position"].noise.sigma}
+    return replace(measurement, given_noise={**measurement.given_noise, **known})
 
 
 def _excerpt(model: Model, measurement: Measurement, share: float) -> Iterator[Measurement]:

@@ -167,7 +167,8 @@ def _noise(
     the model itself says: simulated once more, under a load larger by one standard deviation.
     """
     load = measurement.load_torque
-    if not measurement.static or load is None:
+    given = "joint_position" in measurement.given_noise  # then it is all that shows there
+    if not measurement.static or load is None or given:
         return measurement.noise
     larger = replace(measurement, load_torque=load + _torque_noise(load))
     moved = simulate_measurement(model, larger, estimate_initial_state(model, larger))
