@@ -118,10 +118,11 @@ class Around:
     matrix: Array
     gradient: Array
 
-    def left(self, change: Array) -> float:
-        """Mean square that is left when a change (N,) comes in, all else free to follow."""
+    def left(self, change: Array) -> tuple[float, float]:
+        """Mean square that is left when a change (N,) comes in, all else free to follow; and how
+        many times it comes in."""
         if not np.isfinite(change).all() or not change.any():
-            return float(np.mean(self.residuals**2))
+            return float(np.mean(self.residuals**2)), 1.0
         count = len(self.gradient)
         whole = np.empty((count + 1, count + 1))
         whole[:count, :count] = self.matrix
@@ -130,9 +131,9 @@ class Around:
         score = np.append(self.gradient, change @ self.residuals / self.weight)
         step = -np.linalg.solve(whole, score)
         if step[count] < 0.0:
-            return float(np.mean(self.residuals**2))
+            return float(np.mean(self.residuals**2)), 1.0
         after = self.residuals + self.derivatives @ step[:count] + change * step[count]
-        return float(np.mean(after**2))
+        return float(np.mean(after**2)), float(step[count])
 
     def told(self, change: Array) -> float:
         """What the residuals tell of a change (N,): its square, less what all else could do."""
@@ -404,10 +405,10 @@ class Screen:
             return Look(np.inf, {**estimate.values, **starts[0]})
         changes = self._changes(estimate, around, effect_id, starts)
         found = [
-            Look(around.left(change), {**estimate.values, **start})
-            for start, change in zip(starts, changes, strict=True)
+            (*around.left(change), start) for start, change in zip(starts, changes, strict=True)
         ]
-        return min(found, key=lambda look: look.square)
+        square, times, start = min(found, key=lambda look: look[0])
+        return Look(square, {**estimate.values, **start, **_times(effect_id, start, times)})
 
     def _changes(
         self,
@@ -474,6 +475,20 @@ class Screen:
             normal = _normal(structure, estimate.x, residuals, derivatives, weight)
             self._known = estimate, Around(residuals, derivatives, bare, weight, *normal)
         return self._known[1]
+
+
+def _times(effect_id: str, start: Mapping[str, float], times: float) -> dict[str, float]:
+    """Strengths of an effect, by path, so many times as large: where it is far stronger than a
+    start, estimates that begin there end beside it."""
+    effect = effects.BY_ID[effect_id]
+    if effect.singular_null:
+        return {}
+    return {
+        path: one.null + times * (start[path] - one.null)
+        for one in effect.parameters
+        for path in [f"effects.{effect_id}.{one.name}"]
+        if not one.shape
+    }
 
 
 def badness(estimate: Estimate) -> float:
