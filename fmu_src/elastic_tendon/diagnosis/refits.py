@@ -23,6 +23,7 @@ from elastic_tendon.identify.coordinates import free_parameters
 from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.problem import TOLERANCE
 from elastic_tendon.identify.residuals import simulate_measurement
+from elastic_tendon.identify.work import AFFORDABLE, Work, counted, enough
 from elastic_tendon.parameters import Model
 from elastic_tendon.variables import interface
 
@@ -30,11 +31,13 @@ Progress = Callable[[str, float], None]  # what is being done, and the share of 
 Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
 T = TypeVar("T")
 
-EFFORT = Effort(scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5)
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
-# multiplications that one refit may take, about, and all of them before nothing more is tried
-AFFORDABLE, MOST_WORK = 8e8, 1.6e9
+# multiplications after which nothing more is tried
+MOST_WORK = 4e9
+EFFORT = Effort(
+    scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5, most=AFFORDABLE
+)
 AT_NOISE = 1.1  # mean square up to which an answer leaves nothing to explain
 # share of the mean square without it that an effect which swings leaves at most where its frequency
 # is looked for again, how often, and what share that has to leave
@@ -89,7 +92,6 @@ class Refits:
         found: list[tuple[Set, Answer]] = []
         try:
             for added, answer in self._without_failures(sets, results):
-                self._count(answer)
                 found.append((added, answer))
         finally:
             for added, answer in found:
@@ -119,13 +121,21 @@ class Refits:
             if stopped.is_set():
                 raise KeyboardInterrupt
 
+        def run(task: Callable[[Check], T], own: Work) -> T:
+            with counted(own):
+                return task(check)
+
         pool = ThreadPoolExecutor(AT_ONCE)
+        counts = [Work() for _ in work]
         try:
-            futures = [pool.submit(task, check) for _, task in work]
+            futures = [
+                pool.submit(run, task, own) for (_, task), own in zip(work, counts, strict=True)
+            ]
             for done, ((text, _), future) in enumerate(zip(work, futures, strict=True)):
                 while future not in wait([future], PATIENCE).done:
                     self.progress(text, done / len(work))  # whoever wants to stop does so here
                 error = future.exception()
+                self.work += counts[done].multiplications
                 if error is not None and not isinstance(error, FAILURES):
                     raise error
                 yield error if error is not None else future.result()
@@ -159,7 +169,7 @@ class Refits:
         data, added = self.data, answer.added
         resonance = Resonance(data.given, added, effect_id, data.fitted, check)
         for _ in range(MOST_SCANS):
-            if answer.mean_square < AT_NOISE:
+            if answer.mean_square < AT_NOISE or enough():
                 break
             near = [one.result.model for one in resonance.around(answer)]
             again = refit(data.given, added, data.fitted, near, effort, check)
@@ -181,9 +191,6 @@ class Refits:
     def _weary(self) -> bool:
         """Whether so much was simulated that the next refits may be the last."""
         return self.work > MOST_WORK - AFFORDABLE
-
-    def _count(self, answer: Answer) -> None:
-        self.work += answer.result.jacobians * self._cost(answer.result.model)
 
     def _effort(self, models: Sequence[Model]) -> Effort:
         """How long to search where derivatives are as dear as those of some models."""

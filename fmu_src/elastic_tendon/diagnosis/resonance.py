@@ -19,6 +19,7 @@ from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.identify.coordinates import SPRINGS
 from elastic_tendon.identify.fit import Effort
+from elastic_tendon.identify.work import enough
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
@@ -91,12 +92,14 @@ class Resonance:
     def _scanned(self, place: Answer, dampings: Sequence[float]) -> list[tuple[float, Model]]:
         """Minima of the mean square over the frequency, all else following to first order."""
         screen, own = TrajectoryScreen(place), place.result.model
-        minima = []
+        minima: list[tuple[float, Model]] = []
         for damping in dampings:
             models = list(self._along(own, damping))
             left = []
             for model in models:
                 self.check(0.0)
+                if enough():
+                    return minima
                 left.append(place.mean_square * screen.beside(model))
             around = np.concatenate([[np.inf], left, [np.inf]])
             least = (around[1:-1] < around[:-2]) & (around[1:-1] <= around[2:])
@@ -117,6 +120,8 @@ class Resonance:
         """All else refitted, where that can be simulated."""
         found = []
         for model in models:
+            if enough():
+                break
             try:
                 found.append(
                     refit_rest(

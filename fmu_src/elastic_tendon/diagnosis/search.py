@@ -50,6 +50,7 @@ from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.identify.coordinates import Coordinates
 from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.residuals import Array
+from elastic_tendon.identify.work import AFFORDABLE
 from elastic_tendon.parameters import Model
 
 FAR_BETTER = 0.5  # a pair that leaves less than this share of the best single's square is tried
@@ -73,7 +74,15 @@ MOST_ROUNDS, MOST_REFITS = 8, 20
 HOPS, FRUITLESS, DISTANCES, FARTHEST = 60, 24, (1.0, 10.0, 50.0), 0.5
 # along what an answer leaves to the prior, in its standard deviations: slackness may decide there
 STEPS, OPEN = (-0.25, 0.25, -0.4, 0.4, -0.6, 0.6, -0.8, 0.8, -1.0, 1.0, -1.5, 1.5), 2.0
-HOPPING = Effort(scouted=2, scouting=12, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
+HOPPING = Effort(
+    scouted=2,
+    scouting=12,
+    polished=0,
+    evaluations=1,
+    rounds=0,
+    tolerance=1e-3,
+    most=AFFORDABLE,
+)
 # sets besides, and how many times the answer's mean square they may leave
 DISPUTED, POOR = 2, 10.0
 WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all, have to leave
@@ -339,8 +348,6 @@ class Search(Refits):
                 for start in islice(starts, AT_ONCE)
             ]
             found = [part for part in self._at_once(work) if isinstance(part, Answer)]
-            for part in found:
-                self._count(part)
             best = self._likeliest([answer, *found])
             if best.mean_square < WORTH_HOPPING * answer.mean_square:
                 answer, vain, starts = best, 0, self._around(best, random)

@@ -18,6 +18,7 @@ from elastic_tendon.identify.residuals import (
     simulate_measurement,
     stack,
 )
+from elastic_tendon.identify.work import enough
 from elastic_tendon.parameters import Model
 
 ON_BOUND = 1e-9  # in prior sigmas
@@ -63,7 +64,7 @@ class TrajectoryScreen:
             left = self._left(model)
             found.append((1.0 if left is None else left, model))
             failures += left is None
-            if failures == MOST_FAILURES:
+            if failures == MOST_FAILURES or enough():
                 break
         return sorted(found, key=lambda pair: pair[0])
 

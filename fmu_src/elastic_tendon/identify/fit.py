@@ -20,6 +20,7 @@ from elastic_tendon.identify.descent import descend
 from elastic_tendon.identify.determinability import Findings, findings
 from elastic_tendon.identify.problem import Problem, Sigmas, problem_of
 from elastic_tendon.identify.residuals import Array, InitialState, noise_floors
+from elastic_tendon.identify.work import worked
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
@@ -46,7 +47,8 @@ class Effort:
     `scouted` : so many starts, those of least cost first, are followed for `scouting` evaluations,
     enough to tell a good basin from a bad one; `polished` of them to the end beside the best.
     `evaluations` : of one descent. `rounds` : in which sigmas are renewed. `tolerance` : relative
-    fall of the cost at which a descent ends.
+    fall of the cost at which a descent ends. `most` : multiplications, see `work`, after which
+    descents end where they are.
     """
 
     scouted: int
@@ -55,6 +57,7 @@ class Effort:
     evaluations: int
     rounds: int
     tolerance: float = COST_TOLERANCE
+    most: float = np.inf
 
 
 THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
@@ -69,8 +72,7 @@ class FitResult:
     `model` carries the fitted values and still the given uncertainties; `given` is the model the
     prior is centred on. `initial_states` has one entry for each recording. `cost` is half the sum
     of squares of whitened errors and prior under `sigmas`, `start_cost` the least of it among the
-    starts. `jacobians`: number of times that derivatives were worked out, which take most of the
-    time. `interrupted`: stopped by the user, holds the best so far.
+    starts. `interrupted`: stopped by the user, holds the best so far.
     """
 
     given: Model
@@ -80,7 +82,6 @@ class FitResult:
     sigmas: Sigmas
     cost: float
     start_cost: float
-    jacobians: int
     interrupted: bool
 
     @cached_property
@@ -134,8 +135,8 @@ class _Search:
     problem: Problem
     sigmas: Sigmas
     best: Array
+    end: float  # multiplications after which descents end
     best_cost: float = np.inf
-    jacobians: int = 0
     lower: Array = field(init=False)
     upper: Array = field(init=False)
 
@@ -150,7 +151,8 @@ class _Search:
         return values
 
     def jacobian(self, vector: Array) -> Array:
-        self.jacobians += 1
+        if worked() > self.end:
+            raise SimulationError("enough was simulated")
         return self.problem.jacobian(vector, self.sigmas)
 
     def cost(self, vector: Array) -> float:
@@ -250,7 +252,8 @@ def fit(
             vectors.append(problem.start(model))
         except SimulationError:  # a start that cannot be simulated is no start
             continue
-    search = _Search(remembering, _closest_sigmas(remembering, vectors), vectors[0])
+    end = worked() + effort.most
+    search = _Search(remembering, _closest_sigmas(remembering, vectors), vectors[0], end)
     interrupted = False
     try:
         _run(search, vectors, effort, progress)
@@ -265,7 +268,6 @@ def fit(
         sigmas=search.sigmas,
         cost=search.cost(vector),
         start_cost=min(search.cost(start) for start in vectors),
-        jacobians=search.jacobians,
         interrupted=interrupted,
     )
 

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from elastic_tendon import compiled
 from elastic_tendon.compiled import DEFAULT_TOLERANCE, Trajectory
+from elastic_tendon.identify.work import count
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
+from elastic_tendon.variables import interface
 
 Array = NDArray[np.float64]
 
@@ -64,7 +66,7 @@ def simulate_measurement(
     ------
     SimulationError : the solver could not go on
     """
-    return compiled.simulate(
+    trajectory = compiled.simulate(
         model,
         measurement.time,
         measurement.motor_position,
@@ -74,6 +76,8 @@ def simulate_measurement(
         tolerance=tolerance,
         as_measured=True,
     )
+    count(trajectory.statistics["rates"])
+    return trajectory
 
 
 def residuals_of(trajectory: Trajectory, measurement: Measurement) -> dict[str, Array]:
@@ -121,6 +125,8 @@ def sensitivity(
         tolerance=tolerance,
         as_measured=True,
     )
+    columns = (len(parameters) + len(INITIAL_STATES)) * len(interface(model.effect_ids).states)
+    count(result.trajectory.statistics["rates"], columns)
     return Sensitivity(
         residuals=residuals_of(result.trajectory, measurement),
         derivatives={

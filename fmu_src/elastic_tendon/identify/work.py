@@ -1,0 +1,45 @@
+"""How much is simulated: a measure of the time that work takes, the same on every machine."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+AFFORDABLE = 6e8  # multiplications that one piece of work may take: some seconds
+
+
+@dataclass
+class Work:
+    """Multiplications, about, that simulations have taken so far."""
+
+    multiplications: float = 0.0
+
+
+_UNDER_WAY: ContextVar[Work | None] = ContextVar("work under way", default=None)
+
+
+@contextmanager
+def counted(work: Work) -> Iterator[None]:
+    """Count what this thread simulates."""
+    token = _UNDER_WAY.set(work)
+    try:
+        yield
+    finally:
+        _UNDER_WAY.reset(token)
+
+
+def count(evaluations: int, columns: int = 0) -> None:
+    """Count a simulation: evaluations of the rates, each with so many derivatives of states."""
+    if (work := _UNDER_WAY.get()) is not None:
+        work.multiplications += evaluations * (1.0 + columns)
+
+
+def worked() -> float:
+    """Multiplications of the work under way so far, 0 where nobody counts."""
+    work = _UNDER_WAY.get()
+    return 0.0 if work is None else work.multiplications
+
+
+def enough() -> bool:
+    """Whether the work under way has taken what it may."""
+    return worked() > AFFORDABLE
