@@ -386,7 +386,7 @@ class Search(Refits):
         whether the best has changed
         """
         answer = self.answer
-        if answer.mean_square < MUCH or answer.added in self._exhausted:
+        if self._tired or answer.mean_square < MUCH or answer.added in self._exhausted:
             return False
         self._exhausted.add(answer.added)
         words = "trying every addition"
@@ -407,7 +407,7 @@ class Search(Refits):
         whether the best has changed
         """
         answer = self.answer
-        if answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
+        if self._tired or answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
             return False
         singles = [(effect_id,) for effect_id in self.data.candidates]
         self._refit(singles, "trying every effect")
@@ -557,7 +557,7 @@ class Search(Refits):
             shares |= {without(added, effect_id): None for effect_id in added}
             shares |= dict.fromkeys(simpler(added))
             unlooked = list(self.data.candidates)
-        if not at_noise:
+        if not (at_noise or self._tired):
             shares |= self._looks(added, [one for one in unlooked if not swings(one)])
             untried = (near for near in shares if near not in {*self.answers, *self.failures})
             if all((shares[near] or 1.0) > FIRST for near in untried):
