@@ -270,6 +270,10 @@ TOGETHER = [
     Case(("spring_hardening", "gear_backlash"), whole_play),
     Case(("spring_relaxation", "gear_backlash"), whole_play, UNDAMPED),
     Case(("spring_hardening", "spring_mass"), one_half_slack, duration=0.3),
+    Case(("spring_hysteresis", "spring_mass"), one_half_slack, duration=0.3),
+    Case(("spring_relaxation", "spring_mass"), one_half_slack, duration=0.3),
+    Case(("tendon_compliance", "spring_mass"), one_half_slack, UNDAMPED, duration=0.3),
+    Case(("gear_backlash", "spring_mass"), whole_play, duration=0.4),
     Case(("coulomb_friction", "tendon_guide_friction"), sticking),
     Case(
         (

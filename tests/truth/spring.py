@@ -90,7 +90,7 @@ class Spring:
         return slope
 
     def half(self) -> "Spring":
-        """Half of the spring's length: the same force at half the elongation."""
+        """Half of the spring and of its tendon: the same force at half the elongation."""
         return replace(
             self,
             stiffness=2.0 * self.stiffness,
@@ -106,5 +106,6 @@ class Spring:
             hysteresis=self.hysteresis and self.hysteresis.halved(),
             relaxation=self.relaxation
             and replace(self.relaxation, stiffness=2.0 * self.relaxation.stiffness),
+            compliance=0.5 * self.compliance,
             lumped=None,
         )
