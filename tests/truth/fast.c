@@ -1,66 +1,111 @@
 /* The laws of this folder on a fixed step, for studies that need thousands of runs.
  *
  * Runge-Kutta of order four; a step in which a corner of a law is passed is taken again in small
- * parts, and dry friction stops the joint where its velocity reaches zero. It errs by less than
- * 1e-6 rad against `solver`, which is what recordings are made with. SI units.
+ * parts, and dry friction stops the joint where its velocity reaches zero. It errs by some 1e-6 rad
+ * against `solver`. Only how a damped spring lags in series with a compliant tendon is taken to
+ * first order in time, which costs 1e-5 rad, beside hysteresis up to 1e-3. SI units.
  */
 #include <math.h>
 #include <string.h>
 
-enum { /* in the order of fast.NUMBERS */
+enum { /* in the order of fast.numbers_of */
     JOINT_RADIUS, MOTOR_RADIUS, PRETENSION, INERTIA, DAMPING,
     K1, K2, D1, D2, CUBIC1, CUBIC2, ENGAGE1, ENGAGE2, STRING1, STRING2,
     HYSTERESIS1, HYSTERESIS2, YIELD, EXPONENT, CREEP1, CREEP2, TIME_CONSTANT,
     MASS1, MASS2, MASS_DAMPING1, MASS_DAMPING2, COMPLIANCE,
     COULOMB, STATIC, STRIBECK, BRISTLE, BRISTLE_DAMPING, DRAG, GRAVITY, GRAVITY_ANGLE,
     STOP_LOWER, STOP_UPPER, STOP_STIFFNESS, STOP_DAMPING,
-    WRAP, GAP, ECCENTRICITY, PHASE, MOTOR_OFFSET, POSITION, VELOCITY
+    WRAP, GAP, ECCENTRICITY, PHASE, MOTOR_OFFSET, POSITION, VELOCITY, NUMBERS
 };
-enum { Q, V, BENT, Z1, Z2, C1, C2, S1, VS1, S2, VS2, STATES };
-enum { PARTS = 128, MOST_RESTS = 8 };
+/* a spring with a mass in its middle is two pieces, else one: LAG and CREEP stand for the upper and
+   then the lower side's, from the motor to the joint */
+enum { Q, V, BENT, S1, VS1, S2, VS2, LAG, CREEP = LAG + 4, STATES = CREEP + 4 };
+enum { PARTS = 128, MOST_RESTS = 8, NEWTON = 12 };
 
 typedef struct { const double *p; double theta, rate, load; int direction; } Now;
 typedef struct { double tension, lag_rate, creep_rate; int signature; } Pull;
 typedef struct { double q_torque, upper, lower, joint_torque; int signature; } Torques;
+typedef struct { double travel, rate; int signature; } Pulley;
 
 typedef struct {
     double k, d, cubic, engage, string, friction, yield, exponent, creep, time, compliance;
 } Law;
+/* `pieces` of one side, in the order of their states, and how far and fast their ends part */
+typedef struct { Law law; int pieces; double length[2], rate[2]; } Side;
+/* a piece at an elongation: its force without damper, the slope of that at its present memory and
+   with what its friction adds, how it fades in time, and the rate of the elongation */
+typedef struct { double force, slope, hardness, fading, rate; } Stretched;
+/* force of a side at the motor, the rate of that, and how both grow with the pulley's own */
+typedef struct { double force, stiffness, change, hardness; } AtMotor;
 
-static Law law_of(const double *p, int side, double count)
+static Side side_of(const double *p, const double *y, int side, Pulley pulley)
 {
-    /* a spring cut in `count` pieces: each bears the same force at a part of the elongation */
+    int pieces = p[MASS1 + side] > 0.0 ? 2 : 1;
+    double count = pieces, sign = side == 0 ? 1.0 : -1.0;
+    double rest = p[PRETENSION] * (1.0 / p[K1 + side] + p[COMPLIANCE]) / count;
+    double top = sign * pulley.travel, top_rate = sign * pulley.rate;
+    double end = sign * p[JOINT_RADIUS] * y[Q], end_rate = sign * p[JOINT_RADIUS] * y[V];
+    double s = y[S1 + 2 * side], vs = y[VS1 + 2 * side];
+    /* each piece bears the same force at a part of the elongation */
     Law law = {
         p[K1 + side] * count, p[D1 + side] * count, p[CUBIC1 + side] * count * count * count,
         p[ENGAGE1 + side] / count, p[STRING1 + side] * count,
         p[HYSTERESIS1 + side], p[YIELD] / count, p[EXPONENT], p[CREEP1 + side] * count,
-        p[TIME_CONSTANT], p[COMPLIANCE]
+        p[TIME_CONSTANT], p[COMPLIANCE] / count
     };
-    return law;
+    if (pieces == 1)
+        return (Side){law, pieces, {rest + top - end}, {top_rate - end_rate}};
+    return (Side){law, pieces, {rest + top - s, rest + s - end}, {top_rate - vs, vs - end_rate}};
 }
 
-static double own_force(const Law *a, double e, double z, double c, double *slope)
+static double yielding(const Law *a, double z, double direction)
+{
+    return direction * z > 0.0 ? 1.0 - pow(fabs(z), a->exponent) : 1.0;
+}
+
+/* slope with what friction adds while the elongation moves in a direction */
+static double hardness(const Law *a, double slope, double z, double direction)
+{
+    return a->friction > 0.0 ? slope + a->friction / a->yield * yielding(a, z, direction) : slope;
+}
+
+static Stretched stretched(const Law *a, double e, double rate, double z, double c)
 {
     double over = e > a->engage ? a->string : 0.0;
-    *slope = a->k + 3.0 * a->cubic * e * e + over + a->creep;
-    return a->k * e + a->cubic * e * e * e + over * (e - a->engage) + a->friction * z
-        + a->creep * (e - c);
+    Stretched out = {
+        .force = a->k * e + a->cubic * e * e * e + over * (e - a->engage) + a->friction * z
+            + a->creep * (e - c),
+        .slope = a->k + 3.0 * a->cubic * e * e + over + a->creep,
+        .fading = a->creep * (e - c) / a->time
+    };
+    double drive = rate + a->compliance * out.fading;
+    out.hardness = hardness(a, out.slope, z, drive);
+    out.rate = drive / (1.0 + a->compliance * out.hardness);
+    return out;
 }
 
-/* elongation at which own force times `compliance` and elongation make `length` (compliance > 0),
-   or at which there is no force (0) */
-static double balanced(const Law *a, double length, double rate, double z, double c)
+/* elongation at which a taut piece, its compliance and its damper make `length` */
+static double taut_elongation(const Law *a, double length, double rate, double z, double c)
 {
-    double e = a->compliance > 0.0 ? length : 0.0, slope;
-    for (int i = 0; i < 12; i++) {
-        double force = own_force(a, e, z, c, &slope), step;
-        if (a->compliance > 0.0) {
-            double damped = a->d * rate / (1.0 + a->compliance * slope);
-            step = (a->compliance * (force + damped) + e - length) / (1.0 + a->compliance * slope);
-        } else
-            step = force / slope;
+    double e = length;
+    for (int i = 0; i < NEWTON && a->compliance > 0.0; i++) {
+        Stretched at = stretched(a, e, rate, z, c);
+        double excess = a->compliance * (at.force + a->d * at.rate) + e - length;
+        double step = excess / (1.0 + a->compliance * at.slope);
         e -= step;
         if (fabs(step) < 1e-15) break;
+    }
+    return e;
+}
+
+/* elongation at which a piece has no force of its own */
+static double free_elongation(const Law *a, double z, double c)
+{
+    double e = 0.0;
+    for (int i = 0; i < NEWTON; i++) {
+        Stretched at = stretched(a, e, 0.0, z, c);
+        e -= at.force / at.slope;
+        if (fabs(at.force / at.slope) < 1e-15) break;
     }
     return e;
 }
@@ -68,48 +113,72 @@ static double balanced(const Law *a, double length, double rate, double z, doubl
 static Pull pull_of(const Law *a, double length, double rate, double z, double c)
 {
     Pull out = {0};
-    double slope, e = length, e_rate = rate, force;
-    if (a->compliance > 0.0) {
-        e = balanced(a, length, rate, z, c);
-        force = (length - e) / a->compliance;
-        own_force(a, e, z, c, &slope);
-        e_rate = rate / (1.0 + a->compliance * slope);
-    } else
-        force = own_force(a, e, z, c, &slope) + a->d * rate;
+    double e = taut_elongation(a, length, rate, z, c);
+    Stretched at = stretched(a, e, rate, z, c);
+    double force = a->compliance > 0.0 ? (length - e) / a->compliance : at.force + a->d * rate;
+    double e_rate = at.rate;
     if (force <= 0.0) {
-        Law bare = *a;
-        bare.compliance = 0.0;
         e_rate = 0.0;
         if (a->creep > 0.0) {
-            e = balanced(&bare, 0.0, 0.0, z, c);
-            own_force(&bare, e, z, c, &slope);
-            if (a->friction > 0.0) slope += a->friction / a->yield;
-            e_rate = a->creep * (e - c) / a->time / slope;
+            e = free_elongation(a, z, c);
+            at = stretched(a, e, 0.0, z, c);
+            e_rate = at.fading / hardness(a, at.slope, z, at.fading);
         }
     }
     out.tension = force > 0.0 ? force : 0.0;
     out.signature = (force > 0.0) | (e > a->engage && a->string > 0.0) << 1;
-    if (a->friction > 0.0)
-        out.lag_rate = e_rate / a->yield * (e_rate * z > 0.0 ? 1.0 - pow(fabs(z), a->exponent) : 1.0);
-    if (a->friction > 0.0) out.signature |= (e_rate > 0.0) << 2 | (z > 0.0) << 3;
+    if (a->friction > 0.0) {
+        out.lag_rate = e_rate / a->yield * yielding(a, z, e_rate);
+        out.signature |= (e_rate > 0.0) << 2 | (z > 0.0) << 3;
+    }
     if (a->creep > 0.0) out.creep_rate = (e - c) / a->time;
     return out;
 }
 
-/* travel of the pulley beyond the joint's at which both sides pull alike */
-static double imbalance_zero(const double *p, const double *y, const double *rest)
+/* without dampers and before slack cuts it off */
+static AtMotor at_motor(const double *p, const double *y, int side, Pulley pulley)
 {
-    Law upper = law_of(p, 0, 1.0), lower = law_of(p, 1, 1.0);
-    double x = 0.0, s1, s2;
-    if (p[CUBIC1] == 0.0 && p[HYSTERESIS1] == 0.0 && p[CREEP1] == 0.0 && p[STRING1] == 0.0)
-        return 0.0;
-    for (int i = 0; i < 12; i++) {
-        double difference = own_force(&upper, rest[0] + x, y[Z1], y[C1], &s1)
-            - own_force(&lower, rest[1] - x, y[Z2], y[C2], &s2);
-        x -= difference / (s1 + s2);
-        if (fabs(difference) < 1e-10) break;
+    Side s = side_of(p, y, side, pulley);
+    double z = y[LAG + 2 * side], c = y[CREEP + 2 * side];
+    s.law.d = 0.0;
+    double e = taut_elongation(&s.law, s.length[0], s.rate[0], z, c);
+    Stretched at = stretched(&s.law, e, s.rate[0], z, c);
+    return (AtMotor){
+        at.force, at.slope / (1.0 + s.law.compliance * at.slope),
+        at.hardness * at.rate - at.fading,
+        at.hardness / (1.0 + s.law.compliance * at.hardness)
+    };
+}
+
+/* where both sides pull a pulley without mass alike, at any place of the play */
+static Pulley floating(const double *p, const double *y)
+{
+    Pulley out = {p[JOINT_RADIUS] * y[Q], p[JOINT_RADIUS] * y[V], 0};
+    for (int i = 0; i < NEWTON; i++) {
+        AtMotor a = at_motor(p, y, 0, out), b = at_motor(p, y, 1, out);
+        double apart = a.force - b.force, parting = a.change - b.change;
+        out.travel -= apart / (a.stiffness + b.stiffness);
+        out.rate -= parting / (a.hardness + b.hardness);
+        if (fabs(apart) < 1e-10 && fabs(parting) < 1e-7) break;
     }
-    return x;
+    return out;
+}
+
+static Pulley pulley_of(const Now *n, const double *y)
+{
+    const double *p = n->p;
+    double r = p[MOTOR_RADIUS], half = 0.5 * p[GAP] * r;
+    Pulley out = {
+        r * (n->theta + p[ECCENTRICITY] * (sin(n->theta + p[PHASE]) - sin(p[PHASE]))),
+        r * n->rate * (1.0 + p[ECCENTRICITY] * cos(n->theta + p[PHASE])), 0
+    };
+    if (p[GAP] == 0.0) return out;
+    Pulley free = floating(p, y);
+    if (fabs(free.travel - out.travel) < half) return free;
+    int ahead = free.travel > out.travel;
+    out.travel += ahead ? half : -half;
+    out.signature = (ahead ? 1 : 2) << 20;
+    return out;
 }
 
 static double stribeck(const double *p, double v)
@@ -140,44 +209,26 @@ static int sticks(const double *p)
 static Torques evaluate(const Now *n, const double *y, double *dy)
 {
     const double *p = n->p;
-    double R = p[JOINT_RADIUS], r = p[MOTOR_RADIUS], v = y[V];
-    double rest[2], F_joint[2], F_motor;
-    Torques out = {0};
+    double R = p[JOINT_RADIUS], v = y[V], F_joint[2];
+    Pulley pulley = pulley_of(n, y);
+    Torques out = {.signature = pulley.signature};
     memset(dy, 0, STATES * sizeof *dy);
-    double angle = n->theta, rate = n->rate;
-    if (p[ECCENTRICITY] != 0.0) {
-        angle += p[ECCENTRICITY] * (sin(n->theta + p[PHASE]) - sin(p[PHASE]));
-        rate *= 1.0 + p[ECCENTRICITY] * cos(n->theta + p[PHASE]);
-    }
-    for (int i = 0; i < 2; i++) rest[i] = p[PRETENSION] * (1.0 / p[K1 + i] + p[COMPLIANCE]);
-    double travel = r * angle, travel_rate = r * rate;
-    if (p[GAP] > 0.0) {
-        double half = 0.5 * p[GAP] * r;
-        double free = R * y[Q] + imbalance_zero(p, y, rest);
-        if (free > travel + half) travel += half, out.signature |= 1 << 20;
-        else if (free < travel - half) travel -= half, out.signature |= 2 << 20;
-        else travel = free, travel_rate = R * v;
-    }
     for (int i = 0; i < 2; i++) {
-        double sign = i == 0 ? 1.0 : -1.0;
-        double top = sign * travel, top_rate = sign * travel_rate;
-        double end = sign * R * y[Q], end_rate = sign * R * v;
-        if (p[MASS1 + i] > 0.0) {
-            Law law = law_of(p, i, 2.0);
-            double s = y[S1 + 2 * i], vs = y[VS1 + 2 * i], mean = 0.5 * (top_rate + end_rate);
-            Pull a = pull_of(&law, 0.5 * rest[i] + top - s, top_rate - vs, 0.0, 0.0);
-            Pull b = pull_of(&law, 0.5 * rest[i] + s - end, vs - end_rate, 0.0, 0.0);
-            F_motor = a.tension, F_joint[i] = b.tension;
+        Side side = side_of(p, y, i, pulley);
+        double F[2];
+        for (int j = 0; j < side.pieces; j++) {
+            int piece = 2 * i + j;
+            Pull pull =
+                pull_of(&side.law, side.length[j], side.rate[j], y[LAG + piece], y[CREEP + piece]);
+            F[j] = pull.tension;
+            dy[LAG + piece] = pull.lag_rate, dy[CREEP + piece] = pull.creep_rate;
+            out.signature |= pull.signature << (4 * piece);
+        }
+        F_joint[i] = F[side.pieces - 1];
+        if (side.pieces == 2) {
+            double vs = y[VS1 + 2 * i], mean = 0.5 * (i == 0 ? 1.0 : -1.0) * (pulley.rate + R * v);
             dy[S1 + 2 * i] = vs;
-            dy[VS1 + 2 * i] =
-                (F_motor - F_joint[i] - p[MASS_DAMPING1 + i] * (vs - mean)) / p[MASS1 + i];
-            out.signature |= (a.signature | b.signature << 4) << (8 * i);
-        } else {
-            Law law = law_of(p, i, 1.0);
-            Pull a = pull_of(&law, rest[i] + top - end, top_rate - end_rate, y[Z1 + i], y[C1 + i]);
-            F_joint[i] = a.tension;
-            dy[Z1 + i] = a.lag_rate, dy[C1 + i] = a.creep_rate;
-            out.signature |= a.signature << (8 * i);
+            dy[VS1 + 2 * i] = (F[0] - F[1] - p[MASS_DAMPING1 + i] * (vs - mean)) / p[MASS1 + i];
         }
     }
     out.upper = F_joint[0], out.lower = F_joint[1];
@@ -216,24 +267,24 @@ static Torques evaluate(const Now *n, const double *y, double *dy)
     return out;
 }
 
-typedef struct { const double *theta, *rate, *load; double half_step; } Inputs;
+typedef struct { const double *theta, *rate, *load, *load_rate; double half_step; } Inputs;
 
-/* inputs between two neighbours of the table at which they stand, by a cubic and a line */
+/* value and rate (not where 0) at a share of a piece of a spline, of those at its ends */
+static double between(const double *x, const double *v, double h, double s, double *rate)
+{
+    double a = 1.0 - s, rise = (x[1] - x[0]) / h;
+    if (rate) *rate = v[0] * a * (1.0 - 3.0 * s) + v[1] * s * (3.0 * s - 2.0) + 6.0 * s * a * rise;
+    return x[0] * a * a * (1.0 + 2.0 * s) + x[1] * s * s * (3.0 - 2.0 * s)
+        + h * s * a * (v[0] * a - v[1] * s);
+}
+
 static void inputs_at(const Inputs *in, long step, double share, Now *n)
 {
     double s = 2.0 * share, h = in->half_step;
     long i = 2 * step;
     if (s >= 1.0) i += 1, s -= 1.0;
-    double a = 1.0 - s;
-    const double *x = in->theta + i, *v = in->rate + i;
-    if (s == 0.0) n->theta = x[0], n->rate = v[0], n->load = in->load[i];
-    else {
-        n->theta = x[0] * a * a * (1.0 + 2.0 * s) + x[1] * s * s * (3.0 - 2.0 * s)
-            + h * s * a * (v[0] * a - v[1] * s);
-        n->rate = v[0] * a + v[1] * s;
-        n->load = in->load[i] * a + in->load[i + 1] * s;
-    }
-    n->theta -= n->p[MOTOR_OFFSET];
+    n->theta = between(in->theta + i, in->rate + i, h, s, &n->rate) - n->p[MOTOR_OFFSET];
+    n->load = between(in->load + i, in->load_rate + i, h, s, 0);
 }
 
 /* bristles after a travel from `start` on: their law is linear in the travel while g stays */
@@ -318,37 +369,40 @@ static int part_of_step(const Inputs *in, long step, double from, double to, Now
 
 static void begin(Now *n, double *y)
 {
-    const double *p = n->p;
-    double R = p[JOINT_RADIUS], r = p[MOTOR_RADIUS];
+    /* springs begin relaxed, their masses in the middle */
+    double relaxed[NUMBERS];
+    Now without = *n;
+    memcpy(relaxed, n->p, sizeof relaxed);
     memset(y, 0, STATES * sizeof *y);
-    y[Q] = p[POSITION], y[V] = p[VELOCITY];
-    double travel = r * (n->theta + p[ECCENTRICITY] * (sin(n->theta + p[PHASE]) - sin(p[PHASE])));
+    y[Q] = n->p[POSITION], y[V] = n->p[VELOCITY];
+    for (int i = 0; i < 2; i++)
+        relaxed[CREEP1 + i] = relaxed[HYSTERESIS1 + i] = relaxed[MASS1 + i] = 0.0;
+    without.p = relaxed;
+    Pulley pulley = pulley_of(&without, y);
     for (int i = 0; i < 2; i++) {
-        double sign = i == 0 ? 1.0 : -1.0, slope;
-        double length = p[PRETENSION] * (1.0 / p[K1 + i] + p[COMPLIANCE])
-            + sign * (travel - R * y[Q]);
-        Law law = law_of(p, i, 1.0);
-        law.creep = law.friction = 0.0;
-        double e = law.compliance > 0.0 ? balanced(&law, length, 0.0, 0.0, 0.0) : length;
-        y[C1 + i] = own_force(&law, e, 0.0, 0.0, &slope) > 0.0 ? e : 0.0;
-        y[S1 + 2 * i] = 0.5 * sign * (travel + R * y[Q]);
-        y[VS1 + 2 * i] = 0.5 * sign * (r * n->rate + R * y[V]);
+        Side whole = side_of(relaxed, y, i, pulley);
+        double e = taut_elongation(&whole.law, whole.length[0], 0.0, 0.0, 0.0);
+        double force = stretched(&whole.law, e, 0.0, 0.0, 0.0).force, sign = i == 0 ? 1.0 : -1.0;
+        double share = n->p[MASS1 + i] > 0.0 ? 0.5 : 1.0;
+        for (int j = 0; j < 2; j++) y[CREEP + 2 * i + j] = force > 0.0 ? share * e : 0.0;
+        y[S1 + 2 * i] = 0.5 * sign * (pulley.travel + n->p[JOINT_RADIUS] * y[Q]);
+        y[VS1 + 2 * i] = 0.5 * sign * (pulley.rate + n->p[JOINT_RADIUS] * y[V]);
     }
     n->direction = y[V] > 0.0 ? 1 : y[V] < 0.0 ? -1 : 0;
 }
 
-/* Simulate `samples` - 1 intervals of `steps` steps each; `theta`, `rate` (rad, rad/s) and `load`
- * (N m) stand at every half step. Fills positions (rad) and joint torques (N m) at the samples;
- * returns 0, or 1 where the joint ran away. */
+/* Simulate `samples` - 1 intervals of `steps` steps each; `theta`, `rate` (rad, rad/s), `load` and
+ * `load_rate` (N m, N m/s) stand at every half step. Fills positions (rad) and joint torques (N m)
+ * at the samples; returns 0, or 1 where the joint ran away. */
 int fast_simulate(const double *numbers, long samples, long steps, double step_size,
                   const double *theta, const double *rate, const double *load,
-                  double *position, double *torque)
+                  const double *load_rate, double *position, double *torque)
 {
     double y[STATES], dy[STATES];
     Now n = {numbers, theta[0] - numbers[MOTOR_OFFSET], rate[0], load[0], 0};
-    Inputs in = {theta, rate, load, 0.5 * step_size};
+    Inputs in = {theta, rate, load, load_rate, 0.5 * step_size};
     /* bristles and masses on springs are quicker than the joint */
-    int few = numbers[BRISTLE] > 0.0 ? 8 : numbers[MASS1] > 0.0 ? 2 : 1;
+    int few = numbers[BRISTLE] > 0.0 || numbers[MASS1] > 0.0 ? 8 : 1;
     begin(&n, y);
     for (long sample = 0; sample < samples; sample++) {
         inputs_at(&in, sample * steps, 0.0, &n);

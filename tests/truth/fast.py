@@ -1,7 +1,7 @@
 """The laws of the catalogue on a fixed step: a hundred times as fast as `solver`, for studies.
 
-The equations stand in `fast.c`, which zig compiles once. A run errs by some 1e-7 rad against
-`solver`, which is far below any sensor's noise; recordings are made with `solver` all the same.
+The equations stand in `fast.c`, which zig compiles once. A run errs by some 1e-6 rad against
+`solver`, far below the smallest noise of the studies, whose recordings are made with it too.
 """
 
 import ctypes
@@ -150,17 +150,18 @@ class Player:
         self.inputs = inputs
         self._motor = CubicSpline(inputs.time, inputs.motor_position)
         self._load = CubicSpline(inputs.time, inputs.load_torque)
-        self._tables: dict[float, tuple[Vector, Vector, Vector]] = {}
+        self._tables: dict[float, tuple[Vector, ...]] = {}
 
-    def _table(self, delay: float) -> tuple[int, float, tuple[Vector, Vector, Vector]]:
+    def _table(self, delay: float) -> tuple[int, float, tuple[Vector, ...]]:
         time = self.inputs.time
         steps, size, at = _grid(len(time), float(time[1] - time[0]), delay)
         if delay not in self._tables:
             if len(self._tables) > 4:  # those of one derivative by the delay
                 self._tables.clear()
-            rate = self._motor(at, 1)
-            rate[: np.searchsorted(at, 0.0, side="right") - 1] = 0.0
-            self._tables[delay] = (self._motor(at), rate, self._load(at))
+            rate, load_rate = self._motor(at, 1), self._load(at, 1)
+            for one in (rate, load_rate):
+                one[: np.searchsorted(at, 0.0, side="right") - 1] = 0.0
+            self._tables[delay] = (self._motor(at), rate, self._load(at), load_rate)
         return steps, size, self._tables[delay]
 
     def run(self, tree: Numbers, start: tuple[float, float]) -> FastRun:

@@ -1,6 +1,7 @@
 """The truth on a fixed step against the truth that locates every event."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,8 +15,8 @@ from truth.solver import simulate
 # far below the smallest noise in a study, 2e-5 rad, and below what a kink costs on a fixed step
 AGREEMENT = 6e-6  # rad
 TORQUE_AGREEMENT = 1e-3  # N·m
-# a mass on the springs swings at some 30 Hz, which a step of 0.5 ms resolves less well
-MASS_AGREEMENT = 2e-5  # rad
+# a tenth of that noise
+PAIR_AGREEMENT = 2e-6  # rad
 
 TREE = {
     "transmission": {
@@ -75,21 +76,41 @@ def inputs(offset: float = 0.0) -> Inputs:
     return Inputs(TIME, motor + offset, load)
 
 
+# what acts on each half beside a mass, and what memory does in series with a tendon and in a play
+PAIRS = [
+    (("spring_relaxation", "spring_mass"), 0.0),
+    (("spring_hysteresis", "spring_mass"), 0.0),
+    (("tendon_compliance", "spring_mass"), 0.0),
+    (("gear_backlash", "spring_mass"), 0.0),
+    (("spring_hysteresis", "tendon_compliance"), 0.0),
+    (("spring_relaxation", "gear_backlash"), 3.1),
+]
+SHORT = TIME[:250]
+
+
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_every_effect_agrees_with_the_located_events(effect):
     tree = tree_with({effect: EFFECTS[effect]}, 0.0)
     maps = signal_maps_of(tree)
     exact = record(actuator_of(tree), EXPERIMENT, TIME, maps)
     fast = Player(inputs(maps.motor_offset)).run(tree, (0.0, 0.0))
-    allowed = MASS_AGREEMENT if effect == "spring_mass" else AGREEMENT
-    np.testing.assert_allclose(fast.joint_position, exact["joint_position"], rtol=0, atol=allowed)
-    if effect != "spring_mass":
-        np.testing.assert_allclose(
-            fast.joint_torque, exact["joint_torque"], rtol=0, atol=TORQUE_AGREEMENT
-        )
+    np.testing.assert_allclose(fast.joint_position, exact["joint_position"], rtol=0, atol=AGREEMENT)
+    np.testing.assert_allclose(
+        fast.joint_torque, exact["joint_torque"], rtol=0, atol=TORQUE_AGREEMENT
+    )
     # an effect that does nothing would agree as well
     bare = Player(inputs(maps.motor_offset)).run(tree_with({}, 0.0), (0.0, 0.0))
     assert np.max(np.abs(bare.joint_position - fast.joint_position)) > 1e-3
+
+
+@pytest.mark.parametrize(("pair", "damping"), PAIRS)
+def test_pairs_agree_that_act_on_one_another(pair, damping):
+    tree = tree_with({effect: EFFECTS[effect] for effect in pair}, damping)
+    start = (0.004, 0.3)  # not where the masses and the pulley are in their middle
+    experiment = replace(EXPERIMENT, initial_position=start[0], initial_velocity=start[1])
+    exact = simulate(actuator_of(tree), experiment, SHORT)["joint_position"]
+    fast = Player(inputs()).run(tree, start).joint_position[: SHORT.size]
+    np.testing.assert_allclose(fast, exact, rtol=0, atol=PAIR_AGREEMENT)
 
 
 def test_damped_springs_agree_too():
