@@ -151,6 +151,7 @@ class Search(Refits):
         self._refit_in_turn(self._best_single())
         if not self._at_noise():
             if better_base:
+                self._pairs(self._best_singles(), ids)  # pairs may need the parameters as given
                 self._screen_singles(ids, self.estimates[()].values)
             self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
         for _ in range(MOST_ROUNDS):
@@ -446,15 +447,19 @@ class Search(Refits):
         singles = sorted(self._sets(1), key=self._badness)[:1]
         return [form for single in singles for form in (*simpler(single), single)]
 
+    def _best_singles(self) -> list[Set]:
+        """The likeliest singles, that are looked at with every other effect."""
+        return sorted(self._sets(1), key=self._badness)[:PAIRED]
+
     def _best_pair(self, ids: Sequence[str]) -> list[Set]:
         """The likeliest pair, simpler laws first, if it leaves far less than any single."""
-        singles = sorted(self._sets(1), key=self._badness)
+        singles = self._best_singles()
         if not singles:
             return []
         best = self._badness(singles[0])
         if best < AT_NOISE or best > PROMISING * self._badness(()):
             return []
-        self._pairs(singles[:PAIRED], ids)
+        self._pairs(singles, ids)
         pairs = sorted(self._sets(2), key=self._badness)[:1]
         far_better = (pair for pair in pairs if self._badness(pair) < FAR_BETTER * best)
         return [form for pair in far_better for form in (*simpler(pair), pair)]
