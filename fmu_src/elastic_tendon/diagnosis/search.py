@@ -361,10 +361,12 @@ class Search(Refits):
 
     def _around(self, answer: Answer, random: np.random.Generator) -> Iterator[Model]:
         """Models around an answer without end: along what it leaves open, then anywhere."""
-        result = answer.result
-        problem, vector = result.problem, result.vector
-        _, singular, axes = np.linalg.svd(result.derivatives, full_matrices=False)
-        steps = [step * axis for axis in axes[singular < OPEN] for step in STEPS]
+        problem, vector = answer.result.problem, answer.result.vector
+        lower, upper = problem.bounds()
+        _, singular, axes = np.linalg.svd(answer.result.derivatives, full_matrices=False)
+        inside = (lower < vector) & (vector < upper)
+        left_open = (singular < OPEN) & (np.linalg.norm(axes * inside, axis=1) > 0.5)
+        steps = [step * axis for axis in axes[left_open] for step in STEPS]
         for number in count():
             if number < len(steps):
                 step = steps[number]
@@ -372,7 +374,7 @@ class Search(Refits):
                 distance = DISTANCES[number % len(DISTANCES)]
                 reach = distance / np.maximum(singular, distance / FARTHEST)
                 step = axes.T @ (reach * random.standard_normal(len(reach)))
-            moved = np.clip(_turned(problem.coordinates, vector + step), *problem.bounds())
+            moved = np.clip(_turned(problem.coordinates, vector + step), lower, upper)
             with suppress(ModelError):
                 yield problem.model(moved)
 
