@@ -40,8 +40,8 @@ EFFORT = Effort(
 )
 AT_NOISE = 1.1  # mean square up to which an answer leaves nothing to explain
 # share of the mean square without it that an effect which swings leaves at most where its frequency
-# is looked for again, how often, and what share that has to leave
-EXPLAINS, MOST_SCANS, WORTH_SCANNING = 0.5, 4, 0.98
+# is looked for again
+EXPLAINS = 0.5
 FEWEST = 8  # evaluations of a descent where each is dear
 LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
@@ -158,24 +158,19 @@ class Refits:
             answer = self._likeliest([answer, again])
         affordable = effort.scouted == EFFORT.scouted
         if smaller and affordable and answer.mean_square < EXPLAINS * self._left(smaller[0]):
-            for effect_id in filter(swings, added):
-                answer = self._at_other_frequencies(answer, effect_id, effort, check)
+            answer = self._at_other_frequencies(answer, effort, check)
         return answer
 
-    def _at_other_frequencies(
-        self, answer: Answer, effect_id: str, effort: Effort, check: Check
-    ) -> Answer:
-        """A refit, or a better one beside it: each frequency has a minimum of its own."""
+    def _at_other_frequencies(self, answer: Answer, effort: Effort, check: Check) -> Answer:
+        """A refit, or a better one beside it: each frequency of what swings has its minimum."""
         data, added = self.data, answer.added
-        resonance = Resonance(data.given, added, effect_id, data.fitted, check)
-        for _ in range(MOST_SCANS):
+        for effect_id in filter(swings, added):
             if answer.mean_square < AT_NOISE or enough():
                 break
+            resonance = Resonance(data.given, added, effect_id, data.fitted, check)
             near = [one.result.model for one in resonance.around(answer)]
             again = refit(data.given, added, data.fitted, near, effort, check)
-            before, answer = answer, self._likeliest([answer, again])
-            if answer.mean_square > WORTH_SCANNING * before.mean_square:
-                break
+            answer = self._likeliest([answer, again])
         return answer
 
     def _smaller(self, added: Set) -> list[Set]:

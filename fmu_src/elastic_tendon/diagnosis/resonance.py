@@ -26,7 +26,9 @@ from elastic_tendon.parameters import Model
 SHARES = (0.1, 0.2, 0.35, 0.6, 1.0, 1.6, 2.5, 4.0)  # of the typical strength
 WORSE = 2.0  # times the least mean square, from which more of the effect is too much
 PLACES = 2  # of these, the best first, that are scanned
-HALF_WIDTH, STEP = 0.27, 0.01  # of the logarithm of what sets the frequency, its root
+# steps of the logarithm of what sets the frequency, and how far they lead from a place, and from a
+# refit, which may be in a wrong minimum
+STEP, NEAR, WIDE = 0.01, 0.27, 0.75
 DAMPINGS = (0.1, 0.25, 0.6)  # times the typical one
 SETTLED, KEPT = 6, 4  # minima of a scan that are followed, and refitted
 # times the value of a refit, at which a minimum beside its own may lie that is too near for a scan
@@ -70,7 +72,7 @@ class Resonance:
         found = [
             pair
             for place in sorted(places, key=lambda one: one.mean_square)[:PLACES]
-            for pair in self._scanned(place, DAMPINGS)
+            for pair in self._scanned(place, DAMPINGS, NEAR)
         ]
         best = self._best(_least(found), [*self._paths(only_resonant=True), *dampings])
         return [*best, min(places, key=lambda one: one.mean_square)]
@@ -83,18 +85,20 @@ class Resonance:
             own.with_values({path: own.values()[path] * times for path in held}) for times in NEXT
         ]
         for place in self._followed([own], held):
-            models += _least(self._scanned(place, (1.0,)))
+            models += _least(self._scanned(place, (1.0,), WIDE))
         return self._best(models, held)
 
     def _best(self, models: Sequence[Model], held: Sequence[str]) -> list[Answer]:
         return sorted(self._followed(models, held), key=lambda one: one.mean_square)[:KEPT]
 
-    def _scanned(self, place: Answer, dampings: Sequence[float]) -> list[tuple[float, Model]]:
+    def _scanned(
+        self, place: Answer, dampings: Sequence[float], reach: float
+    ) -> list[tuple[float, Model]]:
         """Minima of the mean square over the frequency, all else following to first order."""
         screen, own = TrajectoryScreen(place), place.result.model
         minima: list[tuple[float, Model]] = []
         for damping in dampings:
-            models = list(self._along(own, damping))
+            models = list(self._along(own, damping, reach))
             left = []
             for model in models:
                 self.check(0.0)
@@ -106,9 +110,9 @@ class Resonance:
             minima += [(left[index], models[index]) for index in np.flatnonzero(least)]
         return minima
 
-    def _along(self, model: Model, damping: float) -> Iterator[Model]:
+    def _along(self, model: Model, damping: float, reach: float) -> Iterator[Model]:
         values = model.values()
-        for share in np.exp(np.arange(-HALF_WIDTH, HALF_WIDTH, STEP)):
+        for share in np.exp(np.arange(-reach, reach, STEP)):
             yield model.with_values(
                 {
                     path: values[path] * share * (damping if is_damping(one) else 1.0)

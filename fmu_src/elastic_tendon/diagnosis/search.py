@@ -74,6 +74,7 @@ MOST_ROUNDS, MOST_REFITS = 8, 20
 HOPS, FRUITLESS, DISTANCES, FARTHEST = 60, 24, (1.0, 10.0, 50.0), 0.5
 # along what an answer leaves to the prior, in its standard deviations: slackness may decide there
 STEPS, OPEN = (-0.25, 0.25, -0.4, 0.4, -0.6, 0.6, -0.8, 0.8, -1.0, 1.0, -1.5, 1.5), 2.0
+MOST_SCANS = 8  # over the frequency of what swings
 HOPPING = Effort(
     scouted=2,
     scouting=12,
@@ -300,7 +301,7 @@ class Search(Refits):
         disputed = self._disputed()
         self._refit(disputed, "refitting again", again=True)
         for added in (answer.added, *disputed):
-            self._hop_around(added)
+            self._scan_around(added) if any(map(swings, added)) else self._hop_around(added)
         after = self.answer
         return after.added != answer.added or after.mean_square < FAR_HOP * before
 
@@ -334,6 +335,17 @@ class Search(Refits):
         models = self._models_beside(simple, added, law, values)
         effort = self._effort(models)
         return refit(self.data.given, added, self.data.fitted, models, effort, check)
+
+    def _scan_around(self, added: Set) -> None:
+        """Refit a set of which something swings at other frequencies, as long as that helps."""
+        for _ in range(MOST_SCANS):
+            before = self.answers[added]
+            if self._hopped.get(added) is before or before.mean_square < AT_NOISE or self._tired:
+                break
+            scan = partial(self._at_other_frequencies, before, EFFORT)
+            self._take([added], self._at_once([("refitting at other frequencies", scan)]))
+            if self._left(added) > WORTH_HOPPING * before.mean_square:
+                self._hopped[added] = self.answers[added]
 
     def _hop_around(self, added: Set) -> None:
         first = answer = self.answers[added]
