@@ -25,11 +25,11 @@ from elastic_tendon.parameters import Model
 
 SHARES = (0.1, 0.2, 0.35, 0.6, 1.0, 1.6, 2.5, 4.0)  # of the typical strength
 WORSE = 2.0  # times the least mean square, from which more of the effect is too much
-PLACES = 2  # of these, the best first, that are scanned
+PLACES = 2  # of these, the best first, that are scanned with all dampings
 # steps of the logarithm of what sets the frequency, and how far they lead from a place, and from a
 # refit, which may be in a wrong minimum
 STEP, NEAR, WIDE = 0.01, 0.27, 0.75
-DAMPINGS = (0.1, 0.25, 0.6)  # times the typical one
+DAMPINGS, LIKELIEST = (0.1, 0.25, 0.6), 0.25  # times the typical one
 SETTLED, KEPT = 6, 4  # minima of a scan that are followed, and refitted
 # times the value of a refit, at which a minimum beside its own may lie that is too near for a scan
 NEXT = (0.98, 0.985, 0.99, 0.995, 1.005, 1.01, 1.015, 1.02)
@@ -69,11 +69,9 @@ class Resonance:
             model = places[-1].result.model
             if places[-1].mean_square > WORSE * min(one.mean_square for one in places):
                 break
-        found = [
-            pair
-            for place in sorted(places, key=lambda one: one.mean_square)[:PLACES]
-            for pair in self._scanned(place, DAMPINGS, NEAR)
-        ]
+        found = []
+        for rank, place in enumerate(sorted(places, key=lambda one: one.mean_square)):
+            found += self._scanned(place, DAMPINGS if rank < PLACES else (LIKELIEST,), NEAR)
         best = self._best(_least(found), [*self._paths(only_resonant=True), *dampings])
         return [*best, min(places, key=lambda one: one.mean_square)]
 

@@ -74,7 +74,8 @@ MOST_ROUNDS, MOST_REFITS = 8, 20
 HOPS, FRUITLESS, DISTANCES, FARTHEST = 60, 24, (1.0, 10.0, 50.0), 0.5
 # along what an answer leaves to the prior, in its standard deviations: slackness may decide there
 STEPS, OPEN = (-0.25, 0.25, -0.4, 0.4, -0.6, 0.6, -0.8, 0.8, -1.0, 1.0, -1.5, 1.5), 2.0
-MOST_SCANS = 8  # over the frequency of what swings
+# scans over the frequency of what swings, and the mean square at which it is surely right
+MOST_SCANS, SETTLED = 8, 1.02
 HOPPING = Effort(
     scouted=2,
     scouting=12,
@@ -340,7 +341,7 @@ class Search(Refits):
         """Refit a set of which something swings at other frequencies, as long as that helps."""
         for _ in range(MOST_SCANS):
             before = self.answers[added]
-            if self._hopped.get(added) is before or before.mean_square < AT_NOISE or self._tired:
+            if self._hopped.get(added) is before or before.mean_square < SETTLED or self._tired:
                 break
             scan = partial(self._at_other_frequencies, before, EFFORT)
             self._take([added], self._at_once([("refitting at other frequencies", scan)]))
