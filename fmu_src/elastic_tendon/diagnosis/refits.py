@@ -34,7 +34,7 @@ T = TypeVar("T")
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
 # multiplications after which nothing more is tried
-MOST_WORK = 4e9
+MOST_WORK = 2.5e9
 EFFORT = Effort(
     scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5, most=AFFORDABLE
 )
