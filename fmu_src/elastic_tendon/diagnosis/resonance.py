@@ -2,7 +2,7 @@
 
 Its frequency has to be right to half a percent, and the more of it there is the farther the other
 parameters are from where they were found without it. So these follow it first, damped well, from
-little of it to much; from the best of these places its frequency is scanned finely.
+little of it to much; around each of these places its frequency is scanned finely.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -30,7 +30,7 @@ PLACES = 2  # of these, the best first, that are scanned with all dampings
 # refit, which may be in a wrong minimum
 STEP, NEAR, WIDE = 0.01, 0.27, 0.75
 DAMPINGS, LIKELIEST = (0.1, 0.25, 0.6), 0.25  # times the typical one
-SETTLED, KEPT = 6, 4  # minima of a scan that are followed, and refitted
+FOLLOWED, KEPT = 6, 4  # minima of a scan that are followed, and refitted
 # times the value of a refit, at which a minimum beside its own may lie that is too near for a scan
 NEXT = (0.98, 0.985, 0.99, 0.995, 1.005, 1.01, 1.015, 1.02)
 FOLLOWING = Effort(scouted=1, scouting=4, polished=0, evaluations=1, rounds=0, tolerance=1e-2)
@@ -158,4 +158,4 @@ class Resonance:
 
 
 def _least(found: list[tuple[float, Model]]) -> list[Model]:
-    return [model for _, model in sorted(found, key=lambda pair: pair[0])[:SETTLED]]
+    return [model for _, model in sorted(found, key=lambda pair: pair[0])[:FOLLOWED]]
