@@ -18,6 +18,7 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.held_out import heldout_errors
+from elastic_tendon.diagnosis.sets import in_order, simpler
 from elastic_tendon.effects.base import Parameter, Spread
 from elastic_tendon.identify.ladder import LEAST_SHARE_OF_NOISE
 from elastic_tendon.identify.residuals import Array
@@ -143,10 +144,12 @@ def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     """Whether an answer explains so much more than each with fewer of its effects that anybody
     would hear of it, whatever the number of samples makes significant."""
     own = _mean_square(answer.floored)
+    # beside something unknown a richer law of the same thing has to earn its parameters so too
+    laws = set(simpler(in_order(answer.added))) if own > MUCH else set()
     return all(
         worth_hearing(_mean_square(part.floored), own)
         for part in answers
-        if set(part.added) < set(answer.added)
+        if set(part.added) < set(answer.added) or part.added in laws
     )
 
 

@@ -33,8 +33,8 @@ T = TypeVar("T")
 
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
-# multiplications after which nothing more is tried
-MOST_WORK = 2.5e9
+# multiplications after which nothing more is tried, and those after which only other sets are
+MOST_WORK, WEARY = 4e9, 2.5e9
 EFFORT = Effort(
     scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5, most=AFFORDABLE
 )
@@ -184,8 +184,8 @@ class Refits:
 
     @property
     def _weary(self) -> bool:
-        """Whether so much was simulated that the next refits may be the last."""
-        return self.work > MOST_WORK - AFFORDABLE
+        """Whether so much was simulated that only other sets are worth more."""
+        return self.work > min(WEARY, MOST_WORK)
 
     def _effort(self, models: Sequence[Model]) -> Effort:
         """How long to search where derivatives are as dear as those of some models."""

@@ -68,7 +68,8 @@ WORTH = 0.9  # share of the mean square below which an effect that the screen do
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 # times by which the mean square falls, on held-out recordings too, for what is no chance
 SURELY, SURELY_HELDOUT = 3.0, 2.0
-MOST_ROUNDS, MOST_REFITS = 8, 20
+MOST_ROUNDS = 8
+DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
 # refits from around an answer: how many, how many in vain, how far in standard deviations, and how
 # far at the most, in those of the prior
 HOPS, FRUITLESS, DISTANCES, FARTHEST = 60, 24, (1.0, 10.0, 50.0), 0.5
@@ -92,9 +93,6 @@ WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all
 SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
-# share of the mean square that a neighbour has to promise to be refitted before looks, which take
-# long, at effects that swing
-FIRST = 0.5
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -110,6 +108,7 @@ class Search(Refits):
     neighbours: dict[Set, float | None] = field(default_factory=dict)
     refused: dict[Set, str] = field(default_factory=dict)
     _exhausted: set[Set] = field(default_factory=set)
+    _passed: set[Set] = field(default_factory=set)
     _hopped: dict[Set, Answer] = field(default_factory=dict)
     # additions that swing, as they were looked at last: beside which answer, and starts
     _looked: dict[Set, tuple[Answer, list[tuple[float, Model]]]] = field(default_factory=dict)
@@ -160,7 +159,7 @@ class Search(Refits):
             self._follow_neighbours()
             if self._tired:
                 break
-            if self._hop():
+            if self._better_detour() or self._better_swinging() or self._hop():
                 continue
             if not (self._doubted() or self._better_addition() or self._better_single()):
                 return
@@ -221,8 +220,7 @@ class Search(Refits):
         for _ in range(MOST_ROUNDS):
             added = self.answer.added
             self.neighbours = self._neighbours(added)
-            enough = self._tired or len(self.answers) >= MOST_REFITS
-            chosen = [] if enough else list(self._promising(added))
+            chosen = [] if self._tired else list(self._promising(added))
             turn = AT_ONCE if self._weary else max(len(chosen), 1)
             for start in range(0, len(chosen), turn):
                 if not self._tired:
@@ -341,7 +339,7 @@ class Search(Refits):
         """Refit a set of which something swings at other frequencies, as long as that helps."""
         for _ in range(MOST_SCANS):
             before = self.answers[added]
-            if self._hopped.get(added) is before or before.mean_square < SETTLED or self._tired:
+            if self._hopped.get(added) is before or before.mean_square < SETTLED or self._weary:
                 break
             scan = partial(self._at_other_frequencies, before, EFFORT)
             self._take([added], self._at_once([("refitting at other frequencies", scan)]))
@@ -355,7 +353,7 @@ class Search(Refits):
         random = np.random.default_rng(0)
         starts, vain = self._around(answer, random), 0
         for _ in range(0, HOPS, AT_ONCE):
-            if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._tired:
+            if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._weary:
                 break
             work = [
                 ("refitting from places around", partial(self._from, added, start))
@@ -394,6 +392,46 @@ class Search(Refits):
     def _from(self, added: Set, start: Model, check: Check) -> Answer:
         return refit(self.data.given, added, self.data.fitted, [start], HOPPING, check)
 
+    def _better_detour(self) -> bool:
+        """Where much is left: additions to the best sets of fewer effects, which the way to the
+        answer may have passed by.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer = self.answer
+        if answer.mean_square < MUCH:
+            return False
+        fewer = [part for part in self.allowed if len(part.added) < len(answer.added)]
+        values = dict(zip((part.added for part in fewer), self.evidence.of(fewer), strict=True))
+        for added in sorted(values, key=values.__getitem__)[:DETOURS]:
+            if self._tired or added in self._passed:
+                continue
+            self._passed.add(added)
+            unlike = [one for one in self.data.candidates if not swings(one)]
+            looks = self._looks(added, unlike)
+            likely = [near for near in sorted(looks, key=looks.__getitem__) if looks[near] < WORTH]
+            self._refit(likely[:REFITTED], "refitting what was passed by")
+        return self.answer is not answer
+
+    def _better_swinging(self) -> bool:
+        """Additions that swing, whose frequency is looked for: that takes long.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer = self.answer
+        if self._at_noise() or self._weary:
+            return False
+        looks = self._looks(answer.added, filter(swings, self.data.candidates))
+        expected = self._expected(answer.added, looks)
+        self.neighbours |= expected
+        likely = [near for near, value in expected.items() if value is not None and value < 0.0]
+        self._refit(likely, "refitting what swings")
+        return self.answer is not answer
+
     def _better_addition(self) -> bool:
         """Where much is left: additions, the likeliest first, whatever the torque screen says.
 
@@ -402,7 +440,7 @@ class Search(Refits):
         whether the best has changed
         """
         answer = self.answer
-        if self._tired or answer.mean_square < MUCH or answer.added in self._exhausted:
+        if self._weary or answer.mean_square < MUCH or answer.added in self._exhausted:
             return False
         self._exhausted.add(answer.added)
         words = "trying every addition"
@@ -411,7 +449,7 @@ class Search(Refits):
         likely = sorted(looks, key=looks.__getitem__)[: AT_ONCE if dear else None]
         for start in range(0, len(likely), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
-            if self._at_noise() or self._tired:
+            if self._at_noise() or self._weary:
                 break
         return self.answer is not answer
 
@@ -423,7 +461,7 @@ class Search(Refits):
         whether the best has changed
         """
         answer = self.answer
-        if self._tired or answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
+        if self._weary or answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
             return False
         singles = [(effect_id,) for effect_id in self.data.candidates]
         self._refit(singles, "trying every effect")
@@ -565,7 +603,6 @@ class Search(Refits):
     def _neighbours(self, added: Set) -> dict[Set, float | None]:
         """Every addition, removal, exchange and simpler law, the most promising first."""
         self.progress("looking at what could do better", 0.0)
-        facts = self.evidence.facts([self.answers[added]])
         at_noise = self._at_noise()
         shares: dict[Set, float | None] = {}
         if self._trusted(added):
@@ -579,17 +616,18 @@ class Search(Refits):
             unlooked = list(self.data.candidates)
         if not (at_noise or self._tired):
             shares |= self._looks(added, [one for one in unlooked if not swings(one)])
-            untried = (near for near in shares if near not in {*self.answers, *self.failures})
-            if all((shares[near] or 1.0) > FIRST for near in untried):
-                shares |= self._looks(added, filter(swings, unlooked))
+        return dict(sorted(self._expected(added, shares).items(), key=lambda pair: pair[1] or 0.0))
+
+    def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:
+        """Evidence, less its own, of neighbours that leave such shares of a set's mean square."""
+        facts = self.evidence.facts([self.answers[added]])
         left, size = self._left(added), size_of(added)
-        found = {
+        return {
             near: None
             if share is None
             else expected_evidence(left, share, facts, size_of(near) - size)
             for near, share in shares.items()
         }
-        return dict(sorted(found.items(), key=lambda pair: pair[1] or 0.0))
 
     def _trusted(self, added: Set) -> bool:
         """Whether the torque screen can tell neighbours of a set: it sees all of its effects, and
