@@ -33,8 +33,8 @@ T = TypeVar("T")
 
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
-# multiplications after which nothing more is tried, and those after which only other sets are
-MOST_WORK, WEARY = 4e9, 2.5e9
+# multiplications after which nothing more is tried, and those of the way to a first answer
+MOST_WORK, CLIMBING = 4e9, 2.5e9
 EFFORT = Effort(
     scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5, most=AFFORDABLE
 )
@@ -53,7 +53,8 @@ class Refits:
     """Refitted sets, and where refits begin.
 
     `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
-    `failures` : why sets could not be refitted; `work` : what refits took, see `_cost`.
+    `failures` : why sets could not be refitted; `work` : what refits took, see `_cost`, and
+    `enough`: how much of it ends the search.
     """
 
     data: Data
@@ -65,6 +66,7 @@ class Refits:
     starts: dict[Set, list[Model]] = field(default_factory=dict)
     failures: dict[Set, str] = field(default_factory=dict)
     work: float = 0.0
+    enough: float = CLIMBING
 
     def _refit(self, sets: Sequence[Set], words: str, *, again: bool = False) -> None:
         """Refit sets, two at a time; failures are kept with their reasons.
@@ -180,12 +182,12 @@ class Refits:
     @property
     def _tired(self) -> bool:
         """Whether so much was simulated that the search should come to its end."""
-        return self.work > MOST_WORK
+        return self.work > self.enough
 
     @property
     def _weary(self) -> bool:
-        """Whether so much was simulated that only other sets are worth more."""
-        return self.work > min(WEARY, MOST_WORK)
+        """Whether so much was simulated that the next refits may be the last."""
+        return self.work > self.enough - AFFORDABLE
 
     def _effort(self, models: Sequence[Model]) -> Effort:
         """How long to search where derivatives are as dear as those of some models."""

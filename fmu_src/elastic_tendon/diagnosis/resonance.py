@@ -6,7 +6,6 @@ little of it to much; around each of these places its frequency is scanned finel
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +16,7 @@ from elastic_tendon.diagnosis.candidates import is_damping, starts
 from elastic_tendon.diagnosis.sets import model_with
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.effects.base import Effect
-from elastic_tendon.errors import ElasticTendonError, ModelError
+from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.identify.coordinates import SPRINGS
 from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.work import enough
@@ -106,9 +105,7 @@ class Resonance:
                 left.append(place.mean_square * screen.beside(model))
             around = np.concatenate([[np.inf], left, [np.inf]])
             least = (around[1:-1] < around[:-2]) & (around[1:-1] <= around[2:])
-            for index in np.flatnonzero(least):
-                with suppress(ModelError):
-                    minima.append((left[index], screen.followed(models[index])))
+            minima += [(left[index], models[index]) for index in np.flatnonzero(least)]
         return minima
 
     def _along(self, model: Model, damping: float, reach: float) -> Iterator[Model]:

@@ -25,7 +25,7 @@ from elastic_tendon.diagnosis.evidence import (
     Evidence,
     worth_hearing,
 )
-from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, Check, Progress, Refits
+from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, MOST_WORK, Check, Progress, Refits
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
@@ -68,7 +68,7 @@ WORTH = 0.9  # share of the mean square below which an effect that the screen do
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 # times by which the mean square falls, on held-out recordings too, for what is no chance
 SURELY, SURELY_HELDOUT = 3.0, 2.0
-MOST_ROUNDS = 8
+MOST_ROUNDS, MOST_REFITS = 8, 20
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
 # refits from around an answer: how many, how many in vain, how far in standard deviations, and how
 # far at the most, in those of the prior
@@ -93,6 +93,9 @@ WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all
 SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
+# share of the mean square that a neighbour has to promise to be refitted before looks, which take
+# long, at effects that swing
+FIRST = 0.5
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -146,6 +149,15 @@ class Search(Refits):
 
     def run(self) -> None:
         """From the base to an answer that no neighbour beats."""
+        self._climb()
+        self.enough = MOST_WORK
+        while self._better_detour():
+            self._follow_neighbours(np.inf)
+        while self._doubted():
+            pass
+
+    def _climb(self) -> None:
+        """From the base to sets whose neighbours do worse, with refits from places around them."""
         ids = self._screened()
         self._screen_singles(ids, None)
         better_base = self._better_base()
@@ -159,12 +171,10 @@ class Search(Refits):
             self._follow_neighbours()
             if self._tired:
                 break
-            if self._better_detour() or self._better_swinging() or self._hop():
+            if self._hop():
                 continue
             if not (self._doubted() or self._better_addition() or self._better_single()):
                 return
-        while self._doubted():
-            pass
 
     def base(self) -> None:
         """The model as given, its parameters refitted."""
@@ -215,12 +225,13 @@ class Search(Refits):
                 return
             self._refit(short[start : start + AT_ONCE], "refitting the likeliest sets")
 
-    def _follow_neighbours(self) -> None:
-        """Refit neighbours of the best until it stays the best."""
+    def _follow_neighbours(self, most: float = MOST_REFITS) -> None:
+        """Refit neighbours of the best until it stays the best, or so many sets are refitted."""
         for _ in range(MOST_ROUNDS):
             added = self.answer.added
             self.neighbours = self._neighbours(added)
-            chosen = [] if self._tired else list(self._promising(added))
+            enough = self._tired or len(self.answers) >= most
+            chosen = [] if enough else list(self._promising(added))
             turn = AT_ONCE if self._weary else max(len(chosen), 1)
             for start in range(0, len(chosen), turn):
                 if not self._tired:
@@ -339,7 +350,7 @@ class Search(Refits):
         """Refit a set of which something swings at other frequencies, as long as that helps."""
         for _ in range(MOST_SCANS):
             before = self.answers[added]
-            if self._hopped.get(added) is before or before.mean_square < SETTLED or self._weary:
+            if self._hopped.get(added) is before or before.mean_square < SETTLED or self._tired:
                 break
             scan = partial(self._at_other_frequencies, before, EFFORT)
             self._take([added], self._at_once([("refitting at other frequencies", scan)]))
@@ -353,7 +364,7 @@ class Search(Refits):
         random = np.random.default_rng(0)
         starts, vain = self._around(answer, random), 0
         for _ in range(0, HOPS, AT_ONCE):
-            if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._weary:
+            if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._tired:
                 break
             work = [
                 ("refitting from places around", partial(self._from, added, start))
@@ -415,23 +426,6 @@ class Search(Refits):
             self._refit(likely[:REFITTED], "refitting what was passed by")
         return self.answer is not answer
 
-    def _better_swinging(self) -> bool:
-        """Additions that swing, whose frequency is looked for: that takes long.
-
-        Returns
-        -------
-        whether the best has changed
-        """
-        answer = self.answer
-        if self._at_noise() or self._weary:
-            return False
-        looks = self._looks(answer.added, filter(swings, self.data.candidates))
-        expected = self._expected(answer.added, looks)
-        self.neighbours |= expected
-        likely = [near for near, value in expected.items() if value is not None and value < 0.0]
-        self._refit(likely, "refitting what swings")
-        return self.answer is not answer
-
     def _better_addition(self) -> bool:
         """Where much is left: additions, the likeliest first, whatever the torque screen says.
 
@@ -440,16 +434,18 @@ class Search(Refits):
         whether the best has changed
         """
         answer = self.answer
-        if self._weary or answer.mean_square < MUCH or answer.added in self._exhausted:
+        if self._tired or answer.mean_square < MUCH or answer.added in self._exhausted:
             return False
         self._exhausted.add(answer.added)
         words = "trying every addition"
-        looks = self._looks(answer.added, self.data.candidates)
+        # a look at what swings may take all that is left
+        quick = [one for one in self.data.candidates if not (self._weary and swings(one))]
+        looks = self._looks(answer.added, quick)
         dear = self._effort([answer.result.model]) != EFFORT
         likely = sorted(looks, key=looks.__getitem__)[: AT_ONCE if dear else None]
         for start in range(0, len(likely), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], words, again=True)
-            if self._at_noise() or self._weary:
+            if self._at_noise() or self._tired:
                 break
         return self.answer is not answer
 
@@ -461,7 +457,7 @@ class Search(Refits):
         whether the best has changed
         """
         answer = self.answer
-        if self._weary or answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
+        if self._tired or answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
             return False
         singles = [(effect_id,) for effect_id in self.data.candidates]
         self._refit(singles, "trying every effect")
@@ -603,6 +599,7 @@ class Search(Refits):
     def _neighbours(self, added: Set) -> dict[Set, float | None]:
         """Every addition, removal, exchange and simpler law, the most promising first."""
         self.progress("looking at what could do better", 0.0)
+        facts = self.evidence.facts([self.answers[added]])
         at_noise = self._at_noise()
         shares: dict[Set, float | None] = {}
         if self._trusted(added):
@@ -616,18 +613,17 @@ class Search(Refits):
             unlooked = list(self.data.candidates)
         if not (at_noise or self._tired):
             shares |= self._looks(added, [one for one in unlooked if not swings(one)])
-        return dict(sorted(self._expected(added, shares).items(), key=lambda pair: pair[1] or 0.0))
-
-    def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:
-        """Evidence, less its own, of neighbours that leave such shares of a set's mean square."""
-        facts = self.evidence.facts([self.answers[added]])
+            untried = (near for near in shares if near not in {*self.answers, *self.failures})
+            if all((shares[near] or 1.0) > FIRST for near in untried):
+                shares |= self._looks(added, filter(swings, unlooked))
         left, size = self._left(added), size_of(added)
-        return {
+        found = {
             near: None
             if share is None
             else expected_evidence(left, share, facts, size_of(near) - size)
             for near, share in shares.items()
         }
+        return dict(sorted(found.items(), key=lambda pair: pair[1] or 0.0))
 
     def _trusted(self, added: Set) -> bool:
         """Whether the torque screen can tell neighbours of a set: it sees all of its effects, and

@@ -40,9 +40,8 @@ class TrajectoryScreen:
         # what is at a bound does not follow: it might have to go beyond it
         inside = (result.vector > lower + ON_BOUND) & (result.vector < upper - ON_BOUND)
         scale = np.linalg.norm(jacobian, axis=0)
-        self._free = inside & (scale > 0.0)
-        self._scale = scale[self._free]
-        self._directions, self._triangle = np.linalg.qr(jacobian[:, self._free] / self._scale)
+        free = inside & (scale > 0.0)
+        self._directions = np.linalg.qr(jacobian[:, free] / scale[free])[0]
 
     def best(
         self, models: Iterable[Model], check: Callable[[float], None]
@@ -89,22 +88,6 @@ class TrajectoryScreen:
         left = self._across(self._residuals + found)[: self._count]
         residuals = self._residuals[: self._count]
         return float(np.sum(left**2) / (residuals @ residuals))
-
-    def followed(self, model: Model) -> Model:
-        """A model whose parameters, but its own effect's, have followed it to first order.
-
-        Raises
-        ------
-        ModelError : these parameters together are no model
-        """
-        change = self._changed(model)
-        if change is None or not np.isfinite(change).all():
-            return model
-        problem, vector = self._result.problem, self._result.vector.copy()
-        target = self._directions.T @ (self._residuals + change)
-        vector[self._free] -= np.linalg.lstsq(self._triangle, target)[0] / self._scale
-        values = problem.model(np.clip(vector, *problem.bounds())).values()
-        return model.with_values({path: values[path] for path in problem.coordinates.paths})
 
     def _changed(self, model: Model) -> Array | None:
         """Residuals of a model less those of the answer, None where the simulation fails."""

@@ -15,6 +15,8 @@ from elastic_tendon.variables import interface
 
 Array = NDArray[np.float64]
 
+# the long steps of a static curve are solved for, with a Jacobian and its inverse each
+STATIC = 4
 INITIAL_STATES = ("joint_position", "joint_velocity")
 
 
@@ -76,8 +78,13 @@ def simulate_measurement(
         tolerance=tolerance,
         as_measured=True,
     )
-    count(trajectory.statistics["rates"])
+    count(_weight(measurement) * trajectory.statistics["rates"])
     return trajectory
+
+
+def _weight(measurement: Measurement) -> int:
+    """Times that an evaluation takes longer than usual."""
+    return STATIC if measurement.static else 1
 
 
 def residuals_of(trajectory: Trajectory, measurement: Measurement) -> dict[str, Array]:
@@ -126,7 +133,7 @@ def sensitivity(
         as_measured=True,
     )
     columns = (len(parameters) + len(INITIAL_STATES)) * len(interface(model.effect_ids).states)
-    count(result.trajectory.statistics["rates"], columns)
+    count(_weight(measurement) * result.trajectory.statistics["rates"], columns)
     return Sensitivity(
         residuals=residuals_of(result.trajectory, measurement),
         derivatives={
