@@ -157,6 +157,16 @@ def test_against_a_large_error_only_a_share_of_it_is_heard() -> None:
     assert audible(better, [COULOMB, better])
 
 
+def test_beside_something_unknown_a_richer_law_has_to_be_heard_beside_a_simpler_one() -> None:
+    simple = Made(("coulomb_friction",), 100.0)
+    hardly, far = (Made(("lugre_friction",), square) for square in (90.0, 70.0))
+    assert not audible(hardly, [simple, hardly])
+    assert audible(far, [simple, far])
+    # evidence decides where nothing unknown is left
+    near, exact = Made(("coulomb_friction",), 1.001), Made(("lugre_friction",), 1.0)
+    assert audible(exact, [near, exact])
+
+
 @pytest.mark.parametrize(
     ("fall", "word"),
     [(1.2, "perhaps"), (2.5, "perhaps"), (6.0, "probably"), (12.0, "surely"), (1e6, "surely")],

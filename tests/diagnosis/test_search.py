@@ -17,7 +17,14 @@ from elastic_tendon.diagnosis.rounds import (
     round_at,
 )
 from elastic_tendon.diagnosis.search import FARTHEST, OPEN, STEPS, Search
-from elastic_tendon.diagnosis.sets import aliases, change_between, model_with, simpler, size_of
+from elastic_tendon.diagnosis.sets import (
+    aliases,
+    change_between,
+    in_order,
+    model_with,
+    simpler,
+    size_of,
+)
 from elastic_tendon.errors import BuildError, ModelError, SimulationError
 from elastic_tendon.identify.fit import QUICK
 from elastic_tendon.parameters import Model
@@ -389,8 +396,9 @@ def test_hops_leave_a_good_answer_as_it_is(monkeypatch) -> None:
 
 def test_whoever_has_simulated_enough_comes_to_an_end(monkeypatch) -> None:
     search = begun(typical_model(*DRAG), *COULOMB, *GRAVITY, *DRAG)
-    assert 0.0 < search.work < refitting.MOST_WORK
-    monkeypatch.setattr(refitting, "MOST_WORK", 0.0)
+    assert 0.0 < search.work < refitting.CLIMBING < refitting.MOST_WORK
+    search.limit = 0.0
+    monkeypatch.setattr(searching, "MOST_WORK", 0.0)
     hops = counted(search, monkeypatch)
     search.run()
     assert hops == []
@@ -417,6 +425,22 @@ def test_where_much_is_left_every_effect_is_tried(monkeypatch) -> None:
     assert search.answer.added == DRAG
     monkeypatch.setattr(search, "_refit", None)  # nothing is, where nothing is left
     assert not search._better_single()
+
+
+def test_where_much_is_left_sets_that_were_passed_by_are_grown(monkeypatch) -> None:
+    search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY, *DRAG)
+    search._refit([GRAVITY], "refitting")
+    assert search.answer.added == GRAVITY
+    search._better_detour()
+    assert COULOMB in search.answers
+    search.answers = {added: search.answers[added] for added in ((), GRAVITY)}
+    assert not search._better_detour()  # once is enough
+    assert COULOMB not in search.answers
+    search._refit([in_order((*COULOMB, *GRAVITY))], "refitting")
+    assert search._at_noise()
+    search._passed.clear()
+    monkeypatch.setattr(search, "_looks", None)  # no look, where nothing is left
+    assert not search._better_detour()
 
 
 def test_refits_of_one_list_begin_at_the_same_answers_whatever_their_timing(monkeypatch) -> None:

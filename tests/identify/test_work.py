@@ -25,6 +25,15 @@ def test_simulations_count_by_their_evaluations_and_derivatives() -> None:
     assert work.worked() == 0.0  # nobody counts
 
 
+def test_the_long_steps_of_a_static_curve_count_for_more() -> None:
+    counts = [work.Work(), work.Work()]
+    for own, static in zip(counts, (False, True), strict=True):
+        with work.counted(own):
+            rates = simulate_measurement(GIVEN, replace(RECORDING, static=static), REST).statistics
+    assert counts[0].multiplications == rates["rates"]
+    assert counts[1].multiplications > 2 * counts[0].multiplications
+
+
 def test_a_fit_ends_with_the_best_so_far_when_its_work_is_done() -> None:
     off = GIVEN.with_values({"link.inertia": 0.04})
     whole, cut = work.Work(), work.Work()

@@ -54,7 +54,7 @@ class Refits:
 
     `answers` : refitted sets; `estimates` and `starts` : from the torque and the trajectory screen;
     `failures` : why sets could not be refitted; `work` : what refits took, see `_cost`, and
-    `enough`: how much of it ends the search.
+    `limit` : how much of it ends the search.
     """
 
     data: Data
@@ -66,7 +66,7 @@ class Refits:
     starts: dict[Set, list[Model]] = field(default_factory=dict)
     failures: dict[Set, str] = field(default_factory=dict)
     work: float = 0.0
-    enough: float = CLIMBING
+    limit: float = CLIMBING
 
     def _refit(self, sets: Sequence[Set], words: str, *, again: bool = False) -> None:
         """Refit sets, two at a time; failures are kept with their reasons.
@@ -182,12 +182,12 @@ class Refits:
     @property
     def _tired(self) -> bool:
         """Whether so much was simulated that the search should come to its end."""
-        return self.work > self.enough
+        return self.work > self.limit
 
     @property
     def _weary(self) -> bool:
         """Whether so much was simulated that the next refits may be the last."""
-        return self.work > self.enough - AFFORDABLE
+        return self.work > self.limit - AFFORDABLE
 
     def _effort(self, models: Sequence[Model]) -> Effort:
         """How long to search where derivatives are as dear as those of some models."""

@@ -150,7 +150,7 @@ class Search(Refits):
     def run(self) -> None:
         """From the base to an answer that no neighbour beats."""
         self._climb()
-        self.enough = MOST_WORK
+        self.limit = MOST_WORK
         while self._better_detour():
             self._follow_neighbours(np.inf)
         while self._doubted():
