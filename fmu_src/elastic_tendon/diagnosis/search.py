@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import count, islice
+from math import log
 
 import numpy as np
 
@@ -325,7 +326,16 @@ class Search(Refits):
             for added in self.answers
             if self._badness(added) < own and least < self._left(added) < POOR * least
         ]
-        return sorted(better, key=self._badness)[:DISPUTED]
+        return sorted(filter(self._could_win, better), key=self._badness)[:DISPUTED]
+
+    def _could_win(self, added: Set) -> bool:
+        """Whether a set would do better than the answer if it left nothing but noise."""
+        answer = self.answer
+        facts = self.evidence.facts([answer])
+        more = size_of(added) - size_of(answer.added)
+        heldout = max(self.evidence.heldout_square(answer), 1.0)
+        least = log(facts) * more - facts * (log(answer.mean_square) + log(heldout))
+        return least < (DECISIVE if more < 0 else -DECISIVE)
 
     def _lead_back(self) -> None:
         """Laws that do worse than a simpler one of the same thing, which they need not, begin
@@ -334,7 +344,9 @@ class Search(Refits):
         misled = [
             added
             for added in self.answers
-            if simple.added in simpler(added) and self._left(added) > simple.mean_square
+            if simple.added in simpler(added)
+            and self._left(added) > simple.mean_square
+            and self._could_win(added)
         ]
         work = [("refitting again", partial(self._beside, simple, added)) for added in misled]
         self._take(misled, self._at_once(work))
@@ -509,6 +521,8 @@ class Search(Refits):
         if best < AT_NOISE or best > PROMISING * self._badness(()):
             return []
         self._pairs(singles, ids)
+        if min(map(self._badness, self._sets(2)), default=0.0) > TRUSTED:
+            self._pairs(singles, ids, as_given=True)
         pairs = sorted(self._sets(2), key=self._badness)[:1]
         far_better = (pair for pair in pairs if self._badness(pair) < FAR_BETTER * best)
         return [form for pair in far_better for form in (*simpler(pair), pair)]
@@ -529,11 +543,16 @@ class Search(Refits):
         self._refit([()], "refitting the parameters")
         return True
 
-    def _pairs(self, singles: Sequence[Set], ids: Sequence[str]) -> None:
+    def _pairs(self, singles: Sequence[Set], ids: Sequence[str], *, as_given: bool = False) -> None:
+        """Look at every effect beside some singles, or beside their strengths in the model as
+        given: one effect alone may have led the other parameters far away."""
         for number, single in enumerate(singles):
             self.progress("screening pairs", number / len(singles))
+            origin = self.estimates[single]
+            if as_given:
+                origin = self.screen.fit(single, self._of_effects(origin.values, single), 0)
             others = [effect_id for effect_id in ids if effect_id not in single]
-            found, _ = self.screen.combined(self.estimates[single], others, FOLLOWED)
+            found, _ = self.screen.combined(origin, others, FOLLOWED)
             self._keep(found.values())
 
     def _unseen(self) -> list[str]:
@@ -751,5 +770,5 @@ def expected_evidence(before: float, share: float, facts: float, size: int) -> f
     facts : number of independent facts
     size : number of parameters that come in
     """
-    value = facts * float(np.log(max(share, 1e-9))) + float(np.log(facts)) * size
+    value = facts * log(max(share, 1e-9)) + log(facts) * size
     return value if worth_hearing(before, share * before) else max(value, 0.0)
