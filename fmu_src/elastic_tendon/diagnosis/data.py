@@ -25,7 +25,7 @@ from elastic_tendon.parameters import Model
 
 # samples of all recordings together up to which a search works on each, and of an excerpt of more
 MOST, FEWER = 7_500, 3_000
-WINDOWS = 5  # stretches that an excerpt has
+WINDOWS = 5  # stretches of all recordings together that an excerpt has, at least one of each
 # RMS by which straight lines from mean to mean of samples may miss the motion: shares of the noise
 # that means have, and of the error of the model as given
 OF_NOISE, OF_ERROR = 0.5, 1e-3
@@ -102,7 +102,10 @@ def data_of(
     if any(part.static for part in clean):
         motions = tuple(_with_torque_noise(model, part) for part in clean)
     if total > MOST:
-        motions = tuple(piece for part in motions for piece in _excerpt(model, part, FEWER / total))
+        windows = max(WINDOWS // len(motions), 1)
+        motions = tuple(
+            piece for part in motions for piece in _excerpt(model, part, FEWER / total, windows)
+        )
     whole = _windows(clean, options.horizon)
     given = model.without(idle_effects(model))
     known = _shown_by_motion(given) if all(part.static for part in measurements) else ()
@@ -186,7 +189,9 @@ def _with_torque_noise(model: Model, measurement: Measurement) -> Measurement:
     return replace(measurement, given_noise={**measurement.given_noise, **known})
 
 
-def _excerpt(model: Model, measurement: Measurement, share: float) -> Iterator[Measurement]:
+def _excerpt(
+    model: Model, measurement: Measurement, share: float, windows: int
+) -> Iterator[Measurement]:
     """Means of samples, or the liveliest stretches of them, about this share of their number."""
     wanted = int(share * len(measurement.time))
     short = measurement if measurement.static else _coarser(model, measurement, wanted)
@@ -194,11 +199,14 @@ def _excerpt(model: Model, measurement: Measurement, share: float) -> Iterator[M
     if n <= wanted or short.static:
         yield short
         return
-    length = max(wanted // WINDOWS, FEWEST)
+    # of few samples the noise is known badly
+    known = {name: noise.sigma for name, noise in short.noise.items()}
+    short = replace(short, given_noise=known)
+    length = max(wanted // windows, FEWEST)
     starts = np.arange(0, n - length + 1, length)
     moving = np.abs(np.gradient(short.signals["joint_position"]))
     lively = [float(np.mean(moving[start : start + length])) for start in starts]
-    for start in sorted(starts[np.argsort(lively)[::-1][:WINDOWS]]):
+    for start in sorted(starts[np.argsort(lively)[::-1][:windows]]):
         yield short.samples(slice(int(start), int(start) + length))
 
 

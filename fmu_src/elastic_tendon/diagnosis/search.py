@@ -521,7 +521,7 @@ class Search(Refits):
         if best < AT_NOISE or best > PROMISING * self._badness(()):
             return []
         self._pairs(singles, ids)
-        if min(map(self._badness, self._sets(2)), default=0.0) > TRUSTED:
+        if min(map(self._badness, self._sets(2)), default=0.0) > FAR_BETTER * best:
             self._pairs(singles, ids, as_given=True)
         pairs = sorted(self._sets(2), key=self._badness)[:1]
         far_better = (pair for pair in pairs if self._badness(pair) < FAR_BETTER * best)
