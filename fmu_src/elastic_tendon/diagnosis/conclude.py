@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
+from operator import is_
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer, refit
@@ -50,6 +51,7 @@ from elastic_tendon.identify.constants import explained_by
 from elastic_tendon.identify.fit import Effort
 from elastic_tendon.identify.ladder import AS_GIVEN, Step, climb
 from elastic_tendon.identify.locate import locate
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import NoiseFloor
 from elastic_tendon.parameters import Model, quantities
 from elastic_tendon.quantity import unit_text
@@ -91,7 +93,7 @@ def judge(data: Data, search: Search, found: Found, report: Progress) -> None:
     answer = found.answer
     regression = regress(answer.result, report)
     found.lack = regression.found
-    given, last = (compare(model, data.fitted) for model in (data.given, answer.result.model))
+    given, last = compare(data.given, data.fitted), _compared(answer, data.fitted)
     failing = unexplained(remaining_of(given, last, found.lack))
     if failing:
         found.learned = learn(regression)
@@ -102,6 +104,14 @@ def judge(data: Data, search: Search, found: Found, report: Progress) -> None:
     _propose_experiment(data, found, report)
     if data.excerpts:
         _confirm(data, found, report)
+
+
+def _compared(answer: Answer, recordings: Sequence[Measurement]) -> Comparison:
+    """An answer beside recordings, which begin as the fit found them to where it was to these."""
+    result = answer.result
+    fitted = result.problem.measurements
+    own = len(fitted) == len(recordings) and all(map(is_, fitted, recordings))
+    return compare(result.model, recordings, result.initial_states if own else None)
 
 
 def _confirm(data: Data, found: Found, report: Progress) -> None:
@@ -314,22 +324,22 @@ def _steps(data: Data, search: Search, found: Found) -> tuple[Step, ...]:
         [search.answers.get(in_order(a.added), a) for _, _, a in found.ladder]
     )
 
-    def step(title: str, added: str | None, evidence: float | None, model: Model) -> Step:
+    def step(title: str, added: str | None, evidence: float | None, comparison: Comparison) -> Step:
         return Step(
             title=title,
             added=added,
             parameters=0 if added is None else len(effects.BY_ID[added].parameters),
             effective=0.0,
-            comparison=compare(model, data.whole),
-            heldout=compare(model, data.heldout) if data.heldout else None,
+            comparison=comparison,
+            heldout=compare(comparison.model, data.heldout) if data.heldout else None,
             evidence=evidence,
         )
 
     ways = [
-        step(title, added, value, answer.result.model)
+        step(title, added, value, _compared(answer, data.whole))
         for (title, added, answer), value in zip(found.ladder, values, strict=True)
     ]
-    return (step(AS_GIVEN, None, None, data.given), *ways)
+    return (step(AS_GIVEN, None, None, compare(data.given, data.whole)), *ways)
 
 
 def _recordings(

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from elastic_tendon import effects, problems
 from elastic_tendon.effects.base import Effect, Parameter, Spread
 from elastic_tendon.errors import MeasurementError, ModelError
-from elastic_tendon.identify.compare import compare
+from elastic_tendon.identify.compare import Comparison, compare
 from elastic_tendon.identify.comparison_json import plain
 from elastic_tendon.identify.determinability import Estimate, Findings
 from elastic_tendon.identify.fit import FitResult, fit
@@ -171,7 +171,7 @@ class _Way:
     interrupted: bool = False
 
     def compare_as_given(self) -> None:
-        self._keep(AS_GIVEN, None, self.given, 0.0)
+        self._keep(AS_GIVEN, None, compare(self.given, self.measurements), 0.0)
 
     def go(self, effect_id: str | None, progress: Callable[[float], None]) -> None:
         """Refit with one more effect; None: with none."""
@@ -191,17 +191,20 @@ class _Way:
         self.fits.append(result)
         self.interrupted = result.interrupted
         title = REFIT if effect_id is None else f"+ {effects.BY_ID[effect_id].title}"
-        self._keep(title, effect_id, result.model, result.findings.effective)
+        comparison = compare(result.model, self.measurements, result.initial_states)
+        self._keep(title, effect_id, comparison, result.findings.effective)
 
-    def _keep(self, title: str, added: str | None, model: Model, effective: float) -> None:
+    def _keep(
+        self, title: str, added: str | None, comparison: Comparison, effective: float
+    ) -> None:
         self.steps.append(
             Step(
                 title=title,
                 added=added,
                 parameters=0 if added is None else len(effects.BY_ID[added].parameters),
                 effective=effective,
-                comparison=compare(model, self.measurements),
-                heldout=compare(model, self.validation) if self.validation else None,
+                comparison=comparison,
+                heldout=compare(comparison.model, self.validation) if self.validation else None,
             )
         )
 

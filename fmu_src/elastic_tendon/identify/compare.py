@@ -97,15 +97,19 @@ class Comparison:
         return {name: value / floor[name] for name, value in self.rmse().items()}
 
 
-def compare(model: Model, measurements: Sequence[Measurement]) -> Comparison:
+def compare(
+    model: Model,
+    measurements: Sequence[Measurement],
+    initial_states: Sequence[InitialState] | None = None,
+) -> Comparison:
     """Simulate every recording with its own inputs and compare.
-
-    Only the initial state is taken from the recording, estimated on its first 0.1 s.
 
     Parameters
     ----------
     model : Model
     measurements : sequence of Measurement
+    initial_states : at the first sample of each, as a fit to it found them; None: estimated on the
+        first 0.1 s of each, all else of it unseen
 
     Returns
     -------
@@ -115,11 +119,13 @@ def compare(model: Model, measurements: Sequence[Measurement]) -> Comparison:
     ------
     SimulationError : the solver could not go on
     """
-    return Comparison(model, tuple(_compare_one(model, one) for one in measurements))
+    if initial_states is None:
+        initial_states = [estimate_initial_state(model, part) for part in measurements]
+    pairs = zip(measurements, initial_states, strict=True)
+    return Comparison(model, tuple(_compare_one(model, *pair) for pair in pairs))
 
 
-def _compare_one(model: Model, measurement: Measurement) -> FileComparison:
-    initial = estimate_initial_state(model, measurement)
+def _compare_one(model: Model, measurement: Measurement, initial: InitialState) -> FileComparison:
     trajectory = simulate_measurement(model, measurement, initial)
     errors = residuals_of(trajectory, measurement)
     states = slack_states_measured(model, trajectory, measurement)
