@@ -33,6 +33,7 @@ from elastic_tendon.diagnosis.sets import (
     aliases,
     in_order,
     model_with,
+    richer,
     simpler,
     size_of,
     told,
@@ -348,8 +349,12 @@ class Search(Refits):
             and self._left(added) > simple.mean_square
             and self._could_win(added)
         ]
-        work = [("refitting again", partial(self._beside, simple, added)) for added in misled]
-        self._take(misled, self._at_once(work))
+        self._take_beside(simple, misled, "refitting again")
+
+    def _take_beside(self, simple: Answer, laws: Sequence[Set], words: str) -> None:
+        """Refit sets with one other law than an answer from its parameters."""
+        work = [(told(words, added), partial(self._beside, simple, added)) for added in laws]
+        self._take(laws, self._at_once(work))
 
     def _beside(self, simple: Answer, added: Set, check: Check) -> Answer:
         (law,) = set(added) - set(simple.added)
@@ -449,6 +454,10 @@ class Search(Refits):
         if self._tired or answer.mean_square < MUCH or answer.added in self._exhausted:
             return False
         self._exhausted.add(answer.added)
+        laws = [near for near in richer(answer.added) if near not in self.answers]
+        self._take_beside(answer, laws, "trying other laws")
+        if self._at_noise():
+            return True
         words = "trying every addition"
         # a look at what swings may take all that is left
         quick = [one for one in self.data.candidates if not (self._weary and swings(one))]

@@ -22,11 +22,19 @@ def size_of(added: Set) -> int:
 
 def simpler(added: Set) -> Iterator[Set]:
     """The set with a simpler law of the same thing in the place of each law, where there is one."""
+    return (near for near in _other_laws(added) if size_of(near) < size_of(added))
+
+
+def richer(added: Set) -> Iterator[Set]:
+    """The set with a richer law of the same thing in the place of each law, where there is one."""
+    return (near for near in _other_laws(added) if size_of(near) > size_of(added))
+
+
+def _other_laws(added: Set) -> Iterator[Set]:
     for effect_id in added:
-        effect = effects.BY_ID[effect_id]
+        law_of = effects.BY_ID[effect_id].law_of
         for other in effects.BY_ID.values():
-            fewer = len(other.parameters) < len(effect.parameters)
-            if effect.law_of and other.law_of == effect.law_of and fewer:
+            if law_of and other.law_of == law_of:
                 yield in_order((*without(added, effect_id), other.id))
 
 
