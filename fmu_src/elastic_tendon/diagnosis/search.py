@@ -350,6 +350,10 @@ class Search(Refits):
             and self._could_win(added)
         ]
         self._take_beside(simple, misled, "refitting again")
+        laws = [added for added in simpler(self.answer.added) if added in self.answers]
+        if laws and self._could_win(self.answer.added):
+            closest = self.answers[min(laws, key=self._left)]
+            self._take_beside(closest, [self.answer.added], "refitting again")
 
     def _take_beside(self, simple: Answer, laws: Sequence[Set], words: str) -> None:
         """Refit sets with one other law than an answer from its parameters."""
