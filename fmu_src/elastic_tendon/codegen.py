@@ -10,6 +10,7 @@ from collections.abc import Iterable
 
 import casadi as ca
 
+from elastic_tendon.symbolic import one_at_a_time
 from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
 
 _PATTERN = """\
@@ -187,6 +188,7 @@ def _tables(system: HybridSystem) -> str:
     )
 
 
+@one_at_a_time
 def generate(system: HybridSystem) -> str:
     """C source of a structure.
 

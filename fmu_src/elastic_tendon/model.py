@@ -16,7 +16,7 @@ from elastic_tendon.effects.base import (
     Signal,
     Slot,
 )
-from elastic_tendon.symbolic import Symbol, both, where
+from elastic_tendon.symbolic import Symbol, both, one_at_a_time, where
 from elastic_tendon.system import HybridSystem, Symbols, linear_root, total_jacobian
 from elastic_tendon.tendon import TendonForces, tendon
 from elastic_tendon.variables import JOINT_MOTION, SPRINGS, interface
@@ -24,6 +24,7 @@ from elastic_tendon.variables import JOINT_MOTION, SPRINGS, interface
 VELOCITY_SCALE = 1.0  # rad/s, by which the joint's velocity is judged to have crossed zero
 
 
+@one_at_a_time
 def build(effect_ids: tuple[str, ...]) -> HybridSystem:
     """Equations of the model with the given effects.
 

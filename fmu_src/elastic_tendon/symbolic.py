@@ -4,12 +4,30 @@ The model's equations are written once with these; numpy evaluates them for plot
 and tests, CasADi turns them into derivatives and C.
 """
 
-from typing import Any, TypeAlias
+from collections.abc import Callable
+from functools import wraps
+from threading import RLock
+from typing import Any, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
 Symbol: TypeAlias = Any  # float | numpy.ndarray | casadi.SX; CasADi is not imported for numbers
+P = ParamSpec("P")
+T = TypeVar("T")
+_ALONE = RLock()
 NEARLY_NOTHING = 1e-9  # base of a power below which its derivatives may have no bound
+
+
+def one_at_a_time(build: Callable[P, T]) -> Callable[P, T]:
+    """Let one thread at a time build expressions: CasADi shares their nodes between all of them,
+    and two threads that build some crash the program now and then."""
+
+    @wraps(build)
+    def alone(*args: P.args, **kwargs: P.kwargs) -> T:
+        with _ALONE:
+            return build(*args, **kwargs)
+
+    return alone
 
 
 def _is_casadi(value: Symbol) -> bool:

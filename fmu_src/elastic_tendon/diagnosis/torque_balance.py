@@ -16,6 +16,7 @@ import numpy as np
 from elastic_tendon.effects.base import Effect, Slot
 from elastic_tendon.identify.residuals import Array
 from elastic_tendon.model import build
+from elastic_tendon.symbolic import one_at_a_time
 from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
 from elastic_tendon.variables import JOINT_MOTION, catalogue_order
 
@@ -59,6 +60,7 @@ class Torques:
 
 
 @lru_cache(maxsize=1024)
+@one_at_a_time
 def _balance_of(effects_present: tuple[Effect, ...], paths: tuple[str, ...]) -> "Balance":
     return Balance(build(tuple(effect.id for effect in effects_present)), paths)
 
@@ -119,6 +121,7 @@ class Balance:
         )
 
     @cached_property
+    @one_at_a_time
     def resolved(self) -> bool:
         """Whether the memory of effects is slow enough for the instants to show it.
 
@@ -130,11 +133,13 @@ class Balance:
         return _apart(rates, self._seen.memory) and Slot.SERIES_ELEMENT not in slots
 
     @lru_cache(maxsize=8)  # noqa: B019 - balances are kept for the life of the program
+    @one_at_a_time
     def _torques_along(self, n: int) -> ca.Function:
         """`_torque_function` at n instants, which share the parameters."""
         return self._torque_function.map("map", "serial", n, [3], [])
 
     @lru_cache(maxsize=8)  # noqa: B019
+    @one_at_a_time
     def _memory_along(self, n: int) -> ca.Function:
         """`_step` for n instants, one after the other."""
         return self._step.mapaccum(n)
@@ -169,6 +174,7 @@ class Balance:
         return np.ascontiguousarray(carried[:, :s]), carried[:, s:].reshape(n, m, s)
 
     @cached_property
+    @one_at_a_time
     def _start(self) -> ca.Function:
         """(data, p) -> states at the first sample with derivatives; calculated ones settle."""
         seen, system = self._seen, self.system

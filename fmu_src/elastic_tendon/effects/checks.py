@@ -39,6 +39,7 @@ from elastic_tendon.effects.base import (
 from elastic_tendon.effects.source import Source
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu.units import base_exponents
+from elastic_tendon.symbolic import one_at_a_time
 
 Fault = tuple[str, str]  # word whose line is at fault, and what is wrong
 
@@ -74,6 +75,7 @@ _ANSWERS: Mapping[Slot, type] = {
 }
 
 
+@one_at_a_time
 def check(effect: object, source: Source) -> Effect:
     """The effect, if it can be used.
 

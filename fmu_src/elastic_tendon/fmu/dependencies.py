@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.symbolic import one_at_a_time
 from elastic_tendon.system import HybridSystem
 
 _Pattern = NDArray[np.bool_]
@@ -81,6 +82,7 @@ def _seen(system: HybridSystem) -> _Seen:
     return _Seen(v, w, r, factors, dict(zip(names, columns, strict=True)))
 
 
+@one_at_a_time
 def dependencies(system: HybridSystem) -> Dependencies:
     """Structural dependencies, direct ones, through implicit unknowns and through modes.
 

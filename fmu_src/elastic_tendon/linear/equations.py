@@ -13,6 +13,7 @@ from elastic_tendon.linear.plant import Jacobians, Regime
 from elastic_tendon.linear.result import Array
 from elastic_tendon.model import build
 from elastic_tendon.parameters import Model
+from elastic_tendon.symbolic import one_at_a_time
 from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
 from elastic_tendon.transmission import SlackState
 from elastic_tendon.variables import JOINT_MOTION, SPRINGS, interface
@@ -178,6 +179,7 @@ class _Evaluated:
 
 
 @lru_cache
+@one_at_a_time
 def _functions(effect_ids: tuple[str, ...]) -> dict[str, _Evaluated]:
     system = build(effect_ids)
     arguments = [system.x, system.u, system.p, system.r, system.w]
