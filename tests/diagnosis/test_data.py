@@ -40,13 +40,20 @@ def test_a_short_recording_is_taken_whole() -> None:
     assert samples(found.fitted) == 3000
 
 
-@pytest.mark.parametrize("lengths", [(50_000,), (40_000, 30_000), (16_000, 1000)])
+@pytest.mark.parametrize("lengths", [(50_000,), (40_000, 30_000), (16_000, 1000), (1200,) * 16])
 def test_of_long_recordings_the_search_sees_excerpts(lengths: tuple[int, ...]) -> None:
-    parts = [recording(n, seed=n, name=f"of {n}") for n in lengths]
+    parts = [recording(n, seed=k, name=f"{k} of {n}") for k, n in enumerate(lengths)]
     found = data_of(GIVEN, parts, [])
     assert samples(found.whole) == sum(lengths)
     assert 0.6 * FEWER < samples(found.fitted) <= FEWER
-    assert len(found.fitted) <= WINDOWS * len(parts)
+    assert len(parts) <= len(found.fitted) <= max(WINDOWS, len(parts))
+
+
+def test_excerpts_have_the_noise_of_the_whole_recording() -> None:
+    whole = recording(50_000, step=0.2)
+    sigma = whole.noise["joint_position"].sigma
+    for part in data_of(GIVEN, [whole], []).fitted:
+        assert part.noise["joint_position"].sigma == pytest.approx(sigma)
 
 
 def test_excerpts_are_where_the_joint_moves() -> None:

@@ -22,6 +22,7 @@ from elastic_tendon.diagnosis.sets import (
     change_between,
     in_order,
     model_with,
+    richer,
     simpler,
     size_of,
 )
@@ -105,6 +106,14 @@ def test_simpler_laws_of_the_same_thing() -> None:
     assert list(simpler((*COULOMB, *GRAVITY))) == []
     assert list(simpler(("stribeck_friction", *GRAVITY))) == [(*COULOMB, *GRAVITY)]
     assert set(simpler(("lugre_friction",))) == {COULOMB, ("stribeck_friction",)}
+
+
+def test_richer_laws_of_the_same_thing() -> None:
+    assert list(richer(("lugre_friction",))) == list(richer(GRAVITY)) == []
+    assert list(richer((*COULOMB, *GRAVITY))) == [
+        ("stribeck_friction", *GRAVITY),
+        ("lugre_friction", *GRAVITY),
+    ]
 
 
 def test_a_model_with_a_set_has_its_values_within_bounds(sticking) -> None:
@@ -441,6 +450,40 @@ def test_where_much_is_left_sets_that_were_passed_by_are_grown(monkeypatch) -> N
     search._passed.clear()
     monkeypatch.setattr(search, "_looks", None)  # no look, where nothing is left
     assert not search._better_detour()
+
+
+def test_where_nothing_is_left_only_fewer_parameters_could_win(ended, monkeypatch) -> None:
+    assert ended.answer.added == COULOMB
+    monkeypatch.setitem(vars(ended.answer), "mean_square", 1.0)
+    assert ended._could_win(())
+    assert not ended._could_win((*COULOMB, *DRAG))
+    assert not ended._could_win(DRAG)
+
+
+def test_where_much_is_left_many_parameters_could_win() -> None:
+    search = begun(typical_model(*DRAG))
+    assert search._could_win((*COULOMB, *GRAVITY, *DRAG))
+
+
+def test_pairs_are_looked_at_beside_the_parameters_as_given_too(monkeypatch) -> None:
+    search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY, *DRAG)
+    ids = search._screened()
+    search._screen_singles(ids, None)
+    origins = []
+    monkeypatch.setattr(
+        search.screen, "combined", lambda origin, *_: origins.append(origin) or ({}, {})
+    )
+    search._pairs([GRAVITY], ids)
+    search._pairs([GRAVITY], ids, as_given=True)
+    estimated, as_given = origins
+    assert estimated is search.estimates[GRAVITY]
+    own = [path for path in estimated.values if path.startswith("effects.")]
+    assert {path: as_given.values[path] for path in own} == pytest.approx(
+        {path: estimated.values[path] for path in own}
+    )
+    given = search.data.given.values()
+    assert {path: as_given.values[path] for path in given} == pytest.approx(given)
+    assert estimated.values["link.inertia"] != pytest.approx(given["link.inertia"], rel=1e-4)
 
 
 def test_refits_of_one_list_begin_at_the_same_answers_whatever_their_timing(monkeypatch) -> None:

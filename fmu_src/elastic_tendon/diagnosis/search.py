@@ -334,8 +334,8 @@ class Search(Refits):
         answer = self.answer
         facts = self.evidence.facts([answer])
         more = size_of(added) - size_of(answer.added)
-        heldout = max(self.evidence.heldout_square(answer), 1.0)
-        least = log(facts) * more - facts * (log(answer.mean_square) + log(heldout))
+        square = answer.mean_square * max(self.evidence.heldout_square(answer), 1.0)
+        least = log(facts) * more - facts * log(max(square, 1e-12))
         return least < (DECISIVE if more < 0 else -DECISIVE)
 
     def _lead_back(self) -> None:
