@@ -1,6 +1,7 @@
 """What a fitted model errs on recordings that it was not fitted to."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -14,11 +15,12 @@ REACHES = (1.0, 0.3)  # shares of the step that are tried
 
 
 def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Array:
-    """Errors on held-out recordings, parameters moved as far as the fit leaves them open.
+    """Errors on held-out recordings, as the fit predicts them with what it leaves open.
 
     The fitted recordings may hardly show a parameter on which others depend; that is no failure of
-    the law. One step of Gauss and Newton, with what the fit says of the parameters as their prior;
-    each recording gives its initial state on its first 0.1 s.
+    the law. So parameters move by one step of Gauss and Newton, with what the fit says of them as
+    their prior, and the cost of the move counts as errors do: what the fit has determined stays.
+    Each recording gives its initial state on its first 0.1 s.
 
     Parameters
     ----------
@@ -33,32 +35,37 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     floors = tuple(map(noise_floors, recordings))
     try:
         start = problem.start(result.model)
-        errors = stack(problem.errors(start), floors)
+        best = stack(problem.errors(start), floors)
     except ElasticTendonError:
         return np.array([np.inf])
-    best = errors
+    unmoved = best
     for share in REACHES:
-        try:
-            moved = _moved(result, problem, start, share)
-            best = min(best, stack(problem.errors(moved), floors), key=_square)
-        except (ElasticTendonError, np.linalg.LinAlgError):
-            continue
-        if best is not errors:
+        with suppress(ElasticTendonError, np.linalg.LinAlgError):
+            moved, costly = _moved(result, problem, start, share)
+            best = min(best, costly * stack(problem.errors(moved), floors), key=_square)
+        if best is not unmoved:
             break
     return best
 
 
-def _moved(result: FitResult, problem: Problem, start: Array, share: float) -> Array:
-    """Vector of the held-out problem after a share of the step."""
+def _moved(
+    result: FitResult, problem: Problem, start: Array, share: float
+) -> tuple[Array, float]:
+    """Vector of the held-out problem after a share of the step, and the factor by which errors
+    there grow when the cost of the move is among them."""
     count = len(problem.coordinates.paths)
     sigmas = _sigmas(result, problem.measurements)
     errors = stack(problem.errors(start), sigmas)
     slopes = problem.data_jacobian(start, sigmas)[:, :count]
     slopes = slopes @ problem.coordinates.derivatives(start[:count])
-    step = np.linalg.solve(slopes.T @ slopes + _information(result), slopes.T @ errors)
+    known = _information(result)
+    step = np.linalg.solve(slopes.T @ slopes + known, slopes.T @ errors)
     lower, upper = problem.bounds()
-    moved = np.clip(start[:count] - share * step, lower[:count], upper[:count])
-    return problem.start(problem.coordinates.model(moved))
+    numbers = np.clip(start[:count] - share * step, lower[:count], upper[:count])
+    moved = problem.start(problem.coordinates.model(numbers))
+    left = _square(stack(problem.errors(moved), sigmas))
+    move = numbers - start[:count]
+    return moved, float(np.sqrt(1.0 + move @ known @ move / max(left, 1e-300)))
 
 
 def _information(result: FitResult) -> Array:
