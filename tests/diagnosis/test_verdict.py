@@ -6,11 +6,13 @@ import pytest
 
 from elastic_tendon.diagnosis import verdict
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Remaining
 from elastic_tendon.diagnosis.verdict import (
     changed_parameters,
     fall,
     hedge,
+    no_chance,
     remaining_of,
     sentence_of,
     unexplained,
@@ -98,9 +100,9 @@ def test_relevance_is_the_share_of_the_error_that_must_fall() -> None:
 # ---- what is left --------------------------------------------------------------------------------
 
 
-def remaining(before: float, after: float, *, significant: bool = False):
+def remaining(before: float, after: float, *, significant: bool = False, relevance: float = 0.0):
     lack = {NAME: LackOfFit(0.3, significant, (), 0.0)}
-    return remaining_of(comparison(before), comparison(after), lack)[NAME]
+    return remaining_of(comparison(before), comparison(after), lack, relevance)[NAME]
 
 
 def test_what_is_left_is_counted_above_the_noise() -> None:
@@ -121,6 +123,29 @@ def test_it_matters_by_the_noise_however_far_off_the_given_model_was() -> None:
     assert not remaining(10.0, verdict.LEFT - 0.01).matters
     assert remaining(10.0, verdict.LEFT + 0.01).matters
     assert remaining(100.0, verdict.LEFT + 0.01).matters
+
+
+def test_the_relevance_asked_for_is_a_share_of_the_error_as_given_above_the_noise() -> None:
+    # of 100 times the noise 10 are left, both above it: sqrt(99 / 9999) = 9.95 %
+    assert not remaining(100.0, 10.0, relevance=0.0996).matters
+    assert remaining(100.0, 10.0, relevance=0.0994).matters
+    # however little was asked for, noise does not matter
+    assert not remaining(2.0, verdict.LEFT - 0.01, relevance=1e-6).matters
+    # and where nothing helped, no share below 1 hides it
+    assert remaining(2.0, 2.0, relevance=0.99).matters
+
+
+@pytest.mark.parametrize(
+    ("options", "matters"), [(Options(), True), (Options(relevance=0.05), False)]
+)
+def test_nothing_is_hidden_from_who_did_not_ask_for_it(options, matters) -> None:
+    found = remaining(100.0, 3.0, significant=True, relevance=options.least_left)
+    assert (found.significant, found.matters) == (True, matters)
+    assert no_chance({NAME: found})
+    assert options.least_change == RELEVANCE
+    expected = "unexplained" if matters else "missing_effect"
+    given = {NAME: found}, 0.97, options.least_change
+    assert verdict_of(("gravity_load",), (), *given) == expected
 
 
 def test_an_error_of_any_size_is_left_where_nothing_helped() -> None:
@@ -219,6 +244,16 @@ def test_much_that_is_left_by_chance_is_said_to_be_so() -> None:
         "by no more than chance, as a disturbance would."
     )
     assert "chance" not in sentence("unexplained", after=3.46)
+
+
+@pytest.mark.parametrize("kind", ["adequate", "wrong_parameter", "missing_effect"])
+def test_what_was_not_to_matter_is_told_with_its_size_and_not_called_chance(kind) -> None:
+    said = sentence(kind, ("gravity_load",), moved=("link.inertia",), after=9.14, ignored=0.125)
+    assert said.endswith(
+        "9.14 times the noise; what of it is no chance is less than 12.5 % of the error as given, "
+        "and was not to matter."
+    )
+    assert "matter" not in sentence("unexplained", after=9.14, ignored=0.125)
 
 
 def test_wrong_parameters_are_listed() -> None:

@@ -225,6 +225,6 @@ def concluded(data: Data, walk: Sequence[Walked], report: Progress) -> Diagnosis
             found.rounds.append(decided(step.outcome.round, taken))
     found.alike = answers_alike(search, walk[-1].answer)
     options = Options()
-    judge(data, search, found, report)
+    judge(data, search, found, options, report)
     complete = last is not None and not last.round.chosen
     return conclude(data, search, found, options, report, complete=complete)

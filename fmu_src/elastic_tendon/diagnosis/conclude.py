@@ -40,6 +40,7 @@ from elastic_tendon.diagnosis.verdict import (
     changed_parameters,
     fails_elsewhere,
     fall,
+    no_chance,
     remaining_of,
     sentence_of,
     unexplained,
@@ -87,14 +88,14 @@ class Found:
         return self.ladder[-1][2]
 
 
-def judge(data: Data, search: Search, found: Found, report: Progress) -> None:
+def judge(data: Data, search: Search, found: Found, options: Options, report: Progress) -> None:
     """What remains, whether anything can be learned from it, and what would decide."""
     report("judging what remains", 0.0)
     answer = found.answer
     regression = regress(answer.result, report)
     found.lack = regression.found
     given, last = compare(data.given, data.fitted), _compared(answer, data.fitted)
-    failing = unexplained(remaining_of(given, last, found.lack))
+    failing = unexplained(remaining_of(given, last, found.lack, options.least_left))
     if failing:
         found.learned = learn(regression)
     if failing or search.evidence.heldout_square(answer) > FARTHER**2:
@@ -204,15 +205,16 @@ def conclude(
     answer = found.answer
     steps = _steps(data, search, found)
     given, final = steps[0].comparison, steps[-1].comparison
-    remaining = remaining_of(given, final, found.lack)
-    changed, small = changed_parameters(answer, given, options.relevance)
+    remaining = remaining_of(given, final, found.lack, options.least_left)
+    changed, small = changed_parameters(answer, given, options.least_change)
     recordings = _recordings(answer.result.model, steps[-1], found.contradictions)
     elsewhere = fails_elsewhere(final, steps[-1].heldout, recordings)
     fell = fall(given, final)
-    verdict = verdict_of(answer.added, changed, remaining, fell, options.relevance, elsewhere)
+    verdict = verdict_of(answer.added, changed, remaining, fell, options.least_change, elsewhere)
+    shaped = no_chance(remaining)
     matter = () if verdict == "adequate" else changed
     different = _different(found.alike)
-    sure = certainty(search, answer, found.alike, explained=verdict != "unexplained")
+    sure = certainty(search, answer, found.alike, explained=verdict != "unexplained" and not shaped)
     return Diagnosis(
         verdict=verdict,
         sentence=sentence_of(
@@ -224,6 +226,7 @@ def conclude(
             given,
             final,
             elsewhere=elsewhere,
+            ignored=options.relevance if shaped else None,
             chosen=bool(options.only or options.without),
             complete=complete,
         ),

@@ -100,7 +100,7 @@ def _diagnosed(
             search.base()
             search.run()
             _tell(search, found, ask, refit=True)
-            judge(data, search, found, progress)
+            judge(data, search, found, options, progress)
     except KeyboardInterrupt:
         complete = False
         _begin_at_least(search)

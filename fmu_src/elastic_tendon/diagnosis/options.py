@@ -14,16 +14,28 @@ class Options:
     """Options of a diagnosis.
 
     `only`, `without` : ids of effects that alone, or never, are candidates. `relevance` : share of
-    a signal's error as given (0 to 1) below which a change does not matter. `horizon` : recordings
-    are simulated in windows of so many s, each from its own initial state; None: as a whole.
-    `time_limit` : s after which the best answer so far is given; None: no limit.
+    a signal's error as given (0 to 1) below which neither a change matters nor what is left, and
+    the user answers for what that hides; None: 5 % for changes, nothing for what is left, which
+    matters from 1.5 times the noise on. `horizon` : recordings are simulated in windows of so many
+    s, each from its own initial state; None: as a whole. `time_limit` : s after which the best
+    answer so far is given; None: no limit.
     """
 
     only: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
-    relevance: float = RELEVANCE
+    relevance: float | None = None
     horizon: float | None = None
     time_limit: float | None = None
+
+    @property
+    def least_change(self) -> float:
+        """Share of the error as given below which a change does not matter."""
+        return RELEVANCE if self.relevance is None else self.relevance
+
+    @property
+    def least_left(self) -> float:
+        """Share of the error as given below which what is left does not matter."""
+        return self.relevance or 0.0
 
     def check_ids(self) -> None:
         """Refuse effects that the catalogue does not have.

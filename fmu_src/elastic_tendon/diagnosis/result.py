@@ -113,7 +113,8 @@ class Remaining:
     `noise_ratio` : RMS over the noise floor. `share_of_initial` : squared error above the floor,
     of that of the model as given. `significant` : it depends on the state of the machine, by more
     than chance, with `p_value`; or it is far too large for noise; or that was not judged, `p_value`
-    None, and it matters. `matters` : it is larger than what anybody wants to hear of.
+    None, and it is above 1.5 times the noise. `matters` : it is larger than what anybody wants to
+    hear of: 1.5 times the noise, and the share of the error as given that the user asked for.
     """
 
     noise_ratio: float

@@ -32,7 +32,7 @@ def hedge(probability: float) -> str:
 
 
 def remaining_of(
-    given: Comparison, last: Comparison, lack: Mapping[str, LackOfFit]
+    given: Comparison, last: Comparison, lack: Mapping[str, LackOfFit], relevance: float = 0.0
 ) -> dict[str, Remaining]:
     """What is left of each signal's error.
 
@@ -40,7 +40,9 @@ def remaining_of(
     ----------
     given, last : the model as given and the answer beside the fitted recordings
     lack : whether what is left depends on the state of the machine; where that was not judged,
-        what matters is taken for no chance
+        what is heard above the noise is taken for no chance
+    relevance : RMS share of the error as given, both above the noise, up to which what is left
+        does not matter, however many times the noise it is
     """
     noise = last.pooled(lambda error: error.noise.sigma)
     before, after = given.rmse(), last.rmse()
@@ -51,12 +53,13 @@ def remaining_of(
     found = {}
     for name in after:
         ratio, left, result = after[name] / noise[name], excess(after, name), lack.get(name)
+        share = left / max(excess(before, name), 1e-300) if left else 0.0
         surely = ratio > (LEFT if result is None else TOO_LARGE)
         found[name] = Remaining(
             noise_ratio=ratio,
-            share_of_initial=left / max(excess(before, name), 1e-300) if left else 0.0,
+            share_of_initial=share,
             significant=bool(surely or (result is not None and result.significant)),
-            matters=bool(ratio > LEFT),
+            matters=bool(ratio > LEFT and share > relevance**2),
             p_value=None if result is None else result.p_value,
         )
     return found
@@ -65,6 +68,11 @@ def remaining_of(
 def unexplained(remaining: Mapping[str, Remaining]) -> bool:
     """Whether something that is surely there and large is left."""
     return any(part.significant and part.matters for part in remaining.values())
+
+
+def no_chance(remaining: Mapping[str, Remaining]) -> bool:
+    """Whether something is left that is neither noise nor chance, whether it matters or not."""
+    return any(part.significant and part.noise_ratio > LEFT for part in remaining.values())
 
 
 def changed_parameters(
@@ -174,6 +182,7 @@ def sentence_of(
     last: Comparison,
     *,
     elsewhere: str = "",
+    ignored: float | None = None,
     chosen: bool = False,
     complete: bool,
 ) -> str:
@@ -186,6 +195,8 @@ def sentence_of(
     alike : names of what the data cannot tell from what was added, "+" between ids of a set
     given, last : the model as given and the answer beside the fitted recordings
     elsewhere : held-out recording on which the answer fails
+    ignored : share of the error as given up to which what is left does not matter, where it is no
+        chance
     chosen : whether the user left effects of the catalogue out
     complete : whether the search came to its end
     """
@@ -213,7 +224,12 @@ def sentence_of(
     else:
         text = f"Something is missing that the fitted recordings do not show: {left} is left there"
     if after > LEFT and verdict != "unexplained":
-        text += "; this depends on the motion by no more than chance, as a disturbance would"
+        text += (
+            "; this depends on the motion by no more than chance, as a disturbance would"
+            if ignored is None
+            else f"; what of it is no chance is less than {100.0 * ignored:.3g} % of the error as "
+            "given, and was not to matter"
+        )
     if elsewhere:
         text += f"; {elsewhere}, which was held out, is not explained"
     return f"{text}." if complete else f"{text}; the search was stopped before its end."
