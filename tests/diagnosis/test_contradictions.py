@@ -5,12 +5,16 @@ import numpy as np
 from elastic_tendon import compiled
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.contradictions import contradictions
+from elastic_tendon.diagnosis.diagnose import diagnose
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.identify.fit import QUICK
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 from smooth_motion import GIVEN, typical_model
 
 NOISE = 2e-4  # rad
+GRAVITY = "gravity_load"
+SLIGHTLY = 1.06
 HEAVIER = GIVEN.with_values({"link.inertia": 1.6 * GIVEN.link.inertia})
 
 
@@ -48,3 +52,24 @@ def test_a_missing_effect_is_no_contradiction():
     machine = typical_model("coulomb_friction")
     found = told(recorded(machine, "monday", 1.1), recorded(machine, "tuesday", 1.4))
     assert found == {"monday": (), "tuesday": ()}
+
+
+def test_recordings_that_contradict_one_another_are_named_where_no_effect_came_in():
+    # what is left over all of them depends on the motion by no more than chance
+    lighter, heavier = (
+        GIVEN.with_values({"link.inertia": factor * GIVEN.link.inertia})
+        for factor in (1.0 / SLIGHTLY, SLIGHTLY)
+    )
+    machines = ((lighter, "monday", 1.1), (GIVEN, "tuesday", 1.4), (heavier, "friday", 1.2))
+    found = diagnose(GIVEN, [recorded(*one) for one in machines], options=Options(only=(GRAVITY,)))
+    assert found.added == ()
+    assert not found.remaining["joint_position"].significant
+    assert found.verdict == "unexplained"
+    assert found.sentence.endswith(
+        "times the noise is left; monday contradicts friday: no parameters suit them together."
+    )
+    assert {part.file: part.contradicts for part in found.recordings} == {
+        "monday": ("friday",),
+        "tuesday": (),
+        "friday": ("monday",),
+    }

@@ -7,18 +7,22 @@ import pytest
 from elastic_tendon.diagnosis import verdict
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.diagnosis.result import Remaining
+from elastic_tendon.diagnosis.result import RecordingSummary, Remaining
 from elastic_tendon.diagnosis.verdict import (
     changed_parameters,
+    contradicting_of,
     fall,
     hedge,
+    matters_somewhere,
     no_chance,
     remaining_of,
     sentence_of,
     unexplained,
     verdict_of,
 )
+from elastic_tendon.identify.compare import Comparison, FileComparison, SignalError
 from elastic_tendon.identify.determinability import Estimate
+from elastic_tendon.measurement import NoiseFloor
 
 NAME = "joint_position"
 RELEVANCE = 0.05
@@ -348,3 +352,44 @@ def test_a_recording_that_is_not_explained_has_the_veto_and_is_named() -> None:
         "Something is missing that the fitted recordings do not show: 1.04 times the noise is left "
         "there; second.csv, which was held out, is not explained."
     )
+
+
+# ---- recordings that contradict one another ------------------------------------------------------
+
+
+def summary(file: str, *contradicts: str, role="fitted") -> RecordingSummary:
+    return RecordingSummary(file, role, {}, contradicts=contradicts)
+
+
+def test_the_recording_that_contradicts_most_fitted_ones_is_told_first() -> None:
+    three = [summary("a", "c"), summary("b", "c"), summary("c", "a", "b")]
+    assert contradicting_of(three) == ("c", "a", "b")
+    assert contradicting_of([summary("a"), summary("b")]) == ()
+    # what was held out has a verdict of its own
+    assert contradicting_of([summary("a", "x"), summary("x", "a", role="validation")]) == ()
+
+
+@pytest.mark.parametrize("added", [(), ("gravity_load",)])
+def test_no_model_explains_recordings_that_contradict_one_another(added) -> None:
+    assert verdict_of(added, (), NOTHING, 0.9, RELEVANCE, "", ("c", "a", "b")) == "unexplained"
+    said = sentence("unexplained", added, after=2.0, contradicting=("c", "a", "b"))
+    assert "2.00 times the noise is left" in said
+    assert said.endswith("; c contradicts a and b: no parameters suit them together.")
+
+
+def in_files(*ratios: float) -> Comparison:
+    """A model beside recordings from each of which it is so many times the noise."""
+    floor = NoiseFloor(NOISE, "white")
+    errors = [
+        SignalError(ratio * NOISE, 0.0, 0.0, None, ratio, 100, noise=floor, slack_states={})
+        for ratio in ratios
+    ]
+    return Comparison(None, tuple(FileComparison(None, None, None, {NAME: e}) for e in errors))
+
+
+def test_what_is_left_may_matter_in_one_recording_and_not_over_all() -> None:
+    given, last = in_files(*[9.0] * 8), in_files(2.0, *[1.0] * 7)
+    assert not remaining_of(given, last, {})[NAME].matters
+    assert matters_somewhere(given, last, 0.0)
+    assert not matters_somewhere(given, in_files(*[1.4] * 8), 0.0)
+    assert not matters_somewhere(given, last, 0.3)

@@ -38,8 +38,10 @@ from elastic_tendon.diagnosis.torque_screen import revealing
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.diagnosis.verdict import (
     changed_parameters,
+    contradicting_of,
     fails_elsewhere,
     fall,
+    matters_somewhere,
     no_chance,
     remaining_of,
     sentence_of,
@@ -95,10 +97,11 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
     regression = regress(answer.result, report)
     found.lack = regression.found
     given, last = compare(data.given, data.fitted), _compared(answer, data.fitted)
-    failing = unexplained(remaining_of(given, last, found.lack, options.least_left))
-    if failing:
+    if unexplained(remaining_of(given, last, found.lack, options.least_left)):
         found.learned = learn(regression)
-    if failing or search.evidence.heldout_square(answer) > FARTHER**2:
+    apart = matters_somewhere(given, last, options.least_left)
+    if apart or search.evidence.heldout_square(answer) > FARTHER**2:
+        report("comparing recordings with one another", 0.0)
         everything = (*data.fitted, *data.heldout)
         found.contradictions = contradictions(data.given, answer, everything)
     found.would_show = _would_show(search, answer)
@@ -210,7 +213,10 @@ def conclude(
     recordings = _recordings(answer.result.model, steps[-1], found.contradictions)
     elsewhere = fails_elsewhere(final, steps[-1].heldout, recordings)
     fell = fall(given, final)
-    verdict = verdict_of(answer.added, changed, remaining, fell, options.least_change, elsewhere)
+    contradicting = contradicting_of(recordings)
+    verdict = verdict_of(
+        answer.added, changed, remaining, fell, options.least_change, elsewhere, contradicting
+    )
     shaped = no_chance(remaining)
     matter = () if verdict == "adequate" else changed
     different = _different(found.alike)
@@ -226,6 +232,7 @@ def conclude(
             given,
             final,
             elsewhere=elsewhere,
+            contradicting=contradicting,
             ignored=options.relevance if shaped else None,
             chosen=bool(options.only or options.without),
             complete=complete,

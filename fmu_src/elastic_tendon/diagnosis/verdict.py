@@ -5,6 +5,7 @@ numbers beside it.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import norm
@@ -73,6 +74,29 @@ def unexplained(remaining: Mapping[str, Remaining]) -> bool:
 def no_chance(remaining: Mapping[str, Remaining]) -> bool:
     """Whether something is left that is neither noise nor chance, whether it matters or not."""
     return any(part.significant and part.noise_ratio > LEFT for part in remaining.values())
+
+
+def matters_somewhere(given: Comparison, last: Comparison, relevance: float) -> bool:
+    """Whether what is left matters in any recording by itself, however little it is over all."""
+    return any(
+        part.matters
+        for before, after in zip(given.files, last.files, strict=True)
+        for part in remaining_of(
+            replace(given, files=(before,)), replace(last, files=(after,)), {}, relevance
+        ).values()
+    )
+
+
+def contradicting_of(recordings: Sequence[RecordingSummary]) -> tuple[str, ...]:
+    """Names of the fitted recording that contradicts most others, and of these; or none."""
+    fitted = {part.file for part in recordings if part.role == "fitted"}
+    found = [
+        (part.file, *(other for other in part.contradicts if other in fitted))
+        for part in recordings
+        if part.role == "fitted"
+    ]
+    most = max(found, key=len)
+    return most if len(most) > 1 else ()
 
 
 def changed_parameters(
@@ -147,6 +171,7 @@ def verdict_of(
     fell: float,
     relevance: float,
     elsewhere: str = "",
+    contradicting: Sequence[str] = (),
 ) -> Verdict:
     """The verdict.
 
@@ -158,8 +183,9 @@ def verdict_of(
     fell : share by which the error fell from the model as given, 0 to 1
     relevance : share below which that is not worth a verdict
     elsewhere : held-out recording on which the answer fails
+    contradicting : fitted recordings that no parameters suit together
     """
-    if unexplained(remaining) or (elsewhere and not added):
+    if unexplained(remaining) or contradicting or (elsewhere and not added):
         return "unexplained"
     if added:
         return "missing_effect"
@@ -182,6 +208,7 @@ def sentence_of(
     last: Comparison,
     *,
     elsewhere: str = "",
+    contradicting: Sequence[str] = (),
     ignored: float | None = None,
     chosen: bool = False,
     complete: bool,
@@ -195,6 +222,7 @@ def sentence_of(
     alike : names of what the data cannot tell from what was added, "+" between ids of a set
     given, last : the model as given and the answer beside the fitted recordings
     elsewhere : held-out recording on which the answer fails
+    contradicting : a fitted recording and those that it contradicts
     ignored : share of the error as given up to which what is left does not matter, where it is no
         chance
     chosen : whether the user left effects of the catalogue out
@@ -230,6 +258,9 @@ def sentence_of(
             else f"; what of it is no chance is less than {100.0 * ignored:.3g} % of the error as "
             "given, and was not to matter"
         )
+    if contradicting:
+        first, *others = contradicting
+        text += f"; {first} contradicts {' and '.join(others)}: no parameters suit them together"
     if elsewhere:
         text += f"; {elsewhere}, which was held out, is not explained"
     return f"{text}." if complete else f"{text}; the search was stopped before its end."
