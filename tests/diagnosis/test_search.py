@@ -1,5 +1,6 @@
 """The search: sets, their names and starts, refits that fail, and what is taken and refused."""
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -84,7 +85,10 @@ def ended(sticking) -> Search:
         (COULOMB, (), "-coulomb_friction"),
         (COULOMB, GRAVITY, "coulomb_friction -> gravity_load"),
         ((*COULOMB, *DRAG), (*GRAVITY, *DRAG), "coulomb_friction -> gravity_load"),
-        (DRAG, (*COULOMB, *GRAVITY), "quadratic_drag -> coulomb_friction, gravity_load"),
+        (DRAG, (*COULOMB, *GRAVITY), None),
+        ((*COULOMB, *GRAVITY), DRAG, None),
+        ((), (*COULOMB, *GRAVITY), None),
+        ((*COULOMB, *GRAVITY), (), None),
     ],
 )
 def test_a_change_is_named(before, after, change) -> None:
@@ -172,6 +176,16 @@ def test_neighbours_without_a_refit_promise_no_more_than_the_likeliest_gave(ende
     rows = neighbours_of(ended, ended.answer)
     assert set(ended.neighbours) & set(ended.answers)
     assert all(row.evidence >= 0.0 for row in rows if row.evidence is not None)
+
+
+def test_sets_more_than_one_change_away_are_no_neighbours(ended) -> None:
+    added = ended.answer.added
+    farther = {(*GRAVITY, *DRAG): 1.0, (*COULOMB, *GRAVITY, *DRAG): 2.0}
+    search = replace(ended, neighbours={**ended.neighbours, **farther})
+    told = [row.change for row in neighbours_of(search, ended.answer)]
+    known = {*ended.answers, *ended.neighbours} - {added}
+    changes = [change_between(added, other) for other in known]
+    assert sorted(told) == sorted(change for change in changes if change is not None)
 
 
 def test_one_clear_answer_has_no_class(ended) -> None:

@@ -19,7 +19,7 @@ from elastic_tendon.report.diagnosis_tables import (
     round_title,
     verdict_sentences,
 )
-from elastic_tendon.report.neighbours import change_words, neighbours_table, would_show_table
+from elastic_tendon.report.neighbours import neighbours_table, would_show_table
 from elastic_tendon.report.recordings import recording_sentences
 from hand_made_diagnosis import (
     RECORDINGS,
@@ -151,11 +151,6 @@ def test_neighbours_are_told_in_words_and_fit_the_terminal() -> None:
         table = neighbours_table(replace(found, neighbours=(better, *found.neighbours)))
         assert table is not None
         assert title in printed(table)
-
-
-def test_several_effects_change_places_in_words() -> None:
-    told = change_words("coulomb_friction, gear_backlash -> lugre_friction")
-    assert told == "LuGre friction instead of Coulomb friction and Gear backlash"
 
 
 def test_what_would_have_shown_is_told_with_its_size() -> None:

@@ -70,7 +70,7 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
     )
     rows = [
         Neighbour(
-            change=change_between(answer.added, added),
+            change=change,
             evidence=value,
             probability=chance.get(added, 0.0),
             rmse=rmse_of(search.answers[added]) if added in search.answers else {},
@@ -78,6 +78,7 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
             reason=search.why_refused(added),
         )
         for added, value in worse.items()
+        if (change := change_between(answer.added, added)) is not None
     ]
     return tuple(sorted(rows, key=lambda row: _order(row.evidence)))
 

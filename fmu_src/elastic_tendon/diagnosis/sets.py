@@ -51,13 +51,15 @@ def without(added: Set, effect_id: str) -> Set:
     return tuple(other for other in added if other != effect_id)
 
 
-def change_between(before: Set, after: Set) -> str:
-    """What makes one set of another: "+id", "-id" or "id -> id"."""
-    gone = ", ".join(effect_id for effect_id in before if effect_id not in after)
-    came = ", ".join(effect_id for effect_id in after if effect_id not in before)
+def change_between(before: Set, after: Set) -> str | None:
+    """What makes one set of another: "+id", "-id" or "id -> id"; None if more than one change."""
+    gone = [effect_id for effect_id in before if effect_id not in after]
+    came = [effect_id for effect_id in after if effect_id not in before]
+    if len(gone) > 1 or len(came) > 1:
+        return None
     if gone and came:
-        return f"{gone} -> {came}"
-    return f"+{came}" if came else f"-{gone}"
+        return f"{gone[0]} -> {came[0]}"
+    return f"+{came[0]}" if came else f"-{gone[0]}"
 
 
 def model_with(given: Model, added: Set, values: Mapping[str, float]) -> Model:

@@ -1,6 +1,5 @@
 """How sure an answer is: what comes nearest to it, and what would have shown had it been there."""
 
-import re
 from collections.abc import Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD
@@ -24,17 +23,12 @@ def change_words(change: str) -> str:
 
     Parameters
     ----------
-    change : "+id", "-id" or "id -> id"; several ids have commas between them
+    change : "+id", "-id" or "id -> id"
     """
     gone, arrow, came = change.partition(" -> ")
     if arrow:
-        return f"{_titles(came)} instead of {_titles(gone)}"
-    words = "with" if change.startswith("+") else "without"
-    return f"{words} {_titles(change[1:])}"
-
-
-def _titles(ids: str) -> str:
-    return " and ".join(called(effect_id) for effect_id in re.split(r",\s*", ids))
+        return f"{called(came)} instead of {called(gone)}"
+    return f"{'with' if change.startswith('+') else 'without'} {called(change[1:])}"
 
 
 def neighbours_table(diagnosis: Diagnosis, *, every: bool = False) -> Table | None:
