@@ -8,6 +8,8 @@ from dataclasses import replace
 import pytest
 
 from elastic_tendon import effects
+from elastic_tendon.diagnosis import conclude as concluding
+from elastic_tendon.diagnosis import data as excerpting
 from elastic_tendon.diagnosis import refits as refitting
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
@@ -216,6 +218,81 @@ def test_an_interrupt_that_a_library_swallows_is_heeded(brief) -> None:
     assert not found.complete
     assert [text.startswith("screening") for text in told].count(True) == 1
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_interrupt_while_it_is_concluded_loses_nothing(brief) -> None:
+    model, recording = brief
+    told = []
+
+    def impatient(text: str, _share: float) -> None:
+        if text.startswith("screening") or "missing torque" in text:
+            told.append(text)
+            signal.raise_signal(signal.SIGINT)
+
+    found = diagnose(model, [recording], options=Options(only=FEW), report=impatient)
+    assert any("missing torque" in text for text in told)
+    assert found.added == ()
+    assert not found.complete
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize("stopped", [True, False])
+def test_whoever_stops_a_search_does_not_wait_for_constants_of_long_recordings(
+    sticking, monkeypatch, stopped
+) -> None:
+    known, recording, heldout = sticking
+    lengths = []
+
+    def explained_by(_model, measurement) -> None:
+        lengths.append(len(measurement.time))
+
+    monkeypatch.setattr(concluding, "explained_by", explained_by)
+    monkeypatch.setattr(concluding, "SOON", 300)
+
+    def report(text: str, _share: float) -> None:
+        if stopped and text.startswith("screening"):
+            raise KeyboardInterrupt
+
+    options = Options(only=(COULOMB,))
+    diagnose(
+        known.model, [recording.window(None, SHORT)], [heldout], options=options, report=report
+    )
+    assert lengths == [300 if stopped else len(heldout.time)]
+
+
+def test_neighbours_are_held_against_the_answer_to_the_same_excerpt(brief, monkeypatch) -> None:
+    model, recording = brief
+    asked = []
+
+    def neighbours_of(search, answer) -> tuple[()]:
+        asked.append((search.answers[answer.added], answer))
+        return ()
+
+    monkeypatch.setattr(concluding, "neighbours_of", neighbours_of)
+    monkeypatch.setattr(excerpting, "MOST", len(recording.time) // 2)
+    monkeypatch.setattr(excerpting, "FEWER", len(recording.time) // 4)
+    found = diagnose(model, [recording], options=Options(only=(COULOMB,)))
+    assert found.added == (COULOMB,)
+    ((searched, answer),) = asked
+    assert answer is searched
+    assert len(answer.floored) < len(recording.time)
+
+
+@pytest.mark.parametrize("horizon", [None, 1.0])
+def test_windows_of_one_recording_do_not_contradict_one_another(
+    brief, monkeypatch, horizon
+) -> None:
+    model, recording = brief
+    asked = []
+
+    def contradictions(_given, _answer, recordings) -> dict[str, tuple[str, ...]]:
+        asked.append(len(recordings))
+        return {}
+
+    monkeypatch.setattr(concluding, "contradictions", contradictions)
+    found = diagnose(model, [recording], options=Options(only=("gravity_load",), horizon=horizon))
+    assert found.verdict == "unexplained"
+    assert asked == ([1] if horizon is None else [])
 
 
 def test_progress_tells_what_is_tried_and_the_best_so_far(brief) -> None:

@@ -63,6 +63,9 @@ CONFIRMING = Effort(
     scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6
 )  # of a fit to everything that starts at the answer
 CLOSER = 4  # steps from a typical size to the one that would show
+# samples of a held-out recording on which a search that was stopped seeks the constant that
+# explains it: whoever stopped it waits
+SOON = 5_000
 RIVALS = 2  # answers that an experiment is to tell apart
 
 
@@ -100,7 +103,8 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
     if unexplained(remaining_of(given, last, found.lack, options.least_left)):
         found.learned = learn(regression)
     apart = matters_somewhere(given, last, options.least_left)
-    if apart or search.evidence.heldout_square(answer) > FARTHER**2:
+    far = search.evidence.heldout_square(answer) > FARTHER**2
+    if options.horizon is None and (apart or far):  # windows are no recordings of their own
         report("comparing recordings with one another", 0.0)
         everything = (*data.fitted, *data.heldout)
         found.contradictions = contradictions(data.given, answer, everything)
@@ -210,7 +214,8 @@ def conclude(
     given, final = steps[0].comparison, steps[-1].comparison
     remaining = remaining_of(given, final, found.lack, options.least_left)
     changed, small = changed_parameters(answer, given, options.least_change)
-    recordings = _recordings(answer.result.model, steps[-1], found.contradictions)
+    judged = None if complete else SOON
+    recordings = _recordings(answer.result.model, steps[-1], found.contradictions, judged)
     elsewhere = fails_elsewhere(final, steps[-1].heldout, recordings)
     fell = fall(given, final)
     contradicting = contradicting_of(recordings)
@@ -247,7 +252,7 @@ def conclude(
         steps=steps,
         ladder=climb(steps),
         rounds=tuple(found.rounds),
-        neighbours=neighbours_of(search, answer),
+        neighbours=neighbours_of(search, _searched(search, answer)),
         would_show=found.would_show,
         recordings=recordings,
         remaining=remaining,
@@ -330,9 +335,7 @@ def doubtful_values(answer: Answer) -> Iterator[str]:
 
 
 def _steps(data: Data, search: Search, found: Found) -> tuple[Step, ...]:
-    values = search.evidence.of(
-        [search.answers.get(in_order(a.added), a) for _, _, a in found.ladder]
-    )
+    values = search.evidence.of([_searched(search, answer) for _, _, answer in found.ladder])
 
     def step(title: str, added: str | None, evidence: float | None, comparison: Comparison) -> Step:
         return Step(
@@ -352,13 +355,20 @@ def _steps(data: Data, search: Search, found: Found) -> tuple[Step, ...]:
     return (step(AS_GIVEN, None, None, compare(data.given, data.whole)), *ways)
 
 
+def _searched(search: Search, answer: Answer) -> Answer:
+    """An answer as it was when others were held against it, before it was confirmed."""
+    return search.answers.get(in_order(answer.added), answer)
+
+
 def _recordings(
-    model: Model, last: Step, contradicting: Mapping[str, tuple[str, ...]]
+    model: Model, last: Step, contradicting: Mapping[str, tuple[str, ...]], judged: int | None
 ) -> tuple[RecordingSummary, ...]:
+    """How the answer does on each; constants are sought on so many of its samples, None: all."""
     rows = []
     for role, comparison in (("fitted", last.comparison), ("validation", last.heldout)):
         for file in comparison.files if isinstance(comparison, Comparison) else ():
-            constant = explained_by(model, file.measurement) if role == "validation" else None
+            part = file.measurement.samples(slice(judged))
+            constant = explained_by(model, part) if role == "validation" else None
             rows.append(
                 RecordingSummary(
                     file=file.measurement.name,

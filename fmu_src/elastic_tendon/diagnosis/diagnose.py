@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from signal import SIGINT, getsignal, signal
+from signal import SIG_IGN, SIGINT, getsignal, signal
 from threading import Event, current_thread, main_thread
 from types import FrameType
 
@@ -103,18 +103,20 @@ def _diagnosed(
             judge(data, search, found, options, progress)
     except KeyboardInterrupt:
         complete = False
-        _begin_at_least(search)
-        found.ladder, found.rounds = [], []
-        _tell(search, found, None, refit=False)
-    return conclude(data, search, found, options, report, complete=complete, notes=notes)
+    with _ignored_interrupts():
+        if not complete:
+            _begin_at_least(search)
+            found.ladder, found.rounds = [], []
+            _tell(search, found, None, refit=False)
+        return conclude(data, search, found, options, report, complete=complete, notes=notes)
 
 
 @contextmanager
 def _heeded_interrupts() -> Iterator[Event]:
     """Set at Ctrl-C, which libraries may swallow: CasADi has handlers that catch everything."""
     interrupted = Event()
-    usual = getsignal(SIGINT)
-    if current_thread() is not main_thread() or not callable(usual):
+    usual = _handler()
+    if usual is None:
         yield interrupted
         return
 
@@ -127,6 +129,26 @@ def _heeded_interrupts() -> Iterator[Event]:
         yield interrupted
     finally:
         signal(SIGINT, usual)
+
+
+@contextmanager
+def _ignored_interrupts() -> Iterator[None]:
+    """Whoever presses Ctrl-C once more, impatient, does not lose what was found."""
+    usual = _handler()
+    if usual is None:
+        yield
+        return
+    signal(SIGINT, SIG_IGN)
+    try:
+        yield
+    finally:
+        signal(SIGINT, usual)
+
+
+def _handler() -> Callable[[int, FrameType | None], object] | None:
+    """What answers Ctrl-C in this thread; None where that is nothing of Python's."""
+    usual = getsignal(SIGINT)
+    return usual if current_thread() is main_thread() and callable(usual) else None
 
 
 def _progress(
