@@ -28,8 +28,21 @@ def test_what_the_data_cannot_tell_apart_stands_together() -> None:
 
 def test_nothing_missing_is_said_as_such() -> None:
     one = friction_found().rounds[-1]
-    assert ranking.suggestion(one) == "Nothing is surely missing: nothing is left but noise."
-    assert "surely there" in ranking.suggestion(first_round())
+    assert ranking.suggestion(one) == "The search would add nothing: nothing is left but noise."
+
+
+def test_what_the_search_would_take_is_as_sure_as_its_probability() -> None:
+    one = first_round()
+    taken, alike, *others = one.candidates
+    assert alike.ids in taken.equivalence_class
+    for own, other, word in (
+        (0.9, 0.095, "surely"),
+        (0.5, 0.45, "probably"),
+        (0.6, 0.2, "perhaps"),
+    ):
+        rows = (replace(taken, probability=own), replace(alike, probability=other), *others)
+        told = ranking.suggestion(replace(one, candidates=rows))
+        assert told.endswith(f", and is {word} there. The choice is yours.")
 
 
 def test_the_search_says_what_it_will_do() -> None:
@@ -59,8 +72,8 @@ def test_only_what_the_search_names_is_looked_at_unasked() -> None:
 
 
 def test_small_odds_of_none_of_them_are_no_sign_of_an_effect() -> None:
-    undecided = replace(first_round(), chosen=(), reason="no effect is surely there")
-    assert "has to be surely more than chance" in ranking.suggestion(undecided)
+    undecided = replace(first_round(), chosen=(), reason="no effect was taken")
+    assert "has to be decidedly more than chance" in ranking.suggestion(undecided)
     assert "others likely" not in ranking.suggestion(friction_found().rounds[-1])
 
 

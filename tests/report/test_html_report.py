@@ -253,7 +253,7 @@ def _ten_times_noise(comparison: Comparison) -> Comparison:
 
 def test_a_round_that_added_nothing_says_why_it_did_not() -> None:
     first = friction_found().rounds[0]
-    nothing = replace(first, chosen=(), reason="no effect is surely there")
+    nothing = replace(first, chosen=(), reason="no effect was taken")
     page = Page(document_of(friction_found(rounds=(nothing,))))
     assert "Nothing was added although only 0 % are left for “none of them”" in page.text
     assert "Nothing was added although" not in friction().text

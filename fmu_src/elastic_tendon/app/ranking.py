@@ -4,6 +4,7 @@ from elastic_tendon import effects
 from elastic_tendon.app import walk
 from elastic_tendon.app.document import Document
 from elastic_tendon.diagnosis.result import Candidate, Round
+from elastic_tendon.diagnosis.verdict import hedge
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ModelError
 from elastic_tendon.identify.add import check_welcome
@@ -50,8 +51,18 @@ def known(judged: Round, effect_id: str) -> Candidate | None:
 def suggestion(judged: Round) -> str:
     """What the search would do next, and why."""
     if not judged.chosen:
-        return f"Nothing is surely missing: {judged.reason}. {unsure_sentence(judged)}".rstrip()
-    return f"{judged.reason}, and is surely there. The choice is yours."
+        return f"The search would add nothing: {judged.reason}. {unsure_sentence(judged)}".rstrip()
+    return f"{judged.reason}, and is {hedge(_chance(judged))} there. The choice is yours."
+
+
+def _chance(judged: Round) -> float:
+    """Probability of what was chosen, or of what these data cannot tell from it, 0 to 1."""
+    chosen = next(row for row in judged.candidates if row.ids == judged.chosen)
+    return sum(
+        row.probability
+        for row in judged.candidates
+        if set(chosen.ids) <= set(row.ids) or row.ids in chosen.equivalence_class
+    )
 
 
 def search_words(document: Document) -> tuple[str, str]:

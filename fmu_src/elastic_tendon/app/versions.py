@@ -127,7 +127,7 @@ def what_next(document: Document, rungs: Sequence[Rung], found: Round | None) ->
     search = f"Search {'again ' if version.added else ''}for what {'else ' * bool(version.added)}"
     search += "is missing"
     if max(rungs[-1].noise_ratio.values()) < NOISE:
-        words = "What is left is about the noise: most likely there is nothing more to add."
+        words = "What is left is about the noise: there need not be anything more to add."
         return Next(f"{done}{words}", search, True)
     ratio = noise_ratio(max(rungs[-1].noise_ratio.values()))
     words = f"What is left is {ratio} times the noise: something may still be missing."

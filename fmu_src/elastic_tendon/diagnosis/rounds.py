@@ -228,4 +228,4 @@ def _reason(rows: Sequence[Candidate], chosen: Set) -> str:
     if not tried:
         return "no effect explains more of the error than chance would"
     titles = " and ".join(effects.BY_ID[effect_id].title for effect_id in tried[0].ids)
-    return f"no effect is surely there; the best, {titles}, {tried[0].reason}"
+    return f"no effect was taken; the best, {titles}, {tried[0].reason}"

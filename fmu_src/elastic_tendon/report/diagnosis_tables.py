@@ -305,7 +305,7 @@ def unsure_sentence(judged: Round) -> str:
     best = judged.candidates[0]
     return (
         f"Nothing was added although only {percent(nothing)} are left for “{NONE}”: probabilities "
-        "are shared out by the evidence alone, and what is added has to be surely more than "
+        "are shared out by the evidence alone, and what is added has to be decidedly more than "
         f"chance. The likeliest, {called_set(best)}: {best.reason}."
     )
 

@@ -46,8 +46,8 @@ RANGE = (0.7, 3.0)  # multiples of the noise that are always shown
 def fleet_figure(model: Model, table: pd.DataFrame) -> Figure:
     """Robots down; numbers of the model, effects and errors across.
 
-    A number is coloured where it surely moved, by how far in % of what was given (where that is
-    0, of its one sigma). Where a robot could not be diagnosed the row says why.
+    A number is coloured where it moved significantly, by how far in % of what was given (where that
+    is 0, of its one sigma). Where a robot could not be diagnosed the row says why.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def fleet_figure(model: Model, table: pd.DataFrame) -> Figure:
     _write_reasons(numbers, table, widths[0])
     numbers.set_yticks(np.arange(len(table)), [shortened(str(one)) for one in table[ROBOT]])
     bar = figure.colorbar(mesh, cax=scale, orientation="horizontal", extend="both")
-    bar.set_label("change where a number surely moved (% of the given value)")
+    bar.set_label("change where a number moved significantly (% of the given value)")
     for axes in spare:
         axes.set_axis_off()
     spare[-1].legend(handles=_legend(table), loc="center", frameon=False, borderaxespad=0.0)

@@ -63,7 +63,7 @@ class Fleet:
     A row holds, besides the run and its failure,
 
     * `robot`, and the diagnosis' `verdict`;
-    * `drifted`: numbers of the model that surely moved, each as
+    * `drifted`: numbers of the model that moved significantly, each as
       "link.damping 0.16 -> 0.31 N·m·s/rad (0.29 to 0.33)", joined by "; ";
     * `appeared`: effects that are missing in the model, each as "coulomb_friction: torque 0.35
       N·m (0.34 to 0.36), not told apart from stribeck_friction", joined by "; ";
