@@ -1,6 +1,7 @@
 """Recordings of two machines are told from recordings of one whose law is wrong."""
 
 import numpy as np
+import pytest
 
 from elastic_tendon import compiled
 from elastic_tendon.diagnosis.answer import refit
@@ -41,6 +42,21 @@ def test_the_recording_of_another_machine_contradicts_the_others():
     )
     assert found["with a tool"] == ("monday", "tuesday")
     assert found["monday"] == found["tuesday"] == ("with a tool",)
+
+
+def test_it_can_be_stopped_between_recordings():
+    recordings = recorded(GIVEN, "monday", 1.1), recorded(HEAVIER, "tuesday", 1.4)
+    answer = refit(GIVEN, (), recordings, effort=QUICK)
+    shares = []
+
+    def report(_text: str, share: float) -> None:
+        shares.append(share)
+        if share >= 0.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        contradictions(GIVEN, answer, recordings, report)
+    assert shares == [0.0, 0.25, 0.5]
 
 
 def test_recordings_of_one_machine_agree():

@@ -285,7 +285,7 @@ def test_windows_of_one_recording_do_not_contradict_one_another(
     model, recording = brief
     asked = []
 
-    def contradictions(_given, _answer, recordings) -> dict[str, tuple[str, ...]]:
+    def contradictions(_given, _answer, recordings, _report) -> dict[str, tuple[str, ...]]:
         asked.append(len(recordings))
         return {}
 

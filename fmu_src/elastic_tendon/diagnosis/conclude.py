@@ -105,9 +105,8 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
     apart = matters_somewhere(given, last, options.least_left)
     far = search.evidence.heldout_square(answer) > FARTHER**2
     if options.horizon is None and (apart or far):  # windows are no recordings of their own
-        report("comparing recordings with one another", 0.0)
         everything = (*data.fitted, *data.heldout)
-        found.contradictions = contradictions(data.given, answer, everything)
+        found.contradictions = contradictions(data.given, answer, everything, report)
     found.would_show = _would_show(search, answer)
     _propose_experiment(data, found, report)
     if data.excerpts:

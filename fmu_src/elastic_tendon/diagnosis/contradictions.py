@@ -1,7 +1,6 @@
 """Recordings that call for different parameters of the same model."""
 
-from collections.abc import Mapping, Sequence
-from itertools import permutations
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -12,12 +11,17 @@ from elastic_tendon.identify.fit import Effort
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.parameters import Model
 
+Report = Callable[[str, float], object]
+
 ALONE = Effort(scouted=1, scouting=4, polished=0, evaluations=20, rounds=1, tolerance=1e-5)
 FARTHER = 3.0  # times the error of a fit to one recording, that a fit to another may have on it
 
 
 def contradictions(
-    given: Model, answer: Answer, recordings: Sequence[Measurement]
+    given: Model,
+    answer: Answer,
+    recordings: Sequence[Measurement],
+    report: Report = lambda _text, _share: None,
 ) -> Mapping[str, tuple[str, ...]]:
     """Names of recordings, each with those that contradict it.
 
@@ -29,18 +33,28 @@ def contradictions(
     given : Model; centre of the prior of each fit
     answer : Answer whose effects are taken, and from which each fit begins
     recordings : those of one name belong together
+    report : told what is being done, and the share of it that is done
     """
     groups: dict[str, list[Measurement]] = {}
     for part in recordings:
         groups.setdefault(part.name, []).append(part)
     if len(groups) < 2:
         return dict.fromkeys(groups, ())
-    alone = {name: _alone(given, answer, parts) for name, parts in groups.items()}
-    far = {
-        (first, second)
-        for first, second in permutations(groups, 2)
-        if _errs(alone[first], groups[second]) > FARTHER * max(_errs(alone[second]), 1.0)
-    }
+    words = "comparing recordings with one another"
+    alone: dict[str, Answer | None] = {}
+    for name, parts in groups.items():
+        report(words, 0.5 * len(alone) / len(groups))
+        alone[name] = _alone(given, answer, parts)
+    far = set()
+    for index, name in enumerate(groups):
+        report(words, 0.5 + 0.5 * index / len(groups))
+        most = FARTHER * max(_errs(alone[name]), 1.0)
+        far |= {
+            (other, name)
+            for other in groups
+            if other != name and _errs(alone[other], groups[name]) > most
+        }
+    report(words, 1.0)
     return {
         name: tuple(other for other in groups if {(name, other), (other, name)} <= far)
         for name in groups
