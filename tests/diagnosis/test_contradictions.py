@@ -15,7 +15,7 @@ from smooth_motion import GIVEN, typical_model
 
 NOISE = 2e-4  # rad
 GRAVITY = "gravity_load"
-SLIGHTLY = 1.06
+SLIGHTLY = 1.03
 HEAVIER = GIVEN.with_values({"link.inertia": 1.6 * GIVEN.link.inertia})
 
 

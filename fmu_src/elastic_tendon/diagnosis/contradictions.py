@@ -14,7 +14,7 @@ from elastic_tendon.parameters import Model
 Report = Callable[[str, float], object]
 
 ALONE = Effort(scouted=1, scouting=4, polished=0, evaluations=20, rounds=1, tolerance=1e-5)
-FARTHER = 3.0  # times the error of a fit to one recording, that a fit to another may have on it
+FARTHER = 2.0  # times the error of a fit to one recording, that a fit to another may have on it
 
 
 def contradictions(
