@@ -48,9 +48,7 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     return best
 
 
-def _moved(
-    result: FitResult, problem: Problem, start: Array, share: float
-) -> tuple[Array, float]:
+def _moved(result: FitResult, problem: Problem, start: Array, share: float) -> tuple[Array, float]:
     """Vector of the held-out problem after a share of the step, and the factor by which errors
     there grow when the cost of the move is among them."""
     count = len(problem.coordinates.paths)

@@ -55,10 +55,11 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
     possible = _possible(search, evidence)
     worse: dict[Set, float | None] = {added: possible.get(added) for added in evidence}
     # where the likeliest were refitted and disappointed, the others would not do better either
-    tried = any(added in worse for added in search.neighbours)
+    expected_of = search.neighbours.get(answer.added, {})
+    tried = any(added in worse for added in expected_of)
     worse |= {
         added: max(expected, 0.0) if tried and expected else expected
-        for added, expected in search.neighbours.items()
+        for added, expected in expected_of.items()
         if added not in worse
     }
     chance = _probabilities(

@@ -68,7 +68,7 @@ HELDOUT_AT_NOISE = 1.5  # `AT_NOISE` on held-out recordings
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
-# times by which the mean square falls, on held-out recordings too, for what is no chance
+# times by which the mean square falls for what is no chance: without held-out recordings, on these
 SURELY, SURELY_HELDOUT = 3.0, 2.0
 MOST_ROUNDS, MOST_REFITS = 8, 20
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
@@ -95,9 +95,7 @@ WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all
 SHARES, UNSEEN_SHARES = (0.3,), (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
-# share of the mean square that a neighbour has to promise to be refitted before looks, which take
-# long, at effects that swing
-FIRST = 0.5
+FIRST = 0.5  # share of the mean square; who promises less is refitted before looks at what swings
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -105,12 +103,12 @@ HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than wha
 class Search(Refits):
     """What a search has so far; an interrupt leaves it as it is.
 
-    `neighbours` : sets one change away from the last answer, with their evidence less its own as
-    the screens expect it, None where they could not say. `refused` : sets of which an effect may
-    be chance.
+    `neighbours` : for each set that was the best, those one change away with their evidence less
+    its own as the screens expect it, None where they could not say. `refused` : sets of which an
+    effect may be chance.
     """
 
-    neighbours: dict[Set, float | None] = field(default_factory=dict)
+    neighbours: dict[Set, dict[Set, float | None]] = field(default_factory=dict)
     refused: dict[Set, str] = field(default_factory=dict)
     _exhausted: set[Set] = field(default_factory=set)
     _passed: set[Set] = field(default_factory=set)
@@ -166,7 +164,6 @@ class Search(Refits):
         self._refit_in_turn(self._best_single())
         if not self._at_noise():
             if better_base:
-                self._pairs(self._best_singles(), ids)  # pairs may need the parameters as given
                 self._screen_singles(ids, self.estimates[()].values)
             self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
         for _ in range(MOST_ROUNDS):
@@ -228,18 +225,34 @@ class Search(Refits):
             self._refit(short[start : start + AT_ONCE], "refitting the likeliest sets")
 
     def _follow_neighbours(self, most: float = MOST_REFITS) -> None:
-        """Refit neighbours of the best until it stays the best, or so many sets are refitted."""
+        """Refit neighbours of the best until it stays the best, or so many sets are refitted.
+
+        Looks at what swings take long: a neighbour that promises to leave half comes first.
+        """
         for _ in range(MOST_ROUNDS):
             added = self.answer.added
-            self.neighbours = self._neighbours(added)
-            enough = self._tired or len(self.answers) >= most
-            chosen = [] if enough else list(self._promising(added))
-            turn = AT_ONCE if self._weary else max(len(chosen), 1)
-            for start in range(0, len(chosen), turn):
-                if not self._tired:
-                    self._refit(chosen[start : start + turn], "refitting what may do better")
+            shares = self._neighbours(added)
+            untried = (near for near in shares if near not in {*self.answers, *self.failures})
+            if any((shares[near] or 1.0) <= FIRST for near in untried):
+                self._refit_promising(added, shares, most)
+                if self.answer.added != added:
+                    continue
+            if not (self._at_noise() or self._tired):
+                shares |= self._looks(added, filter(swings, self.data.candidates))
+            self._refit_promising(added, shares, most)
             if self.answer.added == added:
                 return
+
+    def _refit_promising(self, added: Set, shares: Mapping[Set, float | None], most: float) -> None:
+        """Refit the neighbours of a set that may do better, unless enough was refitted."""
+        self.neighbours[added] = self._expected(added, shares)
+        if self._tired or len(self.answers) >= most:
+            return
+        chosen = list(self._promising(added))
+        turn = AT_ONCE if self._weary else max(len(chosen), 1)
+        for start in range(0, len(chosen), turn):
+            if not self._tired:
+                self._refit(chosen[start : start + turn], "refitting what may do better")
 
     def ladder(self, *, refit: bool) -> list[Set]:
         """Sets from the first effect to the answer, each with one more, the best first.
@@ -498,7 +511,7 @@ class Search(Refits):
         gain, sure = before.mean_square / left, SURELY
         if self.data.heldout:
             squares = [self.evidence.heldout_square(part) for part in (before, answer)]
-            gain, sure = min(gain, squares[0] / squares[1]), SURELY_HELDOUT
+            gain, sure = squares[0] / squares[1], SURELY_HELDOUT
             if left <= MUCH and squares[1] < CONVINCING * squares[0]:
                 return None
             was, after = (self.evidence.heldout_errors(part) for part in (before, answer))
@@ -629,9 +642,9 @@ class Search(Refits):
         return [model_with(self.data.given, added, {**own, **start}) for start in paths]
 
     def _neighbours(self, added: Set) -> dict[Set, float | None]:
-        """Every addition, removal, exchange and simpler law, the most promising first."""
+        """Share of the mean square that every addition, removal, exchange and simpler law would
+        leave, None where the screens cannot say; looks at what swings come later."""
         self.progress("looking at what could do better", 0.0)
-        facts = self.evidence.facts([self.answers[added]])
         at_noise = self._at_noise()
         shares: dict[Set, float | None] = {}
         if self._trusted(added):
@@ -645,9 +658,11 @@ class Search(Refits):
             unlooked = list(self.data.candidates)
         if not (at_noise or self._tired):
             shares |= self._looks(added, [one for one in unlooked if not swings(one)])
-            untried = (near for near in shares if near not in {*self.answers, *self.failures})
-            if all((shares[near] or 1.0) > FIRST for near in untried):
-                shares |= self._looks(added, filter(swings, unlooked))
+        return shares
+
+    def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:
+        """Evidence of neighbours less that of a set, the most promising first."""
+        facts = self.evidence.facts([self.answers[added]])
         left, size = self._left(added), size_of(added)
         found = {
             near: None
@@ -708,7 +723,7 @@ class Search(Refits):
         """Neighbours that deserve a refit."""
         fresh = [
             (near, expected)
-            for near, expected in self.neighbours.items()
+            for near, expected in self.neighbours[added].items()
             if near not in self.answers and near not in self.failures
         ]
         scored = [(near, expected) for near, expected in fresh if expected is not None]

@@ -7,7 +7,7 @@ samples at once, with exact derivatives, so no library is compiled.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -132,13 +132,13 @@ class Balance:
         rates = self._seen.seen(self.system.rates[STATES:])
         return _apart(rates, self._seen.memory) and Slot.SERIES_ELEMENT not in slots
 
-    @lru_cache(maxsize=8)  # noqa: B019 - balances are kept for the life of the program
+    @cache  # noqa: B019 - balances are kept for the life of the program
     @one_at_a_time
     def _torques_along(self, n: int) -> ca.Function:
         """`_torque_function` at n instants, which share the parameters."""
         return self._torque_function.map("map", "serial", n, [3], [])
 
-    @lru_cache(maxsize=8)  # noqa: B019
+    @cache  # noqa: B019
     @one_at_a_time
     def _memory_along(self, n: int) -> ca.Function:
         """`_step` for n instants, one after the other."""
@@ -157,7 +157,7 @@ class Balance:
         arguments = [seen.data, weights, seen.memory, system.p]
         inner = ca.Function("inner", [*arguments, system.w], [column])
         found = inner(*arguments, seen.unknowns)
-        return ca.Function("torques", arguments, [ca.densify(found)])
+        return ca.Function("torques", arguments, [ca.cse(ca.densify(found))])
 
     # ---- memory ------------------------------------------------------------------------------
 
@@ -211,7 +211,7 @@ class Balance:
                 ca.vertcat(seen.memory, ca.vec(carried)),
                 ca.vertcat(seen.data, following, system.p, h),
             ],
-            [ca.densify(ca.vertcat(moved, ca.vec(derivatives)))],
+            [ca.cse(ca.densify(ca.vertcat(moved, ca.vec(derivatives))))],
         )
 
 
