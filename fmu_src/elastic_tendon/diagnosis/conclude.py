@@ -131,6 +131,7 @@ def _confirm(data: Data, found: Found, report: Progress) -> None:
         data.given, answer.added, data.whole, start, CONFIRMING, lambda share: report(words, share)
     )
     found.ladder[-1] = (title, effect_id, whole)
+    report(words, 1.0)  # the fit ends quietly where it was interrupted
 
 
 def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
