@@ -167,11 +167,12 @@ static Pulley floating(const double *p, const double *y)
 static Pulley pulley_of(const Now *n, const double *y)
 {
     const double *p = n->p;
-    double r = p[MOTOR_RADIUS], half = 0.5 * p[GAP] * r;
-    Pulley out = {
-        r * (n->theta + p[ECCENTRICITY] * (sin(n->theta + p[PHASE]) - sin(p[PHASE]))),
-        r * n->rate * (1.0 + p[ECCENTRICITY] * cos(n->theta + p[PHASE])), 0
-    };
+    double r = p[MOTOR_RADIUS], half = 0.5 * p[GAP] * r, turned = 0.0, wobble = 0.0;
+    if (p[ECCENTRICITY] != 0.0) {
+        turned = p[ECCENTRICITY] * (sin(n->theta + p[PHASE]) - sin(p[PHASE]));
+        wobble = p[ECCENTRICITY] * cos(n->theta + p[PHASE]);
+    }
+    Pulley out = {r * (n->theta + turned), r * n->rate * (1.0 + wobble), 0};
     if (p[GAP] == 0.0) return out;
     Pulley free = floating(p, y);
     if (fabs(free.travel - out.travel) < half) return free;
@@ -232,8 +233,8 @@ static Torques evaluate(const Now *n, const double *y, double *dy)
         }
     }
     out.upper = F_joint[0], out.lower = F_joint[1];
-    double torque = R * (out.upper - out.lower) + n->load - p[DAMPING] * v - p[DRAG] * v * fabs(v)
-        - p[GRAVITY] * sin(y[Q] + p[GRAVITY_ANGLE]);
+    double torque = R * (out.upper - out.lower) + n->load - p[DAMPING] * v - p[DRAG] * v * fabs(v);
+    if (p[GRAVITY] != 0.0) torque -= p[GRAVITY] * sin(y[Q] + p[GRAVITY_ANGLE]);
     if (p[STOP_STIFFNESS] > 0.0) {
         double up = y[Q] - p[STOP_UPPER], down = p[STOP_LOWER] - y[Q], push;
         if (up > 0.0 && (push = p[STOP_STIFFNESS] * up + p[STOP_DAMPING] * v) > 0.0)
@@ -273,6 +274,10 @@ typedef struct { const double *theta, *rate, *load, *load_rate; double half_step
 static double between(const double *x, const double *v, double h, double s, double *rate)
 {
     double a = 1.0 - s, rise = (x[1] - x[0]) / h;
+    if (s == 0.0 || s == 1.0) { /* most are */
+        if (rate) *rate = v[s == 1.0];
+        return x[s == 1.0];
+    }
     if (rate) *rate = v[0] * a * (1.0 - 3.0 * s) + v[1] * s * (3.0 * s - 2.0) + 6.0 * s * a * rise;
     return x[0] * a * a * (1.0 + 2.0 * s) + x[1] * s * s * (3.0 - 2.0 * s)
         + h * s * a * (v[0] * a - v[1] * s);

@@ -8,7 +8,6 @@ import numpy as np
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.candidates import sensible
-from elastic_tendon.identify.coordinates import free_parameters
 from elastic_tendon.identify.fit import THOROUGH, Effort, FitResult, Progress, fit
 from elastic_tendon.identify.residuals import Array, noise_floors, stack
 from elastic_tendon.identify.stretches import independent_facts
@@ -95,41 +94,6 @@ def refit(
         progress=progress,
     )
     _ = result.derivatives  # all that follows needs them: without them there is no answer
-    return Answer(tuple(added), result)
-
-
-def refit_rest(
-    given: Model,
-    added: Sequence[str],
-    measurements: Sequence[Measurement],
-    start: Model,
-    held: Sequence[str],
-    effort: Effort,
-    progress: Progress = lambda _share: None,
-) -> Answer:
-    """Fit all but some numbers, which stay as in the model that the fit starts from.
-
-    Parameters
-    ----------
-    given, added, measurements, effort, progress : as of `refit`
-    start : model with the same effects
-    held : dotted paths of what stays
-
-    Raises
-    ------
-    SimulationError : the start cannot be simulated
-    """
-    values = start.values()
-    fixed = with_nulls(given, added).with_values({path: values[path] for path in held})
-    result = fit(
-        fixed,
-        measurements,
-        free=[path for path in free_parameters(fixed) if path not in held],
-        starts=[start],
-        limits=sensible(fixed, added, measurements),
-        effort=effort,
-        progress=progress,
-    )
     return Answer(tuple(added), result)
 
 

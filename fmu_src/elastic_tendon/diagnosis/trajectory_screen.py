@@ -77,18 +77,6 @@ class TrajectoryScreen:
         across = self._across(change)
         return float(across @ across)
 
-    def beside(self, model: Model) -> float:
-        """Share of the mean square that a model would leave, all but its own effect following.
-
-        Infinite where there is no motion.
-        """
-        found = self._changed(model)
-        if found is None or not np.isfinite(found).all():
-            return np.inf
-        left = self._across(self._residuals + found)[: self._count]
-        residuals = self._residuals[: self._count]
-        return float(np.sum(left**2) / (residuals @ residuals))
-
     def _changed(self, model: Model) -> Array | None:
         """Residuals of a model less those of the answer, None where the simulation fails."""
         result = self._result
