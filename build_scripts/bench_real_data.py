@@ -19,14 +19,14 @@ from pathlib import Path
 
 import pandas as pd
 
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.locate import Location, locate
 from elastic_tendon.diagnosis.diagnose import diagnose
-from elastic_tendon.identify.add import add
-from elastic_tendon.identify.compare import Comparison, compare
-from elastic_tendon.identify.locate import Location, locate
+from elastic_tendon.estimation.add import add
 from elastic_tendon.measurement import Measurement, read_measurement
-from elastic_tendon.parameters import load_model
-from elastic_tendon.report.comparison_figures import save
-from elastic_tendon.report.location_figures import all_figures
+from elastic_tendon.reports.comparison_figures import save
+from elastic_tendon.reports.location_figures import all_figures
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 TRACKING = "muir_position_loop_tracking.csv"

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarking import at_least, at_most, print_table
-from elastic_tendon.compiled import Trajectory, sensitivities, simulate
-from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.actuator.parameters import Model, load_model
+from elastic_tendon.simulation.simulate import Trajectory, sensitivities, simulate
 
 Array = NDArray[np.float64]
 

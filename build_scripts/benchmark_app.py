@@ -23,8 +23,8 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from app_driver import PATIENCE, Walk, browser
 from app_process import served
 from benchmarking import Row, at_most, print_table
-from elastic_tendon.compiled import simulate
-from elastic_tendon.parameters import load_model
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.simulation.simulate import simulate
 
 MODEL = "biorob_x4_joint_3"
 STEP = 1e-3  # s

@@ -18,13 +18,14 @@ from scipy.integrate import solve_ivp
 
 from benchmark_simulate import python_rates
 from benchmarking import Row, at_most, print_table, seconds
-from elastic_tendon.compiled import clear_cache, simulate
+from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.torque_screen import Screen
-from elastic_tendon.excitation import default_excitation
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.native.library import clear_cache
+from elastic_tendon.simulation.excitation import default_excitation
+from elastic_tendon.simulation.simulate import simulate
 
 HIDDEN: dict[str, Mapping[str, float]] = {
     "coulomb_friction": {"torque": 0.1},

@@ -19,12 +19,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarking import Row, at_most, fastest, print_table
-from elastic_tendon.compiled import library_path, simulate
+from elastic_tendon.actuator.parameters import Model, load_model, typical_value
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ModelError
 from elastic_tendon.fmu.export import export_fmu
-from elastic_tendon.parameters import Model, load_model, typical_value
+from elastic_tendon.native.library import library_path
+from elastic_tendon.simulation.simulate import simulate
 
 ALLOWED = 3.0  # × the base model
 EXPORT_ALLOWED = 1.5  # × the base model's export

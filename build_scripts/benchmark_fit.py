@@ -18,10 +18,11 @@ from scipy.optimize import least_squares
 from benchmark_simulate import RATE, motor_motion, python_rates, scipy_run
 from benchmarking import Array, Row, at_least, at_most, in_turn, print_table, seconds, spoken
 from elastic_tendon import demo
-from elastic_tendon.compiled import DEFAULT_TOLERANCE, sensitivities, simulate
-from elastic_tendon.identify.fit import FitResult, fit
+from elastic_tendon.actuator.parameters import Model, load_model, quantities
+from elastic_tendon.estimation.fit import FitResult, fit
 from elastic_tendon.measurement import Measurement, read_measurement
-from elastic_tendon.parameters import Model, load_model, quantities
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
+from elastic_tendon.simulation.simulate import sensitivities, simulate
 
 MODEL = "biorob_x4_joint_3"
 STEPS = (1e-3, 1e-4, 1e-5, 1e-6)  # of central differences, relative to the number

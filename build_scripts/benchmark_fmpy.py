@@ -24,11 +24,12 @@ from pythonfmu.builder import FmuBuilder
 
 from benchmark_simulate import motor_motion
 from benchmarking import Array, Row, at_least, fastest, in_turn, print_table, spoken
-from elastic_tendon.compiled import DEFAULT_TOLERANCE, simulate
+from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
-from elastic_tendon.interpolation import Interpolation
-from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
+from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.simulation.simulate import simulate
 
 MODEL = "biorob_x4_joint_3"
 CVODE_TOLERANCE = 1e-6

@@ -25,10 +25,11 @@ from benchmarking import Row, at_least, at_most, fastest, print_table, spoken
 # the driver of the tests is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from elastic_tendon.compiled import DEFAULT_TOLERANCE, simulate
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
-from elastic_tendon.parameters import load_model
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
+from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import Fmu, Segments, run_co_simulation, run_model_exchange
 
 MODEL = "biorob_x4_joint_3"
@@ -139,7 +140,7 @@ def _process_time(command: list[str]) -> float:
 
 
 def _export_time(path: Path, *options: str) -> float:
-    command = [sys.executable, "-m", "elastic_tendon.cli", "export", MODEL, "-o", str(path)]
+    command = [sys.executable, "-m", "elastic_tendon", "export", MODEL, "-o", str(path)]
     return _process_time([*command, "--force", *options])
 
 

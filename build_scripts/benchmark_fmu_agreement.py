@@ -21,9 +21,9 @@ from benchmarking import Row, at_most, print_table
 # the driver of the tests is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from elastic_tendon.compiled import Array, simulate
+from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.fmu.export import export_fmu
-from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.simulation.simulate import Array, simulate
 from fmu_driver import Fmu, Segments, run_co_simulation, run_model_exchange
 
 TOLERANCE = 1e-8

@@ -55,11 +55,11 @@ def by_pandas(path: str) -> float:
 
 def by_product(path: str) -> tuple[float, float, float, float]:
     """Seconds for reading, comparing, locating, and for the simulation that comparing has to do."""
-    from elastic_tendon.identify.compare import compare
-    from elastic_tendon.identify.locate import locate
-    from elastic_tendon.identify.residuals import simulate_measurement
+    from elastic_tendon.actuator.parameters import load_model
+    from elastic_tendon.comparison.compare import compare
+    from elastic_tendon.comparison.locate import locate
+    from elastic_tendon.comparison.residuals import simulate_measurement
     from elastic_tendon.measurement import read_measurement
-    from elastic_tendon.parameters import load_model
 
     model = load_model(MODEL)
     warm = read_measurement(f"{path}[0:1]")  # compiles and imports what the first use needs

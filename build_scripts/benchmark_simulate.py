@@ -22,13 +22,14 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from benchmarking import Row, at_least, at_most, fastest, print_table, spoken
-from elastic_tendon import compiler
-from elastic_tendon.compiled import DEFAULT_TOLERANCE, simulate
-from elastic_tendon.fmu.binary import write_sources
-from elastic_tendon.fmu.layout import default_layout
-from elastic_tendon.interpolation import Interpolation
-from elastic_tendon.model import build
-from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.parameters import Model, load_model
+from elastic_tendon.native import compiler
+from elastic_tendon.native.binary import write_sources
+from elastic_tendon.native.layout import default_layout
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
+from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.simulation.simulate import simulate
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, list[float]], list[float]]

@@ -19,11 +19,13 @@ from benchmarking import Row, at_most, in_turn, print_table, spread
 _FIRST_TRAJECTORY = """
 import time
 import numpy, casadi, platformdirs
-from elastic_tendon import compiled, codegen, model, parameters
+from elastic_tendon.native import codegen
+from elastic_tendon.simulation.simulate import simulate
+from elastic_tendon.actuator import model, parameters
 begin = time.perf_counter()
 actuator = parameters.load_model("biorob_x4_joint_3")
 times = numpy.linspace(0.0, 1.0, 501)
-compiled.simulate(actuator, times, numpy.sin(times))
+simulate(actuator, times, numpy.sin(times))
 print(time.perf_counter() - begin)
 """
 
@@ -57,7 +59,7 @@ def process_rows(repetitions: int = 20) -> list[Row]:
     """Import and help against the import of what they do without, in processes that take turns."""
     commands = {
         "import elastic_tendon": ["-c", "import elastic_tendon"],
-        "elastic-tendon --help": ["-m", "elastic_tendon.cli", "--help"],
+        "elastic-tendon --help": ["-m", "elastic_tendon", "--help"],
         "import numpy, scipy.optimize, casadi": ["-c", "import numpy, scipy.optimize, casadi"],
     }
     calls = [partial(_run, arguments) for arguments in commands.values()]

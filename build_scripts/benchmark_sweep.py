@@ -35,8 +35,8 @@ from benchmarking import (
     spoken,
     spread,
 )
-from elastic_tendon.compiled import simulate, simulate_many
-from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.actuator.parameters import Model, load_model
+from elastic_tendon.simulation.simulate import simulate, simulate_many
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.factors import Factor, Uniform
 from elastic_tendon.sweeps.points import Points, points

@@ -12,10 +12,10 @@ import sys
 from pathlib import Path
 from typing import get_args
 
-from elastic_tendon.compiler import ALL, PLATFORMS
+from elastic_tendon.actuator.parameters import load_model, models
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import FmiVersion, export_fmu
-from elastic_tendon.parameters import bundled_models, load_model
+from elastic_tendon.native.compiler import ALL, PLATFORMS
 
 
 def main() -> int:
@@ -40,7 +40,7 @@ def main() -> int:
         for fmi_version in get_args(FmiVersion):
             folder = chosen.output / f"fmi{fmi_version}"
             folder.mkdir(parents=True, exist_ok=True)
-            for name in bundled_models():
+            for name in models:
                 path = export_fmu(
                     *(load_model(name), folder / f"{name}.fmu"),
                     fmi_version=fmi_version,

@@ -10,10 +10,10 @@ import argparse
 import sys
 from pathlib import Path
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import model_identifier
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu, needs
-from elastic_tendon.parameters import load_model
 
 
 def main() -> int:

@@ -28,11 +28,11 @@ from typing import Any
 
 import numpy as np
 
-from elastic_tendon.compiled import Array, Trajectory, simulate
+from elastic_tendon.actuator.parameters import Model, load_model, models
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
-from elastic_tendon.parameters import Model, bundled_models, load_model
+from elastic_tendon.simulation.simulate import Array, Trajectory, simulate
 
 STEP = 1e-3  # s
 DURATION = 1.0  # s
@@ -331,14 +331,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("model", nargs="*", metavar="MODEL", help="default: all bundled models")
     names = parser.parse_args(arguments).model
     try:
-        models = [load_model(name) for name in names or bundled_models()]
+        wanted = [load_model(name) for name in names or models]
     except ElasticTendonError as error:
         print(error, file=sys.stderr)
         return 1
-    titles = [model.name for model in models] + ["several effects"]
+    titles = [model.name for model in wanted] + ["several effects"]
     failures = []
     print(_line("difference from simulate, rad", [importer.name for importer in IMPORTERS]))
-    for title, model in zip(titles, [*models, several_effects()], strict=True):
+    for title, model in zip(titles, [*wanted, several_effects()], strict=True):
         for flavour in EVERY:
             found = list(outcomes(model, flavour))
             print(_line(f"{title}, {flavour}", [one.cell for one in found]), flush=True)

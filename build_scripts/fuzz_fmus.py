@@ -16,13 +16,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from elastic_tendon import compiler
+from elastic_tendon.actuator.model import build as build_system
+from elastic_tendon.actuator.parameters import Model, load_model, typical_value
+from elastic_tendon.actuator.variables import Kind
 from elastic_tendon.effects import BY_ID
-from elastic_tendon.fmu.binary import write_sources
-from elastic_tendon.fmu.layout import FmuVariable, Role, layout
-from elastic_tendon.model import build as build_system
-from elastic_tendon.parameters import Model, load_model, typical_value
-from elastic_tendon.variables import Kind
+from elastic_tendon.native import compiler
+from elastic_tendon.native.binary import write_sources
+from elastic_tendon.native.layout import FmuVariable, Role, layout
 
 FUZZERS = Path(__file__).resolve().parents[1] / "tests" / "fmu"
 VERSIONS = (2, 3)

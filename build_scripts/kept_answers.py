@@ -15,9 +15,9 @@ from typing import Any, TypeVar
 
 from platformdirs import user_cache_path
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 
 Content = dict[str, Any]
 Order = TypeVar("Order")  # what a case is made of

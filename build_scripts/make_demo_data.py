@@ -29,7 +29,7 @@ from truth.sampling import sample
 from truth.signals import Experiment
 from truth.solver import simulate
 
-DATA_FOLDER = Path(__file__).resolve().parents[1] / "fmu_src" / "elastic_tendon" / "data"
+DATA_FOLDER = Path(__file__).resolve().parents[1] / "fmu_src" / "elastic_tendon" / "demo"
 
 BELIEVED_MODEL = """\
 # What the user of the demonstration believes of the machine: the paper's BioRob-X4 joint 3.

@@ -25,16 +25,16 @@ from threadpoolctl import threadpool_limits
 import bench_real_data as real
 from benchmarking import at_least, print_table
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model, load_model
+from elastic_tendon.comparison.compare import compare
 from elastic_tendon.diagnosis.answer import Answer, bounded, refit
 from elastic_tendon.diagnosis.candidates import candidates, starts
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.identify.compare import compare
-from elastic_tendon.identify.fit import Effort
-from elastic_tendon.identify.stretches import independent_facts
+from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.estimation.stretches import independent_facts
 from elastic_tendon.measurement import Measurement, read_measurement
-from elastic_tendon.parameters import Model, load_model
 from engine.cases import build
 from engine.cases import orders as engine_orders
 from hidden_effect.fresh import build_fresh

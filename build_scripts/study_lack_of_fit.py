@@ -20,7 +20,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 from benchmarking import Row, at_least, at_most, print_table
 from elastic_tendon.diagnosis.lack_of_fit import regress
-from elastic_tendon.identify.fit import FitResult, fit
+from elastic_tendon.estimation.fit import FitResult, fit
 from hidden_effect import motions
 from hidden_effect.cases import FIRST_REPORTED_SEED, Order, UnreachableError, build
 from hidden_effect.recordings import NOISES

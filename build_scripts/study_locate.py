@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarking import Row, at_least, at_most, print_table
-from elastic_tendon.identify.bins import Bin
-from elastic_tendon.identify.compare import compare
-from elastic_tendon.identify.locate import locate
+from elastic_tendon.actuator.parameters import Model, load_model
+from elastic_tendon.comparison.bins import Bin
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.locate import locate
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, load_model
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 

@@ -19,7 +19,7 @@ from pathlib import Path
 # the truth simulator belongs to the tests and is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from elastic_tendon.identify.suspicion import suspicions
+from elastic_tendon.misreadings.suspicion import suspicions
 from misread_recordings import MISREADINGS, REPORTED_SEEDS, Case, can_show, truth_case
 
 DESCRIBED, HIDDEN = "described by the model", "effect hidden, model wrong"

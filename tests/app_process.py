@@ -20,7 +20,7 @@ def served(*words: str | Path, folder: Path | None = None) -> Iterator[str]:
     words : after ``elastic-tendon app --no-browser``
     folder : in which it is started
     """
-    command = [sys.executable, "-m", "elastic_tendon.cli", "app", "--no-browser", *map(str, words)]
+    command = [sys.executable, "-m", "elastic_tendon", "app", "--no-browser", *map(str, words)]
     process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None

@@ -10,6 +10,8 @@ import pytest
 for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
+pytest_plugins = ["recorded_machines"]  # recordings of the independent simulator, for all tests
+
 
 @pytest.fixture(scope="module", autouse=True)
 def _learned_effects_are_forgotten() -> Iterator[None]:

@@ -8,7 +8,7 @@ import numpy as np
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.model_description import ModelDescription
 
-from elastic_tendon.compiled import Array
+from elastic_tendon.simulation.simulate import Array
 from fmu_instance import Call, EventInfo, Instance, Message
 
 

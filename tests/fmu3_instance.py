@@ -9,7 +9,7 @@ import numpy as np
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.model_description import ModelDescription
 
-from elastic_tendon.compiled import Array
+from elastic_tendon.simulation.simulate import Array
 from fmu_instance import Call, EventInfo, Instance, Message
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from fmpy import extract, read_model_description
 from fmpy.sundials import CVodeSolver
 
-from elastic_tendon.compiled import Array
-from elastic_tendon.interpolation import Interpolation
+from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.simulation.simulate import Array
 from fmu2_instance import instantiate2
 from fmu3_instance import instantiate3
 from fmu_instance import DISCARD, ERROR, OK, WARNING, Instance, Message

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from fmpy.model_description import ModelDescription
 
-from elastic_tendon.compiled import Array
+from elastic_tendon.simulation.simulate import Array
 
 OK, WARNING, DISCARD, ERROR = range(4)  # fmi2Status, fmi3Status
 Call = tuple[str, *tuple[Any, ...]]  # a function of the header and its arguments but the instance

@@ -6,6 +6,9 @@ from functools import cache
 import numpy as np
 
 from elastic_tendon import demo
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.locate import Location, locate
 from elastic_tendon.diagnosis.result import (
     Candidate,
     Diagnosis,
@@ -17,11 +20,8 @@ from elastic_tendon.diagnosis.result import (
     Round,
     WouldShow,
 )
-from elastic_tendon.identify.add import Addition, add
-from elastic_tendon.identify.compare import Comparison
-from elastic_tendon.identify.locate import Location, locate
+from elastic_tendon.estimation.add import Addition, add
 from elastic_tendon.measurement import read_measurement
-from elastic_tendon.parameters import load_model
 
 COULOMB = "coulomb_friction"
 TORQUE = f"effects.{COULOMB}.torque"

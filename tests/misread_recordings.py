@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model, parse_model, typical_value
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, parse_model, typical_value
 from truth.catalogue import actuator_of, signal_maps_of
 from truth.experiments import (
     Limits,

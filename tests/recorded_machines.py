@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, load_model
 from truth.actuator import Actuator, Link, Spring
 from truth.experiments import Limits, multisine
 from truth.friction import Coulomb

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from elastic_tendon import compiled, effects
+from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model, load_model, typical_value
 from elastic_tendon.diagnosis.torque_balance import Motion
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, load_model, typical_value
+from elastic_tendon.simulation.simulate import simulate
 
 Array = NDArray[np.float64]
 
@@ -84,6 +85,6 @@ def played(model: Model, duration: float = DURATION) -> Played:
     time = np.arange(0.0, duration, STEP)
     motor = 0.4 * np.sin(2 * np.pi * 0.5 * time) + 0.2 * np.sin(2 * np.pi * 1.7 * time)
     load = 2.0 * np.sin(2 * np.pi * 0.9 * time + 1.0)
-    run = compiled.simulate(model, time, motor, load, interpolation="cubic", as_measured=True)
+    run = simulate(model, time, motor, load, interpolation="cubic", as_measured=True)
     shown = run[run.measured("joint_position")]
     return Played(model, time, motor, load, CubicSpline(time, shown))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from elastic_tendon.compiled import simulate
-from elastic_tendon.parameters import Model, parse_model
+from elastic_tendon.actuator.parameters import Model, parse_model
+from elastic_tendon.simulation.simulate import simulate
 from truth import actuator as true
 from truth import signals, solver
 from truth.friction import Coulomb

@@ -13,7 +13,7 @@ import benchmark_simulate
 import benchmark_startup
 import benchmark_sweep
 from benchmarking import Row, at_least, at_most, in_turn, print_rows, spoken, spread
-from elastic_tendon.parameters import load_model
+from elastic_tendon.actuator.parameters import load_model
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*(e[-+]?\d+)?|inf|nan)")
 

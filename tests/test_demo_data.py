@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-DATA = ROOT / "fmu_src" / "elastic_tendon" / "data"
+DATA = ROOT / "fmu_src" / "elastic_tendon" / "demo"
 MEASUREMENTS = ("demo_fit.csv", "demo_validate.csv")
 LARGEST_FILE = 300_000  # bytes, so that the package stays small
 

@@ -7,7 +7,11 @@ import pytest
 
 import elastic_tendon
 
-PUBLIC = [getattr(elastic_tendon, name) for name in elastic_tendon.__all__]
+PUBLIC = [
+    thing
+    for thing in (getattr(elastic_tendon, name) for name in elastic_tendon.__all__)
+    if inspect.isfunction(thing) or inspect.isclass(thing)
+]
 FUNCTIONS = [one for one in PUBLIC if inspect.isfunction(one)]
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from elastic_tendon.identify.compare import compare
-from elastic_tendon.identify.fit import fit
-from elastic_tendon.identify.locate import locate
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.locate import locate
+from elastic_tendon.estimation.fit import fit
 from elastic_tendon.measurement import read_measurement
-from elastic_tendon.parameters import load_model
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "paper_figures"

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from bench_real_data import DATA, DISTURBED, FAST, HELD, MODELS, SLOW, TRACKING, located, read
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison_json import comparison_json
+from elastic_tendon.comparison.locate import locate
 from elastic_tendon.diagnosis.diagnose import diagnose
-from elastic_tendon.identify.compare import compare
-from elastic_tendon.identify.comparison_json import comparison_json
-from elastic_tendon.identify.locate import locate
 from elastic_tendon.measurement import read_measurement
-from elastic_tendon.parameters import load_model
 
 pytestmark = pytest.mark.skipif(
     not all((DATA / name).is_file() for name in MODELS),

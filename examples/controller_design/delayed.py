@@ -8,10 +8,10 @@ from design import SAMPLE, Controller, stiffness
 from experiment import Signals
 
 from elastic_tendon import LinearModel
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.linear.describing_function import describing_function
 from elastic_tendon.linear.limit_cycles import LimitCycles, interpolated, limit_cycles
-from elastic_tendon.parameters import Model
-from elastic_tendon.transmission import SlackState
 
 
 def delayed_loop(plant: control.StateSpace, controller: Controller, delay: int) -> np.ndarray:

@@ -7,8 +7,8 @@ import control
 import numpy as np
 
 from elastic_tendon import Drive, LinearModel, OperatingPoint, linearise
-from elastic_tendon.parameters import Model
-from elastic_tendon.transmission import SlackState
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import SlackState
 
 SAMPLE = 1e-3  # s
 ENCODER = 1e-4  # rad, step of both encoders

@@ -11,7 +11,7 @@ import numpy as np
 from design import ENCODER, JOINT, MOTOR, SAMPLE, Design, origin
 
 from elastic_tendon import LinearModel
-from elastic_tendon.transmission import SlackState
+from elastic_tendon.actuator.transmission import SlackState
 
 Signals = dict[str, np.ndarray]
 

@@ -11,9 +11,9 @@ from experiment import Scenario, Signals
 from matplotlib.axes import Axes
 from robustness import FREQUENCIES, loop
 
+from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.linear.limit_cycles import LimitCycle
-from elastic_tendon.report.comparison_figures import BLACK, BLUE, GREEN, SKY, VERMILLION
-from elastic_tendon.transmission import SlackState
+from elastic_tendon.reports.comparison_figures import BLACK, BLUE, GREEN, SKY, VERMILLION
 
 COLOURS = (VERMILLION, BLUE, GREEN)  # of the designs
 STYLES = ("-", "--", "-.")  # as two of them may coincide

@@ -30,9 +30,9 @@ from robustness import (
 )
 
 from elastic_tendon import LinearModel, OperatingPoint, export_fmu, linearise, load_model
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.linear.limit_cycles import LimitCycle
-from elastic_tendon.parameters import Model
-from elastic_tendon.transmission import SlackState
 
 HERE = Path(__file__).parent
 I, II, III = SlackState.I, SlackState.II, SlackState.III  # noqa: E741, the paper's names

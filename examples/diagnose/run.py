@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from elastic_tendon import load_model, simulate
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
-from elastic_tendon.report.comparison_figures import save
-from elastic_tendon.report.diagnosis_figures import all_figures
-from elastic_tendon.report.diagnosis_tables import called_set, verdict_sentences
-from elastic_tendon.report.neighbours import change_words
+from elastic_tendon.reports.comparison_figures import save
+from elastic_tendon.reports.diagnosis_figures import all_figures
+from elastic_tendon.reports.diagnosis_tables import called_set, verdict_sentences
+from elastic_tendon.reports.neighbours import change_words
 
 NOISE = 2e-4  # rad, of the joint's encoder
 RATE, DURATION = 500, 10.0  # Hz, s
@@ -37,7 +37,7 @@ def record(machine: Model, seed: int) -> Measurement:
     motion = simulate(machine, time, motor_position, load_torque)
     seen = motion["joint_position"] + NOISE * lot.standard_normal(len(time))
     return Measurement(
-        f"recording {seed}", time, motor_position, {"joint_position": seen}, load_torque
+        time, motor_position, {"joint_position": seen}, load_torque, name=f"recording {seed}"
     )
 
 

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from elastic_tendon import load_model, simulate, sweep
-from elastic_tendon.parameters import Model
-from elastic_tendon.report.comparison_figures import save
-from elastic_tendon.report.fleet_figure import fleet_figure
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.reports.comparison_figures import save
+from elastic_tendon.reports.fleet_figure import fleet_figure
 from elastic_tendon.sweeps.fleet import (
     APPEARED,
     DRIFTED,

@@ -11,10 +11,10 @@ import sys
 from pathlib import Path
 
 from elastic_tendon import demo, load_model
-from elastic_tendon.identify.add import add
-from elastic_tendon.identify.compare import compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.estimation.add import add
 from elastic_tendon.measurement import read_measurement
-from elastic_tendon.report.comparison_figures import save, story
+from elastic_tendon.reports.comparison_figures import save, story
 
 
 def main(folder: Path) -> None:

@@ -17,8 +17,8 @@ import numpy as np
 from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 
-from elastic_tendon import export_fmu, load_effect, load_model, simulate
-from elastic_tendon.design import design
+from elastic_tendon import effects, export_fmu, load_model, simulate
+from elastic_tendon.actuator.design import design
 
 HERE = Path(__file__).parent
 TEETH = 20
@@ -54,7 +54,7 @@ def draw(
 
 
 def main(folder: Path) -> None:
-    load_effect(HERE / "tooth_ripple.py")
+    effects.load(HERE / "tooth_ripple.py")
     given = load_model("biorob_x4_joint_3")
     model = given.with_effect("tooth_ripple", {"amplitude": 2e-3})
 

@@ -1,7 +1,7 @@
 """Tooth ripple: a toothed belt runs over its pulley as over a polygon."""
 
 from elastic_tendon.effects.base import Contribution, Effect, Parameter, Slot
-from elastic_tendon.symbolic import sin
+from elastic_tendon.effects.symbolic import sin
 
 TEETH = 20  # of the motor pulley
 

@@ -16,12 +16,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from elastic_tendon import Model, load_model
-from elastic_tendon.design import characteristic_curves, design
-from elastic_tendon.identify.compare import FileComparison, compare
-from elastic_tendon.identify.locate import FileLocation, locate
+from elastic_tendon.actuator.design import characteristic_curves, design
+from elastic_tendon.actuator.transmission import SlackState, characteristic_torque, slack_boundaries
+from elastic_tendon.comparison.compare import FileComparison, compare
+from elastic_tendon.comparison.locate import FileLocation, locate
 from elastic_tendon.measurement import read_measurement
-from elastic_tendon.report.figures import characteristic_curves as draw_curves
-from elastic_tendon.transmission import SlackState, characteristic_torque, slack_boundaries
+from elastic_tendon.reports.figures import characteristic_curves as draw_curves
 
 HERE = Path(__file__).parent
 MEASURED, SIMULATED = "#000000", "#D55E00"

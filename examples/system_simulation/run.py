@@ -22,7 +22,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv
 
 from elastic_tendon import export_fmu, load_model
-from elastic_tendon.compiler import compile_library, host_platform
+from elastic_tendon.native.compiler import compile_library, host_platform
 
 HERE = Path(__file__).parent
 # s; also the delay in the loop, so keep it well below the joint's natural period of 0.17 s

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from elastic_tendon.parameters import Model
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.sweeps.points import Points
 from elastic_tendon.sweeps.simulations import Motion, Simulations, simulations
 

@@ -14,10 +14,10 @@ import pandas as pd
 from scipy.linalg import expm
 
 from elastic_tendon import LinearModel
-from elastic_tendon.parameters import Model
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.sweeps.points import Points
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
-from elastic_tendon.transmission import SlackState
 
 sys.path.append(str(Path(__file__).parents[1] / "controller_design"))
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter
 
-from elastic_tendon.report.comparison_figures import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILLION
+from elastic_tendon.reports.comparison_figures import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILLION
 
 PARTS = ("upper spring's stiffness", "lower spring's stiffness", "pretension")
 PART_COLOURS = (BLUE, SKY, ORANGE)

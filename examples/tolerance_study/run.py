@@ -18,8 +18,8 @@ from closed_loop import II, III, SHARES, I, apart, closed_loops_of
 from figures import draw_boundaries, draw_loops
 
 from elastic_tendon import load_model, sweep
-from elastic_tendon.design import design
-from elastic_tendon.parameters import Model
+from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.sweeps.factors import parse_factor
 from elastic_tendon.sweeps.points import Points, points
 from elastic_tendon.sweeps.task import Task

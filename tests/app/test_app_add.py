@@ -1,10 +1,10 @@
 """What the step Add says and does to the tree of versions."""
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import versions
 from elastic_tendon.app.document import Document, Source, Version, new_document
 from elastic_tendon.app.results import Compared
 from elastic_tendon.app.steps import add
-from elastic_tendon.parameters import load_model
 from hand_made_diagnosis import COULOMB, friction_found
 
 MODEL = load_model("biorob_x4_joint_3")

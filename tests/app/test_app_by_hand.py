@@ -3,12 +3,12 @@
 import pytest
 
 from elastic_tendon import demo
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import walk
 from elastic_tendon.app.document import Source, new_document
 from elastic_tendon.app.workspace import Session, Stopped
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.result import Diagnosis
-from elastic_tendon.parameters import load_model
 
 COULOMB = "coulomb_friction"
 FILES = {one: demo.DATA / f"demo_{one}.csv" for one in ("fit", "validate")}

@@ -30,7 +30,7 @@ def run(monkeypatch, tmp_path: Path):
 @contextmanager
 def started(folder: Path, *arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """The app as a process of its own, and its URL."""
-    command = [sys.executable, "-m", "elastic_tendon.cli", "app", "--no-browser", *arguments]
+    command = [sys.executable, "-m", "elastic_tendon", "app", "--no-browser", *arguments]
     process = subprocess.Popen(
         command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

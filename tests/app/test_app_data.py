@@ -6,6 +6,7 @@ import pytest
 
 pytest.importorskip("dash")
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import results, uploads
 from elastic_tendon.app.document import Document, Source, new_document
 from elastic_tendon.app.source_card import Form, card, facts, findings, found
@@ -15,8 +16,7 @@ from elastic_tendon.app.workspace import Session
 from elastic_tendon.demo import DATA
 from elastic_tendon.errors import ElasticTendonError, MeasurementError
 from elastic_tendon.measurement.formats.base import silent
-from elastic_tendon.parameters import load_model
-from elastic_tendon.report.interactive.theme import LIGHT
+from elastic_tendon.reports.interactive.theme import LIGHT
 
 GOOD = Source(key="good", name="fit.csv")
 

@@ -3,8 +3,8 @@
 import pytest
 from pydantic import ValidationError
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import Document, Source, Version, from_browser, new_document
-from elastic_tendon.parameters import load_model
 
 MODEL = load_model("biorob_x4_joint_3")
 HEAVIER = MODEL.with_values({"link.inertia": 0.04})

@@ -8,10 +8,10 @@ pytest.importorskip("dash")
 
 from dash import html
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import new_document
 from elastic_tendon.app.steps import model as step
 from elastic_tendon.errors import ElasticTendonError, ModelError
-from elastic_tendon.parameters import load_model
 
 MODEL = load_model("figure_7")
 

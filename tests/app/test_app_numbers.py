@@ -1,8 +1,8 @@
 """The table of a model's numbers: what is edited is checked as the file of a model is."""
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import EDITED, GIVEN, Document, new_document
 from elastic_tendon.app.numbers import edited, parsed, sections, shown, with_minus
-from elastic_tendon.parameters import load_model
 
 MODEL = load_model("biorob_x4_joint_3")
 PRETENSION = "transmission.pretension_force"

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import ranking, walk
 from elastic_tendon.app.document import Version, new_document
 from elastic_tendon.app.results import Compared
-from elastic_tendon.parameters import load_model
-from elastic_tendon.signature import signature
+from elastic_tendon.simulation.signature import signature
 from hand_made_diagnosis import COULOMB, friction_found
 
 MODEL = load_model("biorob_x4_joint_3")

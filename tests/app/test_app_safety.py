@@ -9,11 +9,11 @@ from urllib.parse import urlsplit
 import pytest
 
 from app_process import served
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import safety
 from elastic_tendon.app.document import new_document
 from elastic_tendon.app.server import listen
 from elastic_tendon.output import OutputError
-from elastic_tendon.parameters import load_model
 
 MODEL = load_model("biorob_x4_joint_3")
 

@@ -16,6 +16,7 @@ from scipy.io import loadmat
 pytest.importorskip("dash")
 
 from elastic_tendon import demo
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import takeaway
 from elastic_tendon.app.document import Document, Source, Version, new_document
 from elastic_tendon.app.server import dash_app
@@ -25,7 +26,6 @@ from elastic_tendon.app.uploads import size_in_words
 from elastic_tendon.app.workspace import Failure, Shelf, Workspace
 from elastic_tendon.errors import BuildError, ElasticTendonError
 from elastic_tendon.measurement.reader import read_measurements
-from elastic_tendon.parameters import load_model
 
 FILES = {"fit": demo.DATA / "demo_fit.csv", "validate": demo.DATA / "demo_validate.csv"}
 RUDE = "<b>\n\x07 ../x"

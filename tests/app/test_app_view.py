@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon import demo
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Source, Version, new_document
 from elastic_tendon.app.readings import (
@@ -40,12 +41,11 @@ from elastic_tendon.app.view import (
     while_waiting,
 )
 from elastic_tendon.app.workspace import Failure, Session
-from elastic_tendon.identify.locate import FileLocation
-from elastic_tendon.identify.maps import CELLS
-from elastic_tendon.parameters import load_model
-from elastic_tendon.report.comparison_tables import sample_shares
-from elastic_tendon.report.interactive.overlay import Run
-from elastic_tendon.report.units import shown
+from elastic_tendon.comparison.locate import FileLocation
+from elastic_tendon.comparison.maps import CELLS
+from elastic_tendon.reports.comparison_tables import sample_shares
+from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.reports.units import shown
 
 
 def quiet(_text: str, _share: float) -> None:

@@ -6,6 +6,7 @@ from threading import Event
 
 import pytest
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import Document, new_document
 from elastic_tendon.app.workspace import (
     CANCELLED,
@@ -19,7 +20,6 @@ from elastic_tendon.app.workspace import (
     Workspace,
 )
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.parameters import load_model
 
 LONG = 20.0  # s that a thread is waited for before a test gives up
 

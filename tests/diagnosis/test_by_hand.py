@@ -11,7 +11,7 @@ from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.rounds import TAKEN
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.errors import ModelError
-from elastic_tendon.identify.ladder import REFIT
+from elastic_tendon.estimation.ladder import REFIT
 from hand_made_diagnosis import friction_found
 from recorded_machines import FRICTION
 

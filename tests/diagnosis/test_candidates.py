@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import load_model, typical_value
+from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.residuals import simulate_measurement
 from elastic_tendon.diagnosis.candidates import (
     LITTLE_DAMPING,
     candidates,
@@ -11,10 +14,7 @@ from elastic_tendon.diagnosis.candidates import (
     shapes,
     starts,
 )
-from elastic_tendon.identify.initial_state import estimate_initial_state
-from elastic_tendon.identify.residuals import simulate_measurement
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import load_model, typical_value
 
 
 def test_all_effects_are_candidates_of_the_bare_model(sticking) -> None:
@@ -25,7 +25,7 @@ def test_all_effects_are_candidates_of_the_bare_model(sticking) -> None:
 def static_curve(load: np.ndarray, position: np.ndarray) -> Measurement:
     time = 1000.0 * np.arange(len(load))
     signals = {"joint_position": position}
-    return Measurement("curve", time, 0.0 * time, signals, load_torque=load, static=True)
+    return Measurement(time, 0.0 * time, signals, load_torque=load, static=True, name="curve")
 
 
 def test_a_mass_is_sought_only_where_something_moves(sticking) -> None:

@@ -4,10 +4,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.conclude import doubtful_values
 from elastic_tendon.effects import BY_ID
-from elastic_tendon.parameters import load_model
 
 GIVEN = load_model("biorob_x4_joint_3")
 LEAST = next(

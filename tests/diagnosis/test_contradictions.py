@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from elastic_tendon import compiled
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.contradictions import contradictions
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.identify.fit import QUICK
+from elastic_tendon.estimation.fit import QUICK
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
+from elastic_tendon.simulation.simulate import simulate
 from smooth_motion import GIVEN, typical_model
 
 NOISE = 2e-4  # rad
@@ -24,10 +24,12 @@ def recorded(model: Model, name: str, frequency: float) -> Measurement:
     turns = 2 * np.pi * frequency * time
     motor = 0.3 * np.minimum(time, 1.0) * np.sin(turns)
     load = 0.5 * np.minimum(time, 1.0) * np.sin(1.7 * turns)
-    run = compiled.simulate(model, time, motor, load, interpolation="cubic", as_measured=True)
+    run = simulate(model, time, motor, load, interpolation="cubic", as_measured=True)
     noise = NOISE * np.random.default_rng(len(name)).standard_normal(len(time))
     shown = run[run.measured("joint_position")] + noise
-    return Measurement(name, time, motor, {"joint_position": shown}, load, interpolation="cubic")
+    return Measurement(
+        time, motor, {"joint_position": shown}, load, interpolation="cubic", name=name
+    )
 
 
 def told(*recordings: Measurement):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.comparison.compare import compare
 from elastic_tendon.diagnosis import data
 from elastic_tendon.diagnosis.data import FEWER, FEWEST, MOST, WINDOWS, data_of, idle_effects
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.errors import MeasurementError, ModelError
-from elastic_tendon.identify.compare import compare
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import load_model
 
 GIVEN = load_model("biorob_x4_joint_3")
 NOISE = 2e-4  # rad
@@ -24,7 +24,7 @@ def recording(n: int, step: float = 0.002, seed: int = 1, *, name: str = "made")
     motion = 0.3 * np.sin(2 * np.pi * 0.7 * np.maximum(time - time[n // 2], 0.0))
     noise = NOISE * np.random.default_rng(seed).standard_normal(n)
     signals = {"joint_position": motion + noise}
-    return Measurement(name, time, motion, signals, load_torque=0.1 * motion)
+    return Measurement(time, motion, signals, load_torque=0.1 * motion, name=name)
 
 
 def samples(recordings: tuple[Measurement, ...]) -> int:
@@ -97,7 +97,9 @@ def test_static_curves_stay_whole() -> None:
     n = MOST + 100
     time = 1000.0 * np.arange(n)
     signals = {"joint_position": np.linspace(0.0, 0.1, n)}
-    curve = Measurement("curve", time, 0.0 * time, signals, load_torque=0.0 * time, static=True)
+    curve = Measurement(
+        time, 0.0 * time, signals, load_torque=0.0 * time, static=True, name="curve"
+    )
     (found,) = data_of(GIVEN, [curve], [], Options(horizon=1.0)).fitted
     assert len(found.time) == n
 
@@ -106,7 +108,9 @@ def test_noise_of_a_static_curves_torque_counts() -> None:
     n, random = 200, np.random.default_rng(1)
     time, angle = 1000.0 * np.arange(n), np.linspace(-0.05, 0.05, n)
     load = 40.0 * angle + 0.1 * random.standard_normal(n)
-    curve = Measurement("curve", time, 0.0 * time, {"joint_position": angle}, load, static=True)
+    curve = Measurement(
+        time, 0.0 * time, {"joint_position": angle}, load, static=True, name="curve"
+    )
     found = data_of(GIVEN, [curve], [])
     assert found.whole == (curve,)
     (part,) = compare(GIVEN, found.fitted).files

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from elastic_tendon import effects
+from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.diagnosis import conclude as concluding
 from elastic_tendon.diagnosis import data as excerpting
 from elastic_tendon.diagnosis import refits as refitting
@@ -15,7 +16,6 @@ from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.errors import MeasurementError, ModelError, SimulationError
-from elastic_tendon.identify.initial_state import estimate_initial_state
 from hidden_effect.cases import Order, build
 from recorded_machines import FRICTION
 
@@ -195,7 +195,7 @@ def test_an_interrupt_keeps_what_was_found(brief, stage: str) -> None:
         if text.startswith(stage):
             raise KeyboardInterrupt
 
-    found = diagnose(model, [recording], options=Options(only=FEW), report=interrupting)
+    found = diagnose(model, [recording], options=Options(only=FEW), progress=interrupting)
     assert not found.complete
     early = stage in ("refitting the par", "screening")
     assert found.added == (() if early else (COULOMB,))
@@ -214,7 +214,7 @@ def test_an_interrupt_that_a_library_swallows_is_heeded(brief) -> None:
             with suppress(KeyboardInterrupt):
                 signal.raise_signal(signal.SIGINT)
 
-    found = diagnose(model, [recording], options=Options(only=FEW), report=swallowing)
+    found = diagnose(model, [recording], options=Options(only=FEW), progress=swallowing)
     assert not found.complete
     assert [text.startswith("screening") for text in told].count(True) == 1
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -229,7 +229,7 @@ def test_an_interrupt_while_it_is_concluded_loses_nothing(brief) -> None:
             told.append(text)
             signal.raise_signal(signal.SIGINT)
 
-    found = diagnose(model, [recording], options=Options(only=FEW), report=impatient)
+    found = diagnose(model, [recording], options=Options(only=FEW), progress=impatient)
     assert any("missing torque" in text for text in told)
     assert found.added == ()
     assert not found.complete
@@ -255,7 +255,7 @@ def test_whoever_stops_a_search_does_not_wait_for_constants_of_long_recordings(
 
     options = Options(only=(COULOMB,))
     diagnose(
-        known.model, [recording.window(None, SHORT)], [heldout], options=options, report=report
+        known.model, [recording.window(None, SHORT)], [heldout], options=options, progress=report
     )
     assert lengths == [300 if stopped else len(heldout.time)]
 
@@ -299,7 +299,7 @@ def test_progress_tells_what_is_tried_and_the_best_so_far(brief) -> None:
     model, recording = brief
     told: list[str] = []
     diagnose(
-        *(model, [recording]), options=Options(only=FEW), report=lambda text, _: told.append(text)
+        *(model, [recording]), options=Options(only=FEW), progress=lambda text, _: told.append(text)
     )
     assert any(
         text.startswith("screening: Gravity load; best so far: no effect, ") for text in told

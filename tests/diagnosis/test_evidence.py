@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import load_model, typical_value
 from elastic_tendon.diagnosis import evidence
 from elastic_tendon.diagnosis.evidence import (
     DECISIVE,
@@ -19,7 +20,6 @@ from elastic_tendon.diagnosis.evidence import (
     probabilities,
 )
 from elastic_tendon.diagnosis.verdict import hedge
-from elastic_tendon.parameters import load_model, typical_value
 
 GIVEN = load_model("biorob_x4_joint_3")
 N = 1000  # samples, independent facts all of them

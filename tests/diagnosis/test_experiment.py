@@ -6,16 +6,16 @@ from functools import cache
 import numpy as np
 import pytest
 
+from elastic_tendon.actuator.parameters import Model, load_model
+from elastic_tendon.comparison.simulated import measured_table
 from elastic_tendon.diagnosis.experiment import experiment_table, next_experiment
 from elastic_tendon.diagnosis.limits import BEYOND_RECORDED, limits_of
 from elastic_tendon.diagnosis.proposals import FORMS, Input, neighbour, random_proposal
 from elastic_tendon.diagnosis.result import Experiment
 from elastic_tendon.diagnosis.separation import Rival, known, left_over, power, predict, refit
-from elastic_tendon.identify.coordinates import free_parameters
-from elastic_tendon.identify.fit import FitResult, fit
+from elastic_tendon.estimation.coordinates import free_parameters
+from elastic_tendon.estimation.fit import FitResult, fit
 from elastic_tendon.measurement import Measurement, read_measurement
-from elastic_tendon.parameters import Model, load_model
-from elastic_tendon.simulated import measured_table
 from truth.catalogue import actuator_of, signal_maps_of
 from truth.experiments import Limits, multisine
 from truth.noise import Sensor
@@ -241,14 +241,14 @@ def test_progress_rises_and_the_search_can_be_interrupted() -> None:
 
 
 def _as_measurement(time, motor_position, load_torque) -> Measurement:
-    return Measurement("proposal", time, motor_position, {}, load_torque)
+    return Measurement(time, motor_position, {}, load_torque, name="proposal")
 
 
 def swings() -> Measurement:
     """Motor and joint swing together; the load only ever pulls one way."""
     time = np.linspace(0.0, 8.0, 4001)
     position, load = 0.2 * np.sin(time), np.clip(np.sin(time), 0.0, None)
-    return Measurement("slow", time, position, {"joint_position": position}, load)
+    return Measurement(time, position, {"joint_position": position}, load, name="slow")
 
 
 def test_proposals_stay_within_reach_and_begin_and_end_at_rest() -> None:
@@ -305,9 +305,10 @@ def test_limits_are_those_of_recordings_and_springs() -> None:
 def test_a_static_curve_has_limits_too() -> None:
     load = np.linspace(-3.0, 3.0, 50)
     curve = Measurement(
-        *("curve", 1000.0 * np.arange(50.0), np.zeros(50), {"joint_position": 0.02 * load}),
+        *(1000.0 * np.arange(50.0), np.zeros(50), {"joint_position": 0.02 * load}),
         load_torque=load,
         static=True,
+        name="curve",
     )
     limits = limits_of([BELIEVED], [curve])
     assert limits.motor_was_held
@@ -322,7 +323,7 @@ def test_linear_and_full_refit_agree_where_the_difference_is_small() -> None:
     rivals, experiment = proposed("damping")
     time = experiment.time[: 6 * RATE + 1]
     inputs = (experiment.motor_position[: len(time)], experiment.load_torque[: len(time)])
-    measurement = Measurement("x", time, inputs[0], {"joint_position": 0.0 * time}, inputs[1])
+    measurement = Measurement(time, inputs[0], {"joint_position": 0.0 * time}, inputs[1], name="x")
     sigmas = {"joint_position": NOISE}
     right, wrong = (known(one, measurement) for one in rivals)
     predictions = [predict(one, measurement, sigmas) for one in (right, wrong)]

@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.comparison.residuals import InitialState, simulate_measurement
 from elastic_tendon.diagnosis.columns import Term, responses, terms_for
 from elastic_tendon.diagnosis.effect_text import effect_text
 from elastic_tendon.diagnosis.forms import FORMS, Curve, Form, Grid, grid_over
 from elastic_tendon.diagnosis.motion import Motion
 from elastic_tendon.diagnosis.splines import bump, rise
 from elastic_tendon.effects.registry import Registry
-from elastic_tendon.excitation import default_excitation
-from elastic_tendon.identify.residuals import InitialState, simulate_measurement
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import load_model
+from elastic_tendon.simulation.excitation import default_excitation
 
 MODEL = load_model("biorob_x4_joint_3")
 START = InitialState(0.0, 0.0)
@@ -37,8 +37,8 @@ def motion() -> Motion:
     measured = {"joint_position": position - 1e-3}
     return Motion(
         MODEL,
-        Measurement("simulated", *(excitation.time, excitation.motor_position, measured),
-                    load_torque=excitation.load_torque),
+        Measurement(*(excitation.time, excitation.motor_position, measured),
+                    load_torque=excitation.load_torque, name="simulated"),
         START,
     )  # fmt: skip
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elastic_tendon import compiled
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import noise_floors, stack
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.held_out import heldout_errors
-from elastic_tendon.identify.fit import QUICK, FitResult
-from elastic_tendon.identify.problem import Problem
-from elastic_tendon.identify.residuals import noise_floors, stack
+from elastic_tendon.estimation.fit import QUICK, FitResult
+from elastic_tendon.estimation.problem import Problem
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
+from elastic_tendon.simulation.simulate import simulate
 from smooth_motion import GIVEN, typical_model
 
 NOISE = 2e-4  # rad
@@ -30,11 +30,13 @@ def recorded(model: Model, waves: tuple[float, float], seed: int) -> Measurement
     turns = 2 * np.pi * frequency * time
     motor = 0.2 * size * gently * (np.sin(turns) + 0.5 * np.sin(2.3 * turns + 1.0))
     load = size * gently * np.sin(0.7 * turns + 0.5)
-    run = compiled.simulate(model, time, motor, load, interpolation="cubic", as_measured=True)
+    run = simulate(model, time, motor, load, interpolation="cubic", as_measured=True)
     noise = NOISE * np.random.default_rng(seed).standard_normal(len(time))
     shown = run[run.measured("joint_position")] + noise
     name = f"{frequency} Hz, {seed}"
-    return Measurement(name, time, motor, {"joint_position": shown}, load, interpolation="cubic")
+    return Measurement(
+        time, motor, {"joint_position": shown}, load, interpolation="cubic", name=name
+    )
 
 
 def fitted(truth: Model) -> FitResult:

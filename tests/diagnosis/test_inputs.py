@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.diagnosis.inputs import smoothed
-from elastic_tendon.identify.residuals import rms
 from elastic_tendon.measurement import Measurement
 from truth.experiments import Limits, multisine, steps_with_load_pulses
 

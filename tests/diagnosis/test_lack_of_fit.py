@@ -6,11 +6,11 @@ How often, over many machines and noises: build_scripts/study_lack_of_fit.py.
 import numpy as np
 import pytest
 
-from elastic_tendon.compiled import simulate
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
-from elastic_tendon.identify.fit import fit
+from elastic_tendon.estimation.fit import fit
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import load_model
+from elastic_tendon.simulation.simulate import simulate
 from truth.noise import coloured_noise
 
 GIVEN = load_model("biorob_x4_joint_3")
@@ -24,7 +24,7 @@ def found_with(unknown: np.ndarray, noise: np.ndarray) -> LackOfFit:
     """What is said of a recording with a load, N·m, of which nobody knows, and noise, rad."""
     motion = simulate(GIVEN, TIME, MOTOR, LOAD + unknown)
     signals = {"joint_position": motion["joint_position"] + noise}
-    recording = Measurement("made", TIME, MOTOR, signals, LOAD)
+    recording = Measurement(TIME, MOTOR, signals, LOAD, name="made")
     return regress(fit(GIVEN, [recording])).found["joint_position"]
 
 

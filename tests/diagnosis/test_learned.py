@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects, export_fmu
-from elastic_tendon.compiled import simulate as replay
+from elastic_tendon.actuator.parameters import Model, load_model
+from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.residuals import residuals_of, rms, simulate_measurement
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
 from elastic_tendon.diagnosis.learned import learn, learned_effect
 from elastic_tendon.diagnosis.result import LearnedTerm
 from elastic_tendon.effects.base import Joint, Slot
 from elastic_tendon.errors import EffectError
-from elastic_tendon.identify.fit import FitResult, fit
-from elastic_tendon.identify.initial_state import estimate_initial_state
-from elastic_tendon.identify.residuals import residuals_of, rms, simulate_measurement
+from elastic_tendon.estimation.fit import FitResult, fit
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, load_model
+from elastic_tendon.simulation.simulate import simulate as replay
 from truth.actuator import Actuator, Link, Spring
 from truth.experiments import Limits, steps_with_load_pulses
 from truth.noise import Sensor, coloured_noise, measured

@@ -2,12 +2,12 @@
 
 import pytest
 
+from elastic_tendon.actuator.parameters import typical_value
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.resonance import REFITTING, Resonance, swings
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.identify.fit import QUICK
-from elastic_tendon.parameters import typical_value
+from elastic_tendon.estimation.fit import QUICK
 from smooth_motion import GIVEN, played
 
 MASS = "effects.spring_mass.mass"

@@ -11,10 +11,10 @@ import pytest
 pytest.importorskip("mujoco")
 
 import engine.cases as engine
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 from hidden_effect import cases
 from hidden_effect.fresh import FreshOrder, build_fresh
 

@@ -6,6 +6,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis import refits as refitting
 from elastic_tendon.diagnosis import search as searching
 from elastic_tendon.diagnosis.answer import Answer, refit
@@ -28,8 +29,7 @@ from elastic_tendon.diagnosis.sets import (
     size_of,
 )
 from elastic_tendon.errors import BuildError, ModelError, SimulationError
-from elastic_tendon.identify.fit import QUICK
-from elastic_tendon.parameters import Model
+from elastic_tendon.estimation.fit import QUICK
 from recorded_machines import FRICTION
 from smooth_motion import GIVEN, played, typical_model
 
@@ -210,7 +210,7 @@ def breaking(monkeypatch):
     """Makes refits with an effect, or its library, fail."""
 
     def breaks(effect_id: str, error: Exception, where: str = "refit") -> None:
-        whole = refitting.refit if where == "refit" else refitting.compiled.library_path
+        whole = refitting.refit if where == "refit" else refitting.library_path
 
         def refit(given, added, *rest) -> Answer:
             if effect_id in added:
@@ -225,7 +225,8 @@ def breaking(monkeypatch):
         if where == "refit":
             monkeypatch.setattr(refitting, "refit", refit)
         else:
-            monkeypatch.setattr(refitting.compiled, "library_path", library_path)
+            for module in (refitting, searching):
+                monkeypatch.setattr(module, "library_path", library_path)
 
     return breaks
 

@@ -7,7 +7,7 @@ import pytest
 
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.torque_balance import Balance, Torques, torque_balance
-from elastic_tendon.identify.coordinates import free_parameters
+from elastic_tendon.estimation.coordinates import free_parameters
 from smooth_motion import SETTLED, Played, played, typical_model
 
 # the mass of a spring swings faster than the motion is sampled

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis import trajectory_screen
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.identify.fit import QUICK
-from elastic_tendon.parameters import Model
+from elastic_tendon.estimation.fit import QUICK
 from smooth_motion import GIVEN, played, typical_model
 
 COULOMB, GRAVITY, DRAG = "coulomb_friction", "gravity_load", "quadratic_drag"

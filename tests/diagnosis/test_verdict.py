@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from elastic_tendon.comparison.compare import Comparison, FileComparison, SignalError
 from elastic_tendon.diagnosis import verdict
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
 from elastic_tendon.diagnosis.options import Options
@@ -20,8 +21,7 @@ from elastic_tendon.diagnosis.verdict import (
     unexplained,
     verdict_of,
 )
-from elastic_tendon.identify.compare import Comparison, FileComparison, SignalError
-from elastic_tendon.identify.determinability import Estimate
+from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.measurement import NoiseFloor
 
 NAME = "joint_position"

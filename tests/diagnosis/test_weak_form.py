@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.torque_balance import torque_balance
 from elastic_tendon.diagnosis.weak_form import smooth, weak_form
-from elastic_tendon.identify.coordinates import free_parameters
+from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 from smooth_motion import GIVEN, Array, played, typical_model
 
 NOISE = 2e-4  # rad, ordinary
@@ -105,7 +105,7 @@ def static_curve(rows: int = 60) -> Measurement:
     noise = NOISE * np.random.default_rng(4).standard_normal(rows)
     time = 1000.0 * np.arange(rows)
     signals = {"joint_position": load / stiffness + noise}
-    curve = Measurement("curve", time, 0.0 * time, signals, load_torque=load, static=True)
+    curve = Measurement(time, 0.0 * time, signals, load_torque=load, static=True, name="curve")
     return curve.with_noise({"joint_position": NOISE})
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from elastic_tendon.compiled import sensitivities, simulate
-from elastic_tendon.parameters import Model, load_model, typical_value
+from elastic_tendon.actuator.parameters import Model, load_model, typical_value
+from elastic_tendon.simulation.simulate import sensitivities, simulate
 
 TIME = np.arange(0.0, 3.0, 0.002)
 MOTOR = 0.6 * np.sin(2 * np.pi * 1.9 * TIME) * np.sin(np.pi * TIME / 3.0)

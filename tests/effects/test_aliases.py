@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from contract_cases import LOAD, MOTOR, PAPER, TIME
 
-from elastic_tendon.compiled import simulate
 from elastic_tendon.effects import BY_ID, CATALOGUE
+from elastic_tendon.simulation.simulate import simulate
 
 AGREEMENT = 1e-9  # rad, of two integrators at 1e-11
 OFFSET = 0.05  # rad at the motor pulley

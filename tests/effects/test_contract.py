@@ -16,12 +16,12 @@ from contract_cases import (
 )
 from scipy.integrate import cumulative_trapezoid
 
-from elastic_tendon.compiled import sensitivities, simulate
+from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.parameters import quantities, typical_value
 from elastic_tendon.effects import CATALOGUE
+from elastic_tendon.effects.units import base_exponents
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.fmu.units import base_exponents
-from elastic_tendon.model import build
-from elastic_tendon.parameters import quantities, typical_value
+from elastic_tendon.simulation.simulate import sensitivities, simulate
 
 NULL_ERROR = 1e-8  # rad: the effect's events, at which nothing happens, shorten steps
 QUADRATURE = 1e-3  # relative, of the work at 2 ms

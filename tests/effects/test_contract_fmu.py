@@ -5,10 +5,10 @@ import pytest
 from contract_cases import CROOKED, with_typical
 from fmpy.validation import validate_fmu
 
-from elastic_tendon.compiled import simulate
+from elastic_tendon.actuator.variables import interface
 from elastic_tendon.effects import BY_ID, CATALOGUE
 from elastic_tendon.fmu.export import export_fmu
-from elastic_tendon.variables import interface
+from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import Fmu, Segments, run_co_simulation, run_model_exchange
 
 TOLERANCE = 1e-9

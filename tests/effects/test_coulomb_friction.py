@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from elastic_tendon.compiled import simulate
-from elastic_tendon.parameters import load_model
-from elastic_tendon.system import HYSTERESIS
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.actuator.system import HYSTERESIS
+from elastic_tendon.simulation.simulate import simulate
 
 TORQUE = 0.5  # N·m
 

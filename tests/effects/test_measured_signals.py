@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contract_cases import CROOKED, LOAD, TIME
 
-from elastic_tendon.compiled import sensitivities, simulate
+from elastic_tendon.simulation.simulate import sensitivities, simulate
 
 OFFSET, DELAY = 0.03, 0.0071  # rad; s, no multiple of the sampling
 START = 0.5  # s, until which motor and joint rest

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from elastic_tendon.compiled import simulate
-from elastic_tendon.parameters import load_model
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.simulation.simulate import simulate
 
 ENGAGEMENT, STIFFNESS = 0.6, 3.0e4  # share of max_deflection, N/m for one spring
 

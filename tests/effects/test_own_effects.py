@@ -12,13 +12,13 @@ from fmpy import simulate_fmu
 from typer.testing import CliRunner
 
 from elastic_tendon import cli, effects
-from elastic_tendon.compiled import structure_key
-from elastic_tendon.effects import CATALOGUE, load_effect
+from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.registry import GROUP, Registry
 from elastic_tendon.errors import EffectError, ModelError
-from elastic_tendon.identify.add import _starts
-from elastic_tendon.model import build
-from elastic_tendon.parameters import load_model
+from elastic_tendon.estimation.add import _starts
+from elastic_tendon.native.library import structure_key
 
 MODEL = "biorob_x4_joint_3"
 RIPPLE = Path(__file__).parents[2] / "examples" / "own_effect" / "tooth_ripple.py"
@@ -26,7 +26,7 @@ RAN = "import builtins; builtins.runs = getattr(builtins, 'runs', 0) + 1\n"  # c
 
 GOOD = """
 from elastic_tendon.effects.base import Contribution, Effect, Parameter, Relation, Slot, State
-from elastic_tendon.symbolic import where
+from elastic_tendon.effects.symbolic import where
 
 def equations(at, p, state, mode):
     yielding = where(mode.loading, 1 - state.lag, 1)
@@ -97,7 +97,7 @@ def written(folder: Path, text: str, name: str = "my_effect.py") -> Path:
 
 def message(path: Path) -> str:
     with pytest.raises(EffectError) as caught:
-        load_effect(path)
+        effects.load(path)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
@@ -109,7 +109,7 @@ def message(path: Path) -> str:
 def test_file_of_a_builtin_effect_gives_the_same_equations(builtin, tmp_path):
     text = Path(inspect.getfile(builtin.equations)).read_text(encoding="utf-8")
     renamed = text.replace(f'id="{builtin.id}"', f'id="own_{builtin.id}"')
-    own = load_effect(written(tmp_path, renamed))
+    own = effects.load(written(tmp_path, renamed))
     expected, found = build((builtin.id,)), build((own.id,))
     for part in ("rates", "outputs", "indicators", "next_modes", "reset"):
         assert str(getattr(found, part)) == str(getattr(expected, part))
@@ -144,14 +144,14 @@ def test_own_effect_goes_through_every_command(run):
 
 def test_own_effect_is_fitted(run):
     own = ("--effect", str(RIPPLE))
-    load_effect(RIPPLE)
+    effects.load(RIPPLE)
     machine = load_model(MODEL).with_effect("tooth_ripple", {"amplitude": 0.004, "phase": 1.0})
     Path("machine.toml").write_text(machine.to_toml())
     assert run("simulate", "machine.toml", "-o", "all.csv", *own).exit_code == 0
     pd.read_csv("all.csv").iloc[:1500].to_csv("out.csv", index=False)
     done = run("add", MODEL, "tooth_ripple", "out.csv", "-o", "found.toml", *own)
     assert done.exit_code == 0, done.output
-    load_effect(RIPPLE)
+    effects.load(RIPPLE)
     found = load_model("found.toml").effects["tooth_ripple"]
     assert found == pytest.approx(machine.effects["tooth_ripple"], rel=0.02)
 
@@ -163,18 +163,18 @@ def test_every_command_that_takes_a_model_takes_own_effects(run, command):
 
 def test_changed_file_is_another_library(tmp_path, monkeypatch):
     path = written(tmp_path, GOOD)
-    load_effect(path)
+    effects.load(path)
     before = structure_key(("lagging",))
     assert structure_key(("lagging",)) == before
     written(tmp_path, GOOD.replace("1 - state.lag", "2 - state.lag"))
     monkeypatch.setattr(effects, "BY_ID", Registry(CATALOGUE))
-    load_effect(path)
+    effects.load(path)
     assert structure_key(("lagging",)) != before
 
 
 def test_order_is_that_of_the_ids_after_the_catalogue(tmp_path, registry):
     for name in ("zebra", "ant", "mole"):
-        load_effect(written(tmp_path, GOOD.replace("lagging", name), f"{name}.py"))
+        effects.load(written(tmp_path, GOOD.replace("lagging", name), f"{name}.py"))
     assert list(registry) == [*(effect.id for effect in CATALOGUE), "ant", "mole", "zebra"]
     model = load_model(MODEL)
     for name in ("mole", "coulomb_friction", "zebra", "ant"):
@@ -203,7 +203,7 @@ def test_model_with_an_effect_that_is_not_loaded_says_how(run):
     (line,) = done.stderr.strip().splitlines()
     assert "new.toml: effects.lagging: there is no effect 'lagging'" in line
     assert "--effect FILE.py" in line
-    assert "load_effect" in line
+    assert "effects.load" in line
     assert all(effect.id in line for effect in CATALOGUE)
 
 
@@ -211,7 +211,7 @@ def test_same_file_twice_runs_once(tmp_path, runs):
     path = written(tmp_path, RAN + GOOD)
     link = tmp_path / "link.py"
     link.symlink_to(path)
-    assert load_effect(path) is load_effect(str(path)) is load_effect(link)
+    assert effects.load(path) is effects.load(str(path)) is effects.load(link)
     assert runs() == 1
 
 
@@ -222,7 +222,7 @@ def test_refused_file_leaves_nothing_behind_and_can_be_mended(tmp_path, registry
     assert dict(registry) == before
     assert not [name for name in set(sys.modules) - modules if "elastic_tendon_effect" in name]
     written(tmp_path, GOOD)
-    assert load_effect(path).id == "lagging"
+    assert effects.load(path).id == "lagging"
 
 
 # ---- broken files --------------------------------------------------------------------------
@@ -232,7 +232,7 @@ NOT_RUNNING = [  # replaced, by, line that is named, words
     ("where(mode.loading, 1", "where(mode.loading 1", "yielding =", "not valid Python"),
     ("Slot.SPRING_LAW", "Slot.SPRING", "slot=", "cannot be run: AttributeError"),
     ("import where", "import wheer", "symbolic", "cannot be run: ImportError"),
-    ("from elastic_tendon.symbolic", "from helper", "helper", "but no file beside it"),
+    ("from elastic_tendon.effects.symbolic", "from helper", "helper", "but no file beside it"),
     ('    reference="Reference.",\n', "", "EFFECT =", "'reference'"),
     ("def equations", "import sys; sys.exit(3)\ndef equations", "sys.exit", "SystemExit"),
     ("def equations", "raise KeyError\ndef equations", "raise", "cannot be run: KeyError"),
@@ -391,20 +391,20 @@ def test_path_that_is_no_file(tmp_path):
     assert "there is no such file" in message(tmp_path / "none.py")
     assert "this is a folder" in message(tmp_path)
     with pytest.raises(EffectError, match="cannot be read"):
-        load_effect("a\0b")
+        effects.load("a\0b")
 
 
 def test_two_files_with_the_same_id_are_refused(tmp_path):
     first = written(tmp_path, GOOD, "first.py")
     second = written(tmp_path, GOOD, "second.py")
-    load_effect(first)
+    effects.load(first)
     found = message(second)
     assert found.startswith(f"{second}, line {line_with(GOOD, 'id=')}: {first} has an effect lag")
 
 
 def test_file_that_changed_is_refused_until_a_new_start(tmp_path, registry):
     path = written(tmp_path, GOOD)
-    effect = load_effect(path)
+    effect = effects.load(path)
     written(tmp_path, GOOD + "# more\n")
     assert "start Python anew" in message(path)
     assert registry.content(effect) == GOOD.encode()
@@ -412,7 +412,9 @@ def test_file_that_changed_is_refused_until_a_new_start(tmp_path, registry):
 
 def test_starts_of_a_fit_that_an_effect_refuses_are_left_out(tmp_path):
     judge = "refuses=lambda p: 'Too much.' if p['force'] * p['length'] > 0.4 else '',\n    states"
-    load_effect(written(tmp_path, GOOD.replace("    states", f"    {judge}").replace("0.5", "0.3")))
+    effects.load(
+        written(tmp_path, GOOD.replace("    states", f"    {judge}").replace("0.5", "0.3"))
+    )
     model = load_model(MODEL)
     starts = [one.effects["lagging"] for one in _starts(model, model, "lagging")]
     assert starts[0] == {"force": 0.0, "length": 1.0}
@@ -425,7 +427,7 @@ def test_refusal_that_fails_later_is_told_by_its_line(tmp_path):
     judge = "def refuses(p):\n    return '' if 1 / (2 - p['force']) else ''\n\nEFFECT ="
     text = GOOD.replace("EFFECT =", judge).replace("    states", "    refuses=refuses,\n    states")
     path = written(tmp_path, text)
-    load_effect(path)
+    effects.load(path)
     with pytest.raises(EffectError, match=f"line {line_with(text, '1 / (2')}: .*ZeroDivision"):
         load_model(MODEL).with_effect("lagging", {"force": 2.0})
 

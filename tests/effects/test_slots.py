@@ -8,10 +8,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from elastic_tendon import effects
-from elastic_tendon.compiled import simulate
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.effects.base import Contribution, Effect, Parameter, Slot, State
-from elastic_tendon.parameters import load_model
-from elastic_tendon.symbolic import where
+from elastic_tendon.effects.symbolic import where
+from elastic_tendon.simulation.simulate import simulate
 
 TIME = np.arange(0.0, 1.5, 0.01)
 RADIUS, STIFFNESS, PRETENSION, INERTIA, DAMPING = 0.03, 23160.0, 80.0, 0.03, 0.16

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from contract_cases import PAPER, assert_sensitivities_agree_with_differences, measured
 
-from elastic_tendon.parameters import parse_model
-from elastic_tendon.symbolic import NEARLY_NOTHING, power
+from elastic_tendon.actuator.parameters import parse_model
+from elastic_tendon.effects.symbolic import NEARLY_NOTHING, power
 
 DIFFERENCES = 1e-5  # relative, of central differences at 1e-5 of the value
 # below 1 the law has a vertical tangent at z = 0, where steps of any method are of a low order

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elastic_tendon.compiled import simulate
-from elastic_tendon.parameters import parse_model
+from elastic_tendon.actuator.parameters import parse_model
+from elastic_tendon.simulation.simulate import simulate
 from truth import signals, solver
 from truth.actuator import Actuator, Spring
 from truth.catalogue import actuator_of

@@ -10,8 +10,8 @@ from zlib import crc32
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model, parse_model
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, parse_model
 from engine.machines import MACHINES, Answer, Base, Hidden, Machine, Tree, machine_of
 from engine.motions import KINDS
 from engine.play import DURATION, Played, motion_for, play, recorded

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from elastic_tendon.identify.compare import compare
+from elastic_tendon.comparison.compare import compare
 from engine.cases import FIRST_REPORTED_SEED, Order, build, orders, true_model
 from engine.machines import MACHINES, machine_of
 from engine.motions import KINDS, motion_of

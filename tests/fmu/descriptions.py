@@ -6,12 +6,12 @@ from pathlib import Path
 
 from lxml import etree
 
+from elastic_tendon.actuator.model import build
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.fmu import fmi2_description, fmi3_description
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.description import Description, seal, to_bytes
-from elastic_tendon.fmu.layout import layout
-from elastic_tendon.model import build
+from elastic_tendon.native.layout import layout
 
 SCHEMAS = Path(find_spec("fmpy").origin).parent / "schema"
 VERSIONS = {2: fmi2_description, 3: fmi3_description}

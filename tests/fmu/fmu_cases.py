@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from elastic_tendon.actuator.parameters import load_model, typical_value
 from elastic_tendon.effects import BY_ID
-from elastic_tendon.parameters import load_model, typical_value
 from fmu_driver import Segments
 
 # marks of modules or tests

@@ -3,7 +3,7 @@
 import re
 from ctypes import c_void_p
 
-from elastic_tendon import compiler
+from elastic_tendon.native import compiler
 from fmu_driver import ERROR
 
 NOTHING = (c_void_p(),) * 12  # more arguments than any function has, all NULL or 0

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from descriptions import STRUCTURES, structure_name
 
+from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.system import newton_step, total_jacobian
 from elastic_tendon.fmu.dependencies import Dependence, dependencies
-from elastic_tendon.model import build
-from elastic_tendon.system import newton_step, total_jacobian
 
 TRIALS = 12
 PARTS = ("x", "u", "r", "tunable", "fixed")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fmu_cases import MODELS, motion
 
-from elastic_tendon.compiled import simulate
+from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import DISCARD, run_co_simulation
 
 TOLERANCE = 1e-8

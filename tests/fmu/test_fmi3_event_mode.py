@@ -5,7 +5,7 @@ import pytest
 from fmu_cases import FMI3, MODELS
 from refusals import check_refused, check_set_refused
 
-from elastic_tendon.compiled import simulate
+from elastic_tendon.simulation.simulate import simulate
 
 pytestmark = FMI3
 

@@ -5,7 +5,7 @@ import pytest
 from fmu_cases import FMI3, MODELS
 from refusals import NOTHING
 
-from elastic_tendon.compiled import simulate
+from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import DISCARD, ERROR
 
 pytestmark = FMI3

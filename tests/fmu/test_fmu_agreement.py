@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fmu_cases import BOTH, MODELS, motion
 
-from elastic_tendon.compiled import simulate
+from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import OK, WARNING, run_co_simulation, run_model_exchange
 
 pytestmark = BOTH

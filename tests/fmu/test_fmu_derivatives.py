@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fmu_cases import BOTH, FMI3, IMPLICIT_EFFECTS, motion
 
-from elastic_tendon.variables import interface
+from elastic_tendon.actuator.variables import interface
 from fmu_driver import DISCARD, ERROR
 
 RELATIVE = 1e-6  # central differences of a function that is linear but for products

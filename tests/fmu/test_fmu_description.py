@@ -11,11 +11,11 @@ from fmpy.validation import validate_fmu
 from fmu_cases import MODELS
 from lxml import etree
 
+from elastic_tendon.actuator.variables import interface
+from elastic_tendon.effects.units import base_exponents
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu.export import export_fmu
-from elastic_tendon.fmu.layout import rate_unit
-from elastic_tendon.fmu.units import base_exponents
-from elastic_tendon.variables import interface
+from elastic_tendon.native.layout import rate_unit
 
 
 def _root(fmu):

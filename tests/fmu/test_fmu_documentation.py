@@ -13,16 +13,21 @@ from matplotlib.image import imread
 
 import draw_icon
 from elastic_tendon import effects
-from elastic_tendon.design import design
-from elastic_tendon.effects import CATALOGUE, load_effect
+from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.parameters import (
+    load_model,
+    models,
+    parse_model,
+    typical_value,
+)
+from elastic_tendon.actuator.transmission import characteristic_torque
+from elastic_tendon.actuator.variables import interface
+from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.registry import Registry
 from elastic_tendon.fmu.characteristic_plot import HEIGHT, WIDTH, characteristic_plot
 from elastic_tendon.fmu.documentation import documentation
 from elastic_tendon.fmu.icon import flanges, icon
-from elastic_tendon.fmu.layout import Role, layout
-from elastic_tendon.parameters import bundled_models, load_model, parse_model, typical_value
-from elastic_tendon.transmission import characteristic_torque
-from elastic_tendon.variables import interface
+from elastic_tendon.native.layout import Role, layout
 
 ROOT = Path(__file__).parents[2]
 LARGEST_PAGE = 40_000  # bytes
@@ -172,7 +177,7 @@ def test_speaks_of_functions_of_its_version_only(version):
     assert f"FMI {version}.0" in text
 
 
-@pytest.mark.parametrize("name", bundled_models())
+@pytest.mark.parametrize("name", models)
 def test_is_small_and_needs_nothing_else(name, version):
     text = page(load_model(name), version)
     assert len(text.encode()) <= LARGEST_PAGE
@@ -205,7 +210,7 @@ def test_what_a_model_says_is_never_markup(tmp_path, monkeypatch, version):
     monkeypatch.setattr(effects, "BY_ID", Registry(CATALOGUE))
     file = tmp_path / "wicked.py"
     file.write_text(WICKED)
-    wicked = load_effect(file)
+    wicked = effects.load(file)
     tree = with_effect(MODELS["base"], wicked).model_dump()
     name = "<script>name</script> & ${R2} $style"
     model = parse_model(tree | {"name": name}, "model.toml")

@@ -16,10 +16,10 @@ from fmu_cases import MODELS
 
 import check_fmus
 from check_fmus import IMPORTERS, Importer, Outcome, outcome
+from elastic_tendon.actuator.parameters import load_model, models
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
-from elastic_tendon.parameters import bundled_models, load_model
 from fmu_driver import ERROR, Fmu
 
 SCRIPTS = Path(__file__).parents[2] / "build_scripts"
@@ -114,7 +114,7 @@ def test_a_wrong_jacobian_is_told():
 
 
 def test_the_models_of_the_script_go_slack():
-    for model in (*map(load_model, bundled_models()), EFFECTS):
+    for model in (*map(load_model, models), EFFECTS):
         assert len(set(check_fmus.expected(model, np.linspace(0, 1, 1001))["slack_state"])) > 1
 
 
@@ -149,7 +149,7 @@ def test_script_says_what_it_does_not_know(capsys):
 # ---- fmpy ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("bundled", bundled_models())
+@pytest.mark.parametrize("bundled", models)
 def test_every_bundled_model_runs_in_fmpy(bundled, tmp_path):
     path = export_fmu(load_model(bundled), tmp_path / "x.fmu")
     assert validate_fmu(str(path)) == []
@@ -321,4 +321,4 @@ def test_script_for_all_bundled_models(tmp_path):
     command = [sys.executable, str(SCRIPTS / "build_fmus.py"), "--output", str(tmp_path)]
     subprocess.run(command, capture_output=True, check=True)
     made = {path.relative_to(tmp_path) for path in tmp_path.glob("*/*")}
-    assert made == {Path(f"fmi{v}", f"{name}.fmu") for v in (2, 3) for name in bundled_models()}
+    assert made == {Path(f"fmi{v}", f"{name}.fmu") for v in (2, 3) for name in models}

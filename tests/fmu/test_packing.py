@@ -12,12 +12,11 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 from fmu_cases import MODELS
 
-from elastic_tendon import compiler
-from elastic_tendon.compiled import library_path
 from elastic_tendon.errors import BuildError, ElasticTendonError
-from elastic_tendon.fmu import binary
 from elastic_tendon.fmu.export import export_fmu, model_identifier
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
+from elastic_tendon.native import binary, compiler
+from elastic_tendon.native.library import library_path
 
 EXPORT = """
 import sys

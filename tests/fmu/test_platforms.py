@@ -18,10 +18,10 @@ from fmu_cases import MODELS
 from inspection import inspect
 
 import elastic_tendon
-from elastic_tendon import compiler
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.mach_o import universal
+from elastic_tendon.native import compiler
 
 FOLDERS = {
     2: {"linux64": ".so", "aarch64-linux": ".so", "win64": ".dll", "darwin64": ".dylib"},

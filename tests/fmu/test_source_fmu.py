@@ -16,8 +16,8 @@ from fmpy.build import build_platform_binary
 from fmu_cases import MODELS
 from lxml import etree
 
-from elastic_tendon import compiler
 from elastic_tendon.fmu.export import export_fmu
+from elastic_tendon.native import compiler
 
 NO_COMPILER = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 NO_CMAKE = pytest.mark.skipif(shutil.which("cmake") is None, reason="there is no cmake")

@@ -9,10 +9,10 @@ from descriptions import STRUCTURES, described, strict_schema, structure_name
 from lxml import etree
 from matplotlib import image
 
+from elastic_tendon.actuator.model import build
 from elastic_tendon.fmu.description import to_bytes
 from elastic_tendon.fmu.icon import flanges
 from elastic_tendon.fmu.terminals import terminals_and_icons
-from elastic_tendon.model import build
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model, parse_model
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, parse_model
 from hidden_effect import cases, machines, motions, recordings
 from hidden_effect.machines import EFFECTS, Hidden, Tree, get, sigma_of, with_effects, with_numbers
 from hidden_effect.recordings import Noise

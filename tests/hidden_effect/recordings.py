@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.simulation.interpolation import Interpolation
 from truth.fast import FastRun, Inputs
 from truth.noise import Sensor, counts, measured
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 from hidden_effect import recordings
 from hidden_effect.cases import Case, Order, UnreachableError, build, generator, rivals_of
 from hidden_effect.machines import EFFECTS

@@ -1,7 +1,7 @@
 """Models of the tests of linear models."""
 
+from elastic_tendon.actuator.parameters import load_model, typical_value
 from elastic_tendon.effects import BY_ID
-from elastic_tendon.parameters import load_model, typical_value
 
 MODELS = ("biorob_x4_joint_3", "figure_7", "bench_actuator")
 STATES = ("I", "II", "III", "both")

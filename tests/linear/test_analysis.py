@@ -7,13 +7,13 @@ import pytest
 from linear_cases import with_typical
 
 from elastic_tendon import simulate
+from elastic_tendon.actuator.parameters import Model, load_model, typical_value
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.analysis import Analysis, analyse, frequency_span, main_channels
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.result import Drive, LinearModel, OperatingPoint
 from elastic_tendon.linear.selection import selected
-from elastic_tendon.parameters import Model, load_model, typical_value
 
 STIFFNESS = {"I": 1.0, "II": 0.75, "III": 1.75}  # of R² k_1, (19), (23), (25)
 DAMPING = {"I": 2.0, "II": 5.0, "III": 7.0}  # of R², (20), (23), (25)

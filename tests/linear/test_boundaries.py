@@ -4,14 +4,14 @@ import pytest
 from linear_cases import MODELS, STATES
 
 from elastic_tendon import load_model
-from elastic_tendon.linear.linearise import linearise
-from elastic_tendon.linear.result import OperatingPoint
-from elastic_tendon.transmission import (
+from elastic_tendon.actuator.transmission import (
     SlackState,
     characteristic_torque,
     deflection_limits,
     slack_boundaries,
 )
+from elastic_tendon.linear.linearise import linearise
+from elastic_tendon.linear.result import OperatingPoint
 
 
 def expected(model, deflection):

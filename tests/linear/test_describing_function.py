@@ -7,15 +7,15 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from elastic_tendon.design import design
+from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.parameters import load_model, typical_value
+from elastic_tendon.actuator.transmission import characteristic_torque, slack_boundaries
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.describing_function import (
     default_amplitudes,
     describing_function,
 )
-from elastic_tendon.parameters import load_model, typical_value
-from elastic_tendon.transmission import characteristic_torque, slack_boundaries
 
 SAMPLED = 1e-7  # relative, what the product says of kinks
 AMPLITUDES = np.array([0.05, 0.11, 0.13, 0.2, 0.4])

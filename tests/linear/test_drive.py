@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from linear_cases import closed_form, damped, with_typical
 
+from elastic_tendon.actuator.parameters import parse_model
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.drive import SHIFTED
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.result import Drive, OperatingPoint
-from elastic_tendon.parameters import parse_model
 
 MOTOR = {"inertia": 2e-3, "damping": 0.05, "friction_torque": 0.2}
 POINTS = 1j * np.logspace(-1, 4, 40)

@@ -5,11 +5,11 @@ import pytest
 from linear_cases import with_typical
 
 from elastic_tendon import load_model, simulate
+from elastic_tendon.actuator.transmission import characteristic_torque
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.equations import Equations
 from elastic_tendon.linear.equilibrium import equilibrium
 from elastic_tendon.linear.result import OperatingPoint
-from elastic_tendon.transmission import characteristic_torque
 
 RATIO = 0.4  # r / R of the model below
 

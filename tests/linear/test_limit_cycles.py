@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from elastic_tendon.design import design
+from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.actuator.transmission import characteristic_torque, slack_boundaries
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.describing_function import describing_function
 from elastic_tendon.linear.limit_cycles import interpolated, limit_cycles
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.result import Drive
-from elastic_tendon.parameters import load_model
-from elastic_tendon.transmission import characteristic_torque, slack_boundaries
 
 
 @pytest.fixture(scope="module")

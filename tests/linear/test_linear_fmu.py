@@ -8,7 +8,9 @@ import pytest
 from linear_cases import STATES, closed_form, damped, with_typical
 from scipy.linalg import expm
 
-from elastic_tendon.compiled import simulate
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.actuator.sections import Motor
+from elastic_tendon.actuator.transmission import SlackState, slack_boundaries
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.fmu.export import export_fmu
@@ -16,9 +18,7 @@ from elastic_tendon.linear import fmu_variables
 from elastic_tendon.linear.fmu import fmu_plant, linearise_fmu
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.result import Drive, OperatingPoint
-from elastic_tendon.parameters import load_model
-from elastic_tendon.sections import Motor
-from elastic_tendon.transmission import SlackState, slack_boundaries
+from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import Fmu
 
 BASE = load_model("biorob_x4_joint_3")

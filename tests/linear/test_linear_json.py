@@ -6,12 +6,12 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.linear_json import SCHEMA, linear_json
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.names import unit_of
 from elastic_tendon.linear.result import Drive, OperatingPoint
-from elastic_tendon.parameters import load_model
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.mat import write_mat
 from elastic_tendon.linear.result import Drive, OperatingPoint
 from elastic_tendon.output import OutputError
-from elastic_tendon.parameters import load_model
 
 MODEL = load_model("biorob_x4_joint_3").with_effect("overstretch_protection", None)
 

@@ -5,11 +5,11 @@ import pytest
 from linear_cases import MODELS, STATES, closed_form, damped, with_typical
 
 from elastic_tendon import load_model
+from elastic_tendon.actuator.transmission import SlackState, slack_boundaries
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.result import Drive, OperatingPoint
-from elastic_tendon.transmission import SlackState, slack_boundaries
 
 
 @pytest.mark.parametrize("state", STATES)

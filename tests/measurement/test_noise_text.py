@@ -14,7 +14,7 @@ SIGNAL = "joint_position"
 
 
 def recording(signal: np.ndarray) -> Measurement:
-    return Measurement("made.csv", TIME, np.sin(TIME), {SIGNAL: signal})
+    return Measurement(TIME, np.sin(TIME), {SIGNAL: signal}, name="made.csv")
 
 
 @pytest.fixture
@@ -112,6 +112,6 @@ def test_periods_and_spectrum_that_disagree_are_told() -> None:
     motor = np.sin(np.pi * TIME) + 0.3 * np.sin(5.0 * np.pi * TIME + 1.0)
     drift = 0.05 * np.sin(0.9 * TIME)
     signal = motor + drift + NOISE * rng.standard_normal(5000)
-    (note,) = Measurement("made.csv", TIME, motor, {SIGNAL: signal}).noise_notes
+    (note,) = Measurement(TIME, motor, {SIGNAL: signal}, name="made.csv").noise_notes
     assert "from period to period" in note
     assert "the periods count" in note

@@ -13,7 +13,6 @@ def recording() -> Measurement:
     time = 0.01 * np.arange(200)
     rng = np.random.default_rng(3)
     return Measurement(
-        "made",
         time,
         np.sin(time),
         {
@@ -21,6 +20,7 @@ def recording() -> Measurement:
             "joint_torque": np.cos(time),
         },
         time**2,
+        name="made",
     )
 
 

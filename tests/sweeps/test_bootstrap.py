@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from elastic_tendon.actuator.parameters import Model, parse_model
 from elastic_tendon.errors import ModelError, SimulationError, SweepError
-from elastic_tendon.identify.coordinates import Coordinates
-from elastic_tendon.parameters import Model, parse_model
+from elastic_tendon.estimation.coordinates import Coordinates
 from elastic_tendon.sweeps import bootstrap as subject
 from elastic_tendon.sweeps.bootstrap import FEWEST_REFITS, bootstrap, intervals
 from elastic_tendon.sweeps.task import FAILURE, RUN
@@ -116,7 +116,7 @@ def test_an_interrupt_leaves_no_half_refit(task, monkeypatch):
     def interrupted(*_arguments, **_options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("elastic_tendon.identify.fit._run", interrupted)
+    monkeypatch.setattr("elastic_tendon.estimation.fit._run", interrupted)
     with pytest.raises(KeyboardInterrupt):
         task.rows(0, 1)
 

@@ -48,7 +48,7 @@ def test_one_of_two_workers_is_killed(cluster: DaskCluster, tmp_path: Path, ball
     first, _ = cluster.add(), cluster.add()
     output, journal = tmp_path / "runs.csv", tmp_path / "journal"
     task = Draws(100, str(journal), seconds=0.01, ballast=ballast)
-    swept = sweep(task, output, scheduler=cluster.address, report=_once(first.kill, 0.3))
+    swept = sweep(task, output, scheduler=cluster.address, progress=_once(first.kill, 0.3))
     assert first.wait(timeout=10) != 0
     assert swept == Swept(output, 100, 0, 0)
     assert len(runs_in(journal)) < 200  # only what was under way is done again
@@ -74,7 +74,7 @@ def test_a_sweep_whose_scheduler_is_killed_goes_on_without(
     output = tmp_path / "runs.csv"
     task = Draws(60, seconds=0.01)
     with pytest.raises(SweepError, match=r"scheduler ended .* repeat the command"):
-        sweep(task, output, scheduler=cluster.address, report=_once(cluster.scheduler.kill, 0.3))
+        sweep(task, output, scheduler=cluster.address, progress=_once(cluster.scheduler.kill, 0.3))
     assert capfd.readouterr().err == ""
     swept = sweep(task, output, workers=1)
     assert 0 < swept.resumed < 60
@@ -90,7 +90,7 @@ def test_an_interrupt_drops_what_is_under_way(cluster: DaskCluster, tmp_path: Pa
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(task, output, scheduler=cluster.address, report=_once(interrupt, 0.1))
+        sweep(task, output, scheduler=cluster.address, progress=_once(interrupt, 0.1))
     time.sleep(1.0)
     assert len(runs_in(journal)) < 40
     assert sweep(Draws(100), output, workers=1).resumed >= 10
@@ -106,7 +106,7 @@ def test_workers_that_are_all_lost_are_not_waited_for(
             Draws(100, seconds=0.01),
             tmp_path / "runs.csv",
             scheduler=cluster.address,
-            report=_once(worker.kill, 0.3),
+            progress=_once(worker.kill, 0.3),
         )
 
 

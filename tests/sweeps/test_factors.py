@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from elastic_tendon import load_model
+from elastic_tendon.actuator.parameters import quantities
 from elastic_tendon.errors import SweepError
-from elastic_tendon.parameters import quantities
 from elastic_tendon.sweeps.factors import (
     MOST_VALUES,
     Factor,

@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import load_model, parse_model
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.registry import Registry
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.identify.determinability import Estimate
-from elastic_tendon.parameters import load_model, parse_model
+from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.sweeps import fleet as subject
 from elastic_tendon.sweeps.fleet import (
     SIGNALS,
@@ -175,7 +175,7 @@ def test_effects_of_the_users_own_travel_as_candidates(model, monkeypatch):
     monkeypatch.setattr(effects, "BY_ID", Registry(CATALOGUE))
     robots = [Robot("a", ("a.csv",))]
     before = fleet(model, robots)
-    effects.load_effect(RIPPLE)
+    effects.load(RIPPLE)
     after = fleet(model, robots)
     assert before.model.own_effects == ()
     assert after.model.own_effects == (("tooth_ripple.py", RIPPLE.read_bytes()),)

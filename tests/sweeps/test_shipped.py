@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from elastic_tendon.parameters import load_model
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.sweeps.shipped import ship
 
 RIPPLE = Path(__file__).parents[2] / "examples" / "own_effect" / "tooth_ripple.py"
 
 SEND = """
 import base64, pickle, sys
-from elastic_tendon import load_effect, load_model
+from elastic_tendon import effects, load_model
 from elastic_tendon.sweeps.shipped import ship
-load_effect(sys.argv[1])
+effects.load(sys.argv[1])
 model = load_model("biorob_x4_joint_3").with_effect("tooth_ripple", {"amplitude": 1e-3})
 print(base64.b64encode(pickle.dumps(ship(model))).decode())
 """

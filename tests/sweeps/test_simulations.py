@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 
 from elastic_tendon import load_model, simulate, sweep
+from elastic_tendon.comparison.simulated import measured_table
 from elastic_tendon.errors import SimulationError, SweepError
-from elastic_tendon.excitation import default_excitation
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.simulated import measured_table
+from elastic_tendon.simulation.excitation import default_excitation
 from elastic_tendon.sweeps import simulations as module
 from elastic_tendon.sweeps.factors import Factor, Uniform, Values, parse_factor
 from elastic_tendon.sweeps.points import points
@@ -151,11 +151,13 @@ def test_a_run_that_the_solver_gives_up_has_its_reason(model, motion):
 @pytest.fixture(scope="module")
 def recording(model, motion):
     true = model.with_values({"link.damping": 0.3})
-    moved = Measurement("bench", motion.time, motion.motor_position, {}, motion.load_torque)
+    moved = Measurement(motion.time, motion.motor_position, {}, motion.load_torque, name="bench")
     position = measured_table(true, moved)["joint_position_rad"].to_numpy()
     noisy = position + 1e-4 * np.random.default_rng(5).standard_normal(len(position))
     signals = {"joint_position": noisy}
-    return Measurement("bench", motion.time, motion.motor_position, signals, motion.load_torque)
+    return Measurement(
+        motion.time, motion.motor_position, signals, motion.load_torque, name="bench"
+    )
 
 
 def test_recording_gives_motion_initial_state_and_error(model, recording):

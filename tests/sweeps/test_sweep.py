@@ -49,7 +49,7 @@ def test_an_interrupted_sweep_goes_on(tmp_path: Path, expected: bytes, threads: 
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(task, output, workers=2, report=interrupt)
+        sweep(task, output, workers=2, progress=interrupt)
     assert said[-1] == ("15 of 40 runs, 0 failed", 15 / 40)
     assert not output.exists()
     time.sleep(0.2)  # threads cannot be stopped: they end their batch
@@ -129,9 +129,9 @@ def test_failures_are_counted_over_interruptions(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(task, output, workers=1, report=interrupt)
+        sweep(task, output, workers=1, progress=interrupt)
     said: list[str] = []
-    swept = sweep(task, output, workers=1, report=lambda text, _: said.append(text))
+    swept = sweep(task, output, workers=1, progress=lambda text, _: said.append(text))
     assert swept == Swept(output, 40, 2, 25)
     assert said[-1] == "40 of 40 runs, 2 failed"
     table = read(output)

@@ -10,9 +10,9 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from elastic_tendon.interpolation import Interpolation
-from elastic_tendon.parameters import Model, model_from_toml
-from elastic_tendon.quantity import STRICT
+from elastic_tendon.actuator.parameters import Model, model_from_toml
+from elastic_tendon.actuator.quantity import STRICT
+from elastic_tendon.simulation.interpolation import Interpolation
 
 GIVEN, EDITED = "as given", "edited by hand"  # titles of models that were made from no other
 

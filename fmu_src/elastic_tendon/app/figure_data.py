@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
+from elastic_tendon.actuator.variables import OUTPUTS
 from elastic_tendon.app.results import Compared
+from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.locate import Location
+from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.result import Round
-from elastic_tendon.identify.compare import FileComparison
-from elastic_tendon.identify.ladder import Rung
-from elastic_tendon.identify.locate import Location
-from elastic_tendon.report.interactive.candidates import candidates
-from elastic_tendon.report.interactive.characteristic import characteristic
-from elastic_tendon.report.interactive.data import figure_table
-from elastic_tendon.report.interactive.ladder import ladder
-from elastic_tendon.report.interactive.loop import torque_loop
-from elastic_tendon.report.interactive.overlay import Run, overlay
-from elastic_tendon.report.interactive.places import error_maps, shares
-from elastic_tendon.report.interactive.torque import missing_torque
-from elastic_tendon.simulated import SUFFIXES
-from elastic_tendon.variables import OUTPUTS
+from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.reports.interactive.candidates import candidates
+from elastic_tendon.reports.interactive.characteristic import characteristic
+from elastic_tendon.reports.interactive.data import figure_table
+from elastic_tendon.reports.interactive.ladder import ladder
+from elastic_tendon.reports.interactive.loop import torque_loop
+from elastic_tendon.reports.interactive.overlay import Run, overlay
+from elastic_tendon.reports.interactive.places import error_maps, shares
+from elastic_tendon.reports.interactive.torque import missing_torque
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.quantity import Quantity, unit_text
 from elastic_tendon.errors import ModelError
-from elastic_tendon.parameters import Model, quantities
-from elastic_tendon.quantity import Quantity, unit_text
 
 DIGITS = 6  # of a number in its field; one that is not touched keeps all of them
 

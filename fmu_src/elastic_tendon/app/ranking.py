@@ -1,18 +1,18 @@
 """What the step Which effect says: the ranked list, its groups, and words for what can be done."""
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.app import walk
 from elastic_tendon.app.document import Document
 from elastic_tendon.diagnosis.result import Candidate, Round
 from elastic_tendon.diagnosis.verdict import hedge
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ModelError
-from elastic_tendon.identify.add import check_welcome
-from elastic_tendon.parameters import Model
-from elastic_tendon.quantity import unit_text
-from elastic_tendon.report.diagnosis_tables import unsure_sentence
-from elastic_tendon.report.tables import fall_sentences
-from elastic_tendon.signature import Signature
+from elastic_tendon.estimation.add import check_welcome
+from elastic_tendon.reports.diagnosis_tables import unsure_sentence
+from elastic_tendon.reports.tables import fall_sentences
+from elastic_tendon.simulation.signature import Signature
 
 SEARCH = "Find which effect is missing"
 SEARCH_AGAIN = "Find what else is missing"

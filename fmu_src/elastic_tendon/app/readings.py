@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.identify.bins import Bin
-from elastic_tendon.identify.compare import ErrorFigures, FileComparison
-from elastic_tendon.identify.locate import FileLocation
-from elastic_tendon.identify.partition import range_text
-from elastic_tendon.identify.residuals import rms
+from elastic_tendon.comparison.bins import Bin
+from elastic_tendon.comparison.compare import ErrorFigures, FileComparison
+from elastic_tendon.comparison.locate import FileLocation
+from elastic_tendon.comparison.partition import range_text
+from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.measurement.recording import Measurement
-from elastic_tendon.report.comparison_tables import STATES, sample_shares, strongest
-from elastic_tendon.report.interactive.overlay import Reading, Run, values_at
-from elastic_tendon.report.interactive.places import Mark, samples_of
-from elastic_tendon.report.units import Shown, noise_ratio, number, shown, with_unit
+from elastic_tendon.reports.comparison_tables import STATES, sample_shares, strongest
+from elastic_tendon.reports.interactive.overlay import Reading, Run, values_at
+from elastic_tendon.reports.interactive.places import Mark, samples_of
+from elastic_tendon.reports.units import Shown, noise_ratio, number, shown, with_unit
 
 Window = tuple[float, float]
 Cursors = Mapping[str, float | None]  # "A" and "B", s

@@ -10,20 +10,21 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
-from elastic_tendon import compiled, effects
+from elastic_tendon import effects
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
 from elastic_tendon.app.workspace import Report, Result, Shelf
+from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.locate import Location, locate
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.identify.belief import believed
-from elastic_tendon.identify.compare import Comparison, compare
-from elastic_tendon.identify.ladder import Rung, Step, climb
-from elastic_tendon.identify.locate import Location, locate
+from elastic_tendon.estimation.ladder import Rung, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
 from elastic_tendon.measurement.formats.base import label
 from elastic_tendon.measurement.reader import read_prepared
 from elastic_tendon.measurement.recording import window_text
+from elastic_tendon.misreadings.belief import believed
+from elastic_tendon.native.library import library_path
 
 Files = Mapping[str, Path]
 
@@ -159,7 +160,7 @@ def compared(document: Document, version: Version, files: Files) -> Result[Compa
     def compute(shelf: Shelf, report: Report) -> Compared:
         found = shelf.obtain(data(document, files), report)
         model = version.loaded()
-        compiled.library_path(model.effect_ids, report)
+        library_path(model.effect_ids, report)
         report(f"comparing {version.title}", 0.5)
         heldout = compare(model, found.heldout) if found.heldout else None
         return Compared(compare(model, found.fitted), heldout)

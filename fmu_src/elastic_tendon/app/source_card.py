@@ -19,9 +19,9 @@ from elastic_tendon.app.workspace import Failure
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.recording import samples_text
-from elastic_tendon.report.interactive.preview import preview
-from elastic_tendon.report.interactive.theme import CONFIG, Theme
-from elastic_tendon.report.units import noise_in_words, number, shown
+from elastic_tendon.reports.interactive.preview import preview
+from elastic_tendon.reports.interactive.theme import CONFIG, Theme
+from elastic_tendon.reports.units import noise_in_words, number, shown
 
 ROLES = {
     "fit": "fit",

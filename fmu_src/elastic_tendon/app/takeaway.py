@@ -16,25 +16,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakValueDictionary, finalize
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.app import results, walk
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.workspace import Report, Result, Shelf, Workspace
+from elastic_tendon.comparison.compare import SLACK_STATES, Comparison
+from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.errors import BuildError, LinearisationError
+from elastic_tendon.estimation.add import with_estimates
 from elastic_tendon.fmu.export import FmiVersion, export_fmu, model_identifier
-from elastic_tendon.identify.add import with_estimates
-from elastic_tendon.identify.compare import SLACK_STATES, Comparison
-from elastic_tendon.identify.locate import Location
-from elastic_tendon.parameters import Model
-from elastic_tendon.report.provenance import comments
+from elastic_tendon.reports.provenance import comments
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from elastic_tendon.report.html.origin import Origin
+    from elastic_tendon.reports.html.origin import Origin
 
 Kind = Literal["fmu", "model", "report", "linear", "data", "numbers"]
 ENDINGS: Mapping[Kind, str] = {
@@ -218,8 +218,8 @@ def _add_linear(archive: zipfile.ZipFile, label: str, model: Model, depot: Depot
 
 def numbers(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """What was found, as JSON for programs: a diagnosis; where nothing was fitted, a comparison."""
+    from elastic_tendon.comparison.comparison_json import comparison_json
     from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
-    from elastic_tendon.identify.comparison_json import comparison_json
 
     def compute(shelf: Shelf, report: Report) -> Built:
         if _was_walked(document):
@@ -236,7 +236,7 @@ def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]
     """The report that stands alone: of a diagnosis; where nothing was fitted, of a comparison."""
 
     def compute(shelf: Shelf, report: Report) -> Built:
-        from elastic_tendon.report.html.document import comparison_document, diagnosis_document
+        from elastic_tendon.reports.html.document import comparison_document, diagnosis_document
 
         origin = _origin(document, files)
         if _was_walked(document):
@@ -268,7 +268,7 @@ def _compared(
 
 def _origin(document: Document, files: Files) -> "Origin":
     """How to come to the same again; files go by the names that the user knows."""
-    from elastic_tendon.report.html.origin import origin_of
+    from elastic_tendon.reports.html.origin import origin_of
 
     used = [one for one in document.sources if one.role != "off" and one.key in files]
     names = {str(files[one.key]): one.name for one in used}

@@ -9,9 +9,9 @@ from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared
 from elastic_tendon.app.view import SIGNAL
 from elastic_tendon.diagnosis.result import Round
-from elastic_tendon.identify.ladder import Rung
-from elastic_tendon.report.tables import alias_sentences, distrust_sentences, fall_sentences
-from elastic_tendon.report.units import noise_ratio, shown
+from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.reports.tables import alias_sentences, distrust_sentences, fall_sentences
+from elastic_tendon.reports.units import noise_ratio, shown
 
 NOISE = 1.1  # times the noise, up to which an error is taken for noise
 UNKNOWN = "-"  # where a version was not compared with these data yet

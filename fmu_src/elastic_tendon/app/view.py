@@ -9,10 +9,10 @@ from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Failure, Report, Result, Session, Shelf
-from elastic_tendon.identify.compare import Comparison, FileComparison
-from elastic_tendon.identify.locate import FileLocation, Location, locate
-from elastic_tendon.report.interactive.overlay import Run
-from elastic_tendon.report.units import shown
+from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.locate import FileLocation, Location, locate
+from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.reports.units import shown
 
 FITTED, HELDOUT = "fitted", "held out"
 SIGNAL = "joint_position"  # that is looked at first

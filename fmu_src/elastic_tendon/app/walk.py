@@ -3,20 +3,21 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from elastic_tendon import compiled, effects
+from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Change, Report, Result, Session, Shelf, Work
+from elastic_tendon.comparison.compare import compare
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.result import Diagnosis, Round
-from elastic_tendon.identify.compare import compare
-from elastic_tendon.identify.ladder import REFIT, Rung, Step, climb
-from elastic_tendon.parameters import load_model
-from elastic_tendon.signature import Signature, signature
+from elastic_tendon.estimation.ladder import REFIT, Rung, Step, climb
+from elastic_tendon.native.library import library_path
+from elastic_tendon.simulation.signature import Signature, signature
 
 REFITTED_AGAIN = "refitted to other data"
 EXAMPLE = "biorob_x4_joint_3"  # bundled model on which effects are shown
@@ -88,7 +89,7 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
         before = shelf.obtain(results.compared(looked_at, version, files), report)
         found = shelf.obtain(outcome(document, version, files), report)
         model = by_hand.preview(version.loaded(), found, effect_id)
-        compiled.library_path(model.effect_ids, report)
+        library_path(model.effect_ids, report)
         report(f"trying {title}", 0.5)
         data = shelf.obtain(results.data(looked_at, files), report)
         heldout = compare(model, data.heldout) if data.heldout else None
@@ -110,7 +111,7 @@ def shows(effect_id: str) -> Result[Signature]:
     effect = effects.BY_ID[effect_id]
 
     def compute(_shelf: Shelf, report: Report) -> Signature:
-        compiled.library_path((effect_id,), report)
+        library_path((effect_id,), report)
         report(f"drawing how {effect.title} shows", 0.5)
         return signature(effect, load_model(EXAMPLE))
 

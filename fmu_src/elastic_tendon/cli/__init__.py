@@ -6,11 +6,14 @@ Exit status: 0 done, 1 the data or the model says no (one line on stderr), 2 wro
 
 import os
 import sys
+from typing import Annotated
+
+import typer
 
 from elastic_tendon.cli import app as app_command
 from elastic_tendon.cli import diagnosis, linear, measurements, models
 from elastic_tendon.cli import sweep as sweep_command
-from elastic_tendon.cli.shared import INTERRUPTED, app
+from elastic_tendon.cli.shared import INTERRUPTED, app, output
 
 __all__ = [
     "INTERRUPTED",
@@ -28,6 +31,26 @@ __all__ = [
 # another make their decomposition fifty times slower on a busy machine
 for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from elastic_tendon.version import __version__
+
+        output.print(f"elastic-tendon {__version__}", highlight=False)
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    """The elastic tendon actuator: simulate it, export it as an FMU, compare it with measurements
+    and find what is missing.
+    """
 
 
 def main() -> None:

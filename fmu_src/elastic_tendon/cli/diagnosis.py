@@ -58,7 +58,7 @@ from elastic_tendon.output import check_folder, check_writable, write_file, writ
 
 if TYPE_CHECKING:
     from elastic_tendon.diagnosis.result import Diagnosis, Round
-    from elastic_tendon.identify.add import Report
+    from elastic_tendon.estimation.add import Report
 
 
 @app.command()
@@ -69,8 +69,8 @@ def demo() -> None:
     Writes elastic_tendon_demo.png in the current folder, replacing one of an earlier demo.
     """
     from elastic_tendon import demo as bundled
-    from elastic_tendon.report import tables
-    from elastic_tendon.report.comparison_figures import is_ours
+    from elastic_tendon.reports import tables
+    from elastic_tendon.reports.comparison_figures import is_ours
 
     picture = Path(bundled.PICTURE)
     force = is_ours(picture)
@@ -153,7 +153,7 @@ def diagnose(
     loaded = load(model, own_effects)
     options = options_of(only, without, relevance, horizon, time_limit)
     from elastic_tendon.diagnosis.diagnose import diagnose as find
-    from elastic_tendon.report.diagnosis_tables import Call, next_lines
+    from elastic_tendon.reports.diagnosis_tables import Call, next_lines
 
     with Stage(every) as stage:
         read = reading.all(loaded, data, stage.report)
@@ -163,14 +163,14 @@ def diagnose(
         found = find(
             *(loaded, measurements, heldout),
             options=options,
-            report=stage.report,
+            progress=stage.report,
             ask=stage.ask if step else None,
         )
         in_time = time_limit is None or time.monotonic() - begin < time_limit
         # files first: a reader that closes the pipe must not cost the user a result
         files.write(found, [one.name for one in measurements], [one.name for one in heldout])
         if figures is not None:
-            from elastic_tendon.report.diagnosis_figures import all_figures
+            from elastic_tendon.reports.diagnosis_figures import all_figures
 
             save_figures(all_figures(found), figures, force, stage.report)
         call = Call(
@@ -292,8 +292,8 @@ def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str
     """Comments for the head of a model.toml: what made it, from what, and what was found."""
     from importlib.metadata import version
 
-    from elastic_tendon.report.diagnosis_tables import verdict_sentences
-    from elastic_tendon.report.provenance import comments
+    from elastic_tendon.reports.diagnosis_tables import verdict_sentences
+    from elastic_tendon.reports.provenance import comments
 
     lines = [
         f"made by elastic-tendon {version('elastic-tendon')}: {command_line()}",
@@ -313,24 +313,24 @@ def _report(
     report: "Report",
 ) -> str:
     """The report of a diagnosis; what was read by purpose, and what to do next."""
-    from elastic_tendon.identify.locate import locate
-    from elastic_tendon.report.html.document import diagnosis_document
-    from elastic_tendon.report.html.origin import origin_of
+    from elastic_tendon.comparison.locate import locate
+    from elastic_tendon.reports.html.document import diagnosis_document
+    from elastic_tendon.reports.html.origin import origin_of
 
     where = locate(found.steps[0].comparison, report)
     return diagnosis_document(found, where, origin_of(command_line(), read, advice), report)
 
 
 def _show_answer(found: "Diagnosis") -> None:
-    from elastic_tendon.report.diagnosis_tables import doubt_sentences, verdict_sentences
+    from elastic_tendon.reports.diagnosis_tables import doubt_sentences, verdict_sentences
 
     _say(verdict_sentences(found))
     _say(doubt_sentences(found))
 
 
 def _show_evidence(found: "Diagnosis", every: bool) -> None:
-    from elastic_tendon.report import tables
-    from elastic_tendon.report.neighbours import neighbours_table, would_show_table
+    from elastic_tendon.reports import tables
+    from elastic_tendon.reports.neighbours import neighbours_table, would_show_table
 
     output.print(tables.ladder_table(found.ladder))
     output.print(tables.estimates_table(found.findings))
@@ -344,7 +344,7 @@ def _show_evidence(found: "Diagnosis", every: bool) -> None:
 
 
 def _show_round(index: int, one: "Round", every: bool) -> None:
-    from elastic_tendon.report import diagnosis_tables as words
+    from elastic_tendon.reports import diagnosis_tables as words
 
     output.print(words.round_title(index, one), highlight=False, markup=False)
     if table := words.candidates_table(one, every=every):

@@ -27,8 +27,8 @@ from elastic_tendon.cli.shared import (
 from elastic_tendon.errors import LinearisationError
 
 if TYPE_CHECKING:
+    from elastic_tendon.actuator.parameters import Model
     from elastic_tendon.linear.result import LinearModel
-    from elastic_tendon.parameters import Model
 
 STATES = ("III", "I", "II", "both")  # in this order the active one is looked for
 WITHOUT_POINT = ("I", "II", "III")  # each where it is active
@@ -169,7 +169,7 @@ def linearise(
 
         write_mat(name, [selected(one, inputs, outputs) for one in found], mat_file, force=force)
     if plot is not None:
-        from elastic_tendon.report.linear_figures import linear_figure
+        from elastic_tendon.reports.linear_figures import linear_figure
 
         save_picture(linear_figure(name, found, channels[0] if channels else None), plot, force)
     if describe is not None:
@@ -242,7 +242,7 @@ def _channels(
 def _show(
     name: str, models: Sequence["LinearModel"], channels: Sequence[tuple[str, str]] | None
 ) -> None:
-    from elastic_tendon.report.linear_tables import linear_table, remarks
+    from elastic_tendon.reports.linear_tables import linear_table, remarks
 
     output.print(linear_table(name, models, channels))
     for sentence in remarks(models):
@@ -251,7 +251,7 @@ def _show(
 
 def _describe(model: "Model", picture: Path, force: bool) -> None:
     from elastic_tendon.linear.describing_function import describing_function
-    from elastic_tendon.report.describing_function_figure import describing_function_figure
+    from elastic_tendon.reports.describing_function_figure import describing_function_figure
 
     with progress() as report:
         found = describing_function(model, report=report)

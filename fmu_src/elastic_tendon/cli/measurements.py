@@ -44,11 +44,11 @@ from elastic_tendon.cli.shared import (
 from elastic_tendon.output import check_folder, write_text
 
 if TYPE_CHECKING:
-    from elastic_tendon.identify.add import Addition, Report
-    from elastic_tendon.identify.compare import Comparison, FileComparison
-    from elastic_tendon.identify.locate import Location
+    from elastic_tendon.actuator.parameters import Model
+    from elastic_tendon.comparison.compare import Comparison, FileComparison
+    from elastic_tendon.comparison.locate import Location
+    from elastic_tendon.estimation.add import Addition, Report
     from elastic_tendon.measurement import Measurement
-    from elastic_tendon.parameters import Model
 
 
 @app.command()
@@ -75,7 +75,8 @@ def simulate(
     first 0.1 s (at rest in equilibrium where its position was not measured). Without DATA, ten
     seconds of a smooth multisine with a slow load that slackens the tendons.
     """
-    from elastic_tendon import compiled, simulated
+    from elastic_tendon.comparison import simulated
+    from elastic_tendon.native.library import library_path
 
     check_outputs(out, picture=None, force=force, read=[model, *([data] if data else [])])
     reading = Reading.from_options(
@@ -83,7 +84,7 @@ def simulate(
     )
     loaded = load(model, own_effects)
     with progress() as report:
-        compiled.library_path(loaded.effect_ids, report)
+        library_path(loaded.effect_ids, report)
         if data is None:
             table = simulated.default_table(loaded)
         else:
@@ -118,8 +119,8 @@ def compare(
 
     The JSON holds how each file was read: give it to --map, and the same is done again.
     """
-    from elastic_tendon.identify.comparison_json import comparison_json
-    from elastic_tendon.identify.locate import locate
+    from elastic_tendon.comparison.comparison_json import comparison_json
+    from elastic_tendon.comparison.locate import locate
 
     check_page(page)
     check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
@@ -135,12 +136,12 @@ def compare(
         location = locate(comparison, report)
         # files first: a reader that closes the pipe must not cost the user a result
         if figures is not None:
-            from elastic_tendon.report.location_figures import all_figures
+            from elastic_tendon.reports.location_figures import all_figures
 
             save_figures(all_figures(comparison, location), figures, force, report)
         if page is not None:
-            from elastic_tendon.report.html.document import comparison_document
-            from elastic_tendon.report.html.origin import origin_of
+            from elastic_tendon.reports.html.document import comparison_document
+            from elastic_tendon.reports.html.origin import origin_of
 
             read = sources(model, {"compared": measurements}, reading.mapping, own_effects)
             text = comparison_document(
@@ -149,7 +150,7 @@ def compare(
             write_text(page, text, force=force)
     save_json(comparison_json(comparison, location), json_file, force)
     if plot is not None:
-        from elastic_tendon.report.comparison_figures import overlay
+        from elastic_tendon.reports.comparison_figures import overlay
 
         save_picture(overlay(comparison), plot, force)
     _show_comparison(comparison, location, all_bins)
@@ -199,16 +200,16 @@ def add(
     if not data:
         _add_typical(loaded, wanted, out, bool(validate or json_file or plot), force)
         return
-    from elastic_tendon.identify.add import add as add_to
+    from elastic_tendon.estimation.add import add as add_to
 
     with progress() as report:
         measurements = reading.all(loaded, data, report)
         heldout = reading.all(loaded, validate or [], report)
         addition = add_to(loaded, wanted, measurements, heldout, report)
     write_text(out, addition.model.to_toml(), force=force)
-    save_json(addition.to_json(), json_file, force)
+    save_json(addition.to_dict(), json_file, force)
     if plot is not None:
-        from elastic_tendon.report.comparison_figures import story
+        from elastic_tendon.reports.comparison_figures import story
 
         save_picture(story(addition.steps, addition.ladder), plot, force)
     _show_addition(addition)
@@ -234,7 +235,7 @@ def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
 def _add_typical(
     model: "Model", wanted: "Sequence[str]", out: Path, more: bool, force: bool
 ) -> None:
-    from elastic_tendon.identify.add import add_typical
+    from elastic_tendon.estimation.add import add_typical
 
     if more:
         raise typer.BadParameter("--validate, --json and --plot need DATA to fit")
@@ -251,8 +252,8 @@ def _compared(
     model: "Model", measurements: "Sequence[Measurement]", report: "Report"
 ) -> "Comparison":
     """`compare`, which fits call as well, one recording at a time to tell how far it is."""
-    from elastic_tendon.identify.compare import Comparison
-    from elastic_tendon.identify.compare import compare as compare_with
+    from elastic_tendon.comparison.compare import Comparison
+    from elastic_tendon.comparison.compare import compare as compare_with
 
     files: list[FileComparison] = []
     for index, one in enumerate(measurements):
@@ -262,7 +263,7 @@ def _compared(
 
 
 def _show_comparison(comparison: "Comparison", location: "Location", all_bins: bool) -> None:
-    from elastic_tendon.report import comparison_tables as tables
+    from elastic_tendon.reports import comparison_tables as tables
 
     for file, found in zip(comparison.files, location.files, strict=True):
         output.print(tables.error_table(comparison, file))
@@ -274,7 +275,7 @@ def _show_comparison(comparison: "Comparison", location: "Location", all_bins: b
 
 
 def _show_addition(addition: "Addition") -> None:
-    from elastic_tendon.report import tables
+    from elastic_tendon.reports import tables
 
     output.print(tables.ladder_table(addition.ladder))
     output.print(tables.estimates_table(addition.findings))

@@ -48,8 +48,8 @@ def export(
     force: ForceOption = False,
 ) -> None:
     """Export a model as an FMU for co-simulation and model exchange."""
-    from elastic_tendon.compiler import platforms_named
     from elastic_tendon.fmu.export import export_fmu
+    from elastic_tendon.native.compiler import platforms_named
 
     fmi_version = _fmi_version(fmi)
     try:
@@ -84,10 +84,10 @@ def design(
     The curves are drawn in characteristic_curves.png in the current folder unless --plot names
     another file; such a picture of an earlier call is replaced.
     """
-    from elastic_tendon.design import design as design_of
-    from elastic_tendon.report import tables
-    from elastic_tendon.report.comparison_figures import is_ours
-    from elastic_tendon.report.figures import characteristic_curves
+    from elastic_tendon.actuator.design import design as design_of
+    from elastic_tendon.reports import tables
+    from elastic_tendon.reports.comparison_figures import is_ours
+    from elastic_tendon.reports.figures import characteristic_curves
 
     picture = plot or Path("characteristic_curves.png")
     force = force or (plot is None and is_ours(picture))
@@ -114,7 +114,7 @@ def effects(
     """
     from elastic_tendon.effects import BY_ID
     from elastic_tendon.effects.registry import package
-    from elastic_tendon.report.effects import effects_table
+    from elastic_tendon.reports.effects import effects_table
 
     load_effects(own_effects)
     if effect is not None:
@@ -132,11 +132,11 @@ def cache(
     clear: Annotated[bool, typer.Option("--clear", help="Delete the compiled libraries.")] = False,
 ) -> None:
     """Show the folder of compiled libraries, or empty it."""
-    from elastic_tendon import compiled
+    from elastic_tendon.native.library import cache_folder, clear_cache
 
     if clear:
-        output.print(f"{compiled.clear_cache()} compiled libraries deleted", highlight=False)
-    output.print(str(compiled.cache_folder()), highlight=False, soft_wrap=True)
+        output.print(f"{clear_cache()} compiled libraries deleted", highlight=False)
+    output.print(str(cache_folder()), highlight=False, soft_wrap=True)
 
 
 def _fmi_version(text: str) -> Literal[2, 3]:
@@ -148,12 +148,12 @@ def _fmi_version(text: str) -> Literal[2, 3]:
 
 
 def _explain(effect_id: str, plot: Path | None, force: bool) -> None:
-    from elastic_tendon.identify.add import effect_by_id
-    from elastic_tendon.parameters import load_model
-    from elastic_tendon.report.comparison_figures import is_ours
-    from elastic_tendon.report.effects import effect_page
-    from elastic_tendon.report.signature_figure import signature_figure
-    from elastic_tendon.signature import signature
+    from elastic_tendon.actuator.parameters import load_model
+    from elastic_tendon.estimation.add import effect_by_id
+    from elastic_tendon.reports.comparison_figures import is_ours
+    from elastic_tendon.reports.effects import effect_page
+    from elastic_tendon.reports.signature_figure import signature_figure
+    from elastic_tendon.simulation.signature import signature
 
     effect = effect_by_id(effect_id)
     picture = plot or Path(f"effect_{effect_id}.png")

@@ -10,12 +10,12 @@ import typer
 
 from elastic_tendon.cli.shared import notice
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.interpolation import Interpolation
+from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
-    from elastic_tendon.identify.add import Report
+    from elastic_tendon.actuator.parameters import Model
+    from elastic_tendon.estimation.add import Report
     from elastic_tendon.measurement import Measurement
-    from elastic_tendon.parameters import Model
 
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")
@@ -126,8 +126,8 @@ class Reading:
         ------
         MeasurementError : a file cannot be used, or looks as if it was read wrongly
         """
-        from elastic_tendon.identify.belief import believed
         from elastic_tendon.measurement.reader import read_prepared
+        from elastic_tendon.misreadings.belief import believed
 
         read = [
             measurement

@@ -25,18 +25,15 @@ from elastic_tendon.output import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from elastic_tendon.identify.add import Report
+    from elastic_tendon.actuator.parameters import Model
+    from elastic_tendon.estimation.add import Report
     from elastic_tendon.measurement import Measurement
-    from elastic_tendon.parameters import Model
 
 INTERRUPTED = 130
 
 app = typer.Typer(
     name="elastic-tendon",
-    help="The elastic tendon actuator: simulate it, export it as an FMU, compare it with "
-    "measurements and find what is missing.",
     no_args_is_help=True,
-    add_completion=False,
 )
 output = Console()
 notice = Console(stderr=True, highlight=False)
@@ -98,14 +95,14 @@ def reporting(function: Callable[Parameters, None]) -> Callable[Parameters, None
 
 def load_effects(files: list[Path] | None) -> None:
     if files:
-        from elastic_tendon.effects import load_effect
+        from elastic_tendon import effects
 
         for file in files:
-            load_effect(file)
+            effects.load(file)
 
 
 def load(source: str, own_effects: list[Path] | None) -> "Model":
-    from elastic_tendon.parameters import load_model
+    from elastic_tendon.actuator.parameters import load_model
 
     load_effects(own_effects)
     model = load_model(source)
@@ -142,7 +139,7 @@ def check_outputs(
     read : what the command reads, as its user gave it; that is never replaced
     """
     if picture is not None:
-        from elastic_tendon.report.comparison_figures import check_picture
+        from elastic_tendon.reports.comparison_figures import check_picture
 
         check_picture(picture)
     asked = [path for path in (*paths, picture) if path is not None]
@@ -192,7 +189,7 @@ def sources(
 
 
 def save_picture(figure: "Figure", path: Path, force: bool) -> None:
-    from elastic_tendon.report.comparison_figures import save
+    from elastic_tendon.reports.comparison_figures import save
 
     write_file(path, lambda target: save(figure, target), force=force)
     output.print(f"The picture is {path}.", highlight=False)
@@ -205,7 +202,7 @@ def save_figures(
     report: "Report",
 ) -> None:
     """Draw into a folder; `drawings` are names of files without suffix, and what draws each."""
-    from elastic_tendon.report.comparison_figures import save
+    from elastic_tendon.reports.comparison_figures import save
 
     def write(target: Path) -> None:
         every = list(drawings)

@@ -34,8 +34,8 @@ from elastic_tendon.errors import SweepError
 from elastic_tendon.sweeps import FEWEST_REFITS
 
 if TYPE_CHECKING:
-    from elastic_tendon.identify.add import Report
-    from elastic_tendon.parameters import Model
+    from elastic_tendon.actuator.parameters import Model
+    from elastic_tendon.estimation.add import Report
     from elastic_tendon.sweeps.points import Points
     from elastic_tendon.sweeps.sweep import Swept
     from elastic_tendon.sweeps.task import Task
@@ -207,13 +207,13 @@ def sweep(
         with progress() as report:
             task = asked.task(loaded, reading, report)
             done = run(
-                *(task, out), workers=workers, scheduler=scheduler, force=force, report=report
+                *(task, out), workers=workers, scheduler=scheduler, force=force, progress=report
             )
     except KeyboardInterrupt:
         _stopped(out)
     _show(work, loaded, task, done)
     if plot is not None:
-        from elastic_tendon.report.fleet_figure import fleet_figure
+        from elastic_tendon.reports.fleet_figure import fleet_figure
         from elastic_tendon.sweeps.fleet import fleet_table
 
         save_picture(fleet_figure(loaded, fleet_table(done.path)), plot, force)
@@ -239,11 +239,11 @@ def _points(asked: Asked, model: "Model") -> "Points":
 
 
 def _simulations(asked: Asked, model: "Model", reading: Reading, report: "Report") -> "Task":
-    from elastic_tendon import compiled
+    from elastic_tendon.native.library import library_path
     from elastic_tendon.sweeps import simulations as module
 
     points = _points(asked, model)
-    compiled.library_path(model.effect_ids, report)
+    library_path(model.effect_ids, report)
     motion = module.default_motion(model)
     if asked.data:
         motion = module.measured_motion(model, reading.one(model, asked.data[0], report))
@@ -289,8 +289,8 @@ def _stopped(out: Path) -> None:
 
 
 def _show(work: Work, model: "Model", task: "Task", done: "Swept") -> None:
-    from elastic_tendon.parameters import quantities
-    from elastic_tendon.report import sweep_tables as words
+    from elastic_tendon.actuator.parameters import quantities
+    from elastic_tendon.reports import sweep_tables as words
     from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals
     from elastic_tendon.sweeps.fleet import fleet_table
     from elastic_tendon.sweeps.results import read_results

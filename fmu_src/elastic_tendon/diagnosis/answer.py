@@ -7,12 +7,12 @@ from functools import cached_property
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array, noise_floors, stack
 from elastic_tendon.diagnosis.candidates import sensible
-from elastic_tendon.identify.fit import THOROUGH, Effort, FitResult, Progress, fit
-from elastic_tendon.identify.residuals import Array, noise_floors, stack
-from elastic_tendon.identify.stretches import independent_facts
+from elastic_tendon.estimation.fit import THOROUGH, Effort, FitResult, Progress, fit
+from elastic_tendon.estimation.stretches import independent_facts
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 
 
 @dataclass(frozen=True)

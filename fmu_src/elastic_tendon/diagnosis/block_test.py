@@ -18,8 +18,8 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import t as t_distribution
 
-from elastic_tendon.identify.partition import Integers
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.comparison.partition import Integers
+from elastic_tendon.comparison.residuals import Array
 
 TURNS = 255  # of signs at random; all that there are with up to ten blocks
 MOST_EXACT = 10

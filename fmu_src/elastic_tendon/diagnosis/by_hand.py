@@ -7,7 +7,7 @@ told before would count them twice.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from elastic_tendon import compiled
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer, bounded, refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data
@@ -18,9 +18,9 @@ from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, answers_alike, round_
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.errors import ModelError
-from elastic_tendon.identify.add import check_welcome, effect_by_id
-from elastic_tendon.identify.fit import THOROUGH
-from elastic_tendon.parameters import Model
+from elastic_tendon.estimation.add import check_welcome, effect_by_id
+from elastic_tendon.estimation.fit import THOROUGH
+from elastic_tendon.native.library import library_path
 
 REFITTING = "refitting the parameters"
 SUGGESTED = "the search would take it"
@@ -134,7 +134,7 @@ def _refitted(
     data: Data, added: Sequence[str], starts: Sequence[Model], words: str, report: Progress
 ) -> Answer:
     report(words, 0.0)
-    compiled.library_path((*data.given.effect_ids, *added), report)
+    library_path((*data.given.effect_ids, *added), report)
     return refit(
         data.given, added, data.fitted, starts, THOROUGH, lambda share: report(words, share)
     )

@@ -6,12 +6,12 @@ from itertools import product
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model, typical_value
+from elastic_tendon.actuator.transmission import prestretched_length
 from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
 from elastic_tendon.errors import ModelError
-from elastic_tendon.identify.coordinates import SPRINGS
+from elastic_tendon.estimation.coordinates import SPRINGS
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, typical_value
-from elastic_tendon.transmission import prestretched_length
 
 MULTIPLES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a shape's typical magnitude
 STIFFNESSES = tuple(f"{spring}.stiffness" for spring in SPRINGS)

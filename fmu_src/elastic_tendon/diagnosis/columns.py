@@ -7,6 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import sizes_of
+from elastic_tendon.comparison.residuals import Array, residuals_of, rms, simulate_measurement
 from elastic_tendon.diagnosis.effect_text import law_text
 from elastic_tendon.diagnosis.forms import FORMS, Curve, Grid, grid_over
 from elastic_tendon.diagnosis.motion import Motion
@@ -21,8 +23,6 @@ from elastic_tendon.effects.base import (
     Spring,
 )
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.identify.residuals import Array, residuals_of, rms, simulate_measurement
-from elastic_tendon.parameters import sizes_of
 
 # what a column is added to: load torque (N·m), motor position (rad), read joint position (rad)
 Acts = Literal["load", "motor", "reading"]

@@ -6,6 +6,10 @@ from math import sqrt
 from operator import is_
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.locate import locate
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
@@ -48,16 +52,12 @@ from elastic_tendon.diagnosis.verdict import (
     unexplained,
     verdict_of,
 )
-from elastic_tendon.identify.add import with_estimates
-from elastic_tendon.identify.compare import Comparison, compare
-from elastic_tendon.identify.constants import explained_by
-from elastic_tendon.identify.fit import Effort
-from elastic_tendon.identify.ladder import AS_GIVEN, Step, climb
-from elastic_tendon.identify.locate import locate
+from elastic_tendon.estimation.add import with_estimates
+from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.estimation.ladder import AS_GIVEN, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import NoiseFloor
-from elastic_tendon.parameters import Model, quantities
-from elastic_tendon.quantity import unit_text
+from elastic_tendon.misreadings.constants import explained_by
 
 CONFIRMING = Effort(
     scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6

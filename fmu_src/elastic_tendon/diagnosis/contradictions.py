@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.held_out import heldout_errors
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.identify.fit import Effort
+from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 
 Report = Callable[[str, float], object]
 

@@ -10,18 +10,18 @@ from functools import cached_property
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.residuals import Array, residuals_of, rms, simulate_measurement
 from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import MeasurementError, SimulationError
-from elastic_tendon.identify.add import check_apart
-from elastic_tendon.identify.compare import compare
-from elastic_tendon.identify.initial_state import estimate_initial_state
-from elastic_tendon.identify.problem import TOLERANCE
-from elastic_tendon.identify.residuals import Array, residuals_of, rms, simulate_measurement
+from elastic_tendon.estimation.add import check_apart
+from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 
 # samples of all recordings together up to which a search works on each, and of an excerpt of more
 MOST, FEWER = 7_500, 3_000

@@ -11,6 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import data_of
@@ -20,11 +21,10 @@ from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set, model_with
-from elastic_tendon.identify.fit import Effort
-from elastic_tendon.identify.ladder import REFIT
-from elastic_tendon.identify.signs import sign_errors
-from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
+from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.estimation.ladder import REFIT
+from elastic_tendon.measurement import Measurement, Recordings, listed
+from elastic_tendon.misreadings.signs import sign_errors
 
 Ask = Callable[[Round], bool]
 
@@ -38,11 +38,11 @@ def _silent(_text: str, _share: float) -> None:
 
 def diagnose(
     model: Model,
-    measurements: Sequence[Measurement],
-    validation: Sequence[Measurement] = (),
+    measurements: Recordings,
+    validate: Recordings = (),
     *,
     options: Options | None = None,
-    report: Progress = _silent,
+    progress: Progress = _silent,
     ask: Ask | None = None,
 ) -> Diagnosis:
     """Find out whether a model is adequate, its parameters are wrong, or an effect is missing.
@@ -52,11 +52,11 @@ def diagnose(
     Parameters
     ----------
     model : Model as given; its uncertainties are the prior of every step
-    measurements : fitted
-    validation : never fitted, takes part in every choice; gives its initial state on its first
-        0.1 s
+    measurements : fitted, one or several
+    validate : held out, one or several: never fitted, takes part in every choice; gives its
+        initial state on its first 0.1 s
     options : Options; None: the defaults
-    report : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done
     ask : called after each step of the ladder; False stops there
 
     Returns
@@ -72,7 +72,8 @@ def diagnose(
     """
     # matrices are tall and narrow: threads that wait for one another make their work far slower
     with threadpool_limits(1, user_api="blas"):
-        return _diagnosed(model, measurements, validation, options or Options(), report, ask)
+        recordings = listed(measurements), listed(validate)
+        return _diagnosed(model, *recordings, options or Options(), progress, ask)
 
 
 def _diagnosed(

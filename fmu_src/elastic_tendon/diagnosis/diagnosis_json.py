@@ -5,11 +5,11 @@ from dataclasses import asdict
 from math import sqrt
 from typing import Any
 
+from elastic_tendon.comparison.bins import Bin
+from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison_json import plain
 from elastic_tendon.diagnosis.evidence import is_plausible
 from elastic_tendon.diagnosis.result import Diagnosis, LearnedTerm
-from elastic_tendon.identify.bins import Bin
-from elastic_tendon.identify.compare import Comparison
-from elastic_tendon.identify.comparison_json import plain
 
 SCHEMA = "elastic-tendon/diagnosis/2"
 NOTHING_TO_DECIDE = "no other answer explains these data equally well, so there is none to rule out"
@@ -46,7 +46,7 @@ def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dic
             "parameters": list(_parameters(diagnosis)),
             "ratios": [asdict(ratio) for ratio in found.ratios],
             "undetermined": found.sentences,
-            "ladder": [rung.to_json() for rung in diagnosis.ladder],
+            "ladder": [rung.to_dict() for rung in diagnosis.ladder],
             "rounds": [asdict(considered) for considered in diagnosis.rounds],
             "neighbours": [asdict(neighbour) for neighbour in diagnosis.neighbours],
             "would_show": [asdict(limit) for limit in diagnosis.would_show],

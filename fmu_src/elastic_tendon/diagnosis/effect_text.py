@@ -84,7 +84,7 @@ def law_text(curve: Curve) -> str:
     kind, shapes = (splines.bump, _OVER) if bumps else (splines.rise, _UNTIL)
     imports = (
         f"from elastic_tendon.effects.base import {names}\n"
-        "from elastic_tendon.symbolic import absolute, where"
+        "from elastic_tendon.effects.symbolic import absolute, where"
     )
     return _LAW.format(
         imports=imports,

@@ -16,15 +16,15 @@ from math import exp, log
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model, typical_value
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.held_out import heldout_errors
 from elastic_tendon.diagnosis.sets import in_order, simpler
 from elastic_tendon.effects.base import Parameter, Spread
-from elastic_tendon.identify.ladder import LEAST_SHARE_OF_NOISE
-from elastic_tendon.identify.residuals import Array
-from elastic_tendon.identify.stretches import independent_facts
+from elastic_tendon.estimation.ladder import LEAST_SHARE_OF_NOISE
+from elastic_tendon.estimation.stretches import independent_facts
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model, typical_value
 
 DECISIVE = 10.0  # difference of evidence below which data do not decide
 AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left ...

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from elastic_tendon.comparison.residuals import Array, simulate_measurement
 from elastic_tendon.diagnosis.experiment_text import Separated, experiment_text, undecidable_text
 from elastic_tendon.diagnosis.limits import Limits, limits_of
 from elastic_tendon.diagnosis.proposals import Proposal, neighbour, random_proposal
@@ -28,8 +29,7 @@ from elastic_tendon.diagnosis.separation import (
     refit,
 )
 from elastic_tendon.errors import ModelError, SimulationError
-from elastic_tendon.identify.fit import Progress
-from elastic_tendon.identify.residuals import Array, simulate_measurement
+from elastic_tendon.estimation.fit import Progress
 from elastic_tendon.measurement import Measurement
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.limits import Limits, Reach
 from elastic_tendon.diagnosis.proposals import SINES, Form, Input, Proposal
-from elastic_tendon.identify.residuals import Array
-from elastic_tendon.parameters import Model
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.compare import FileComparison, compare
+from elastic_tendon.comparison.missing_torque import MissingTorque, TorqueCurve, missing_torque
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.learned import learned_effect
 from elastic_tendon.diagnosis.result import Diagnosis
-from elastic_tendon.identify.compare import FileComparison, compare
-from elastic_tendon.identify.missing_torque import MissingTorque, TorqueCurve, missing_torque
-from elastic_tendon.identify.residuals import Array
-from elastic_tendon.parameters import Model
 
 # they order everything a little: a motion is smooth, every torque accelerates the joint, and the
 # load deflects it

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.effects.base import Slot
-from elastic_tendon.identify.residuals import Array
-from elastic_tendon.parameters import Model
 
 # of the samples, at each end of a variable's range, for which the curve is not made finer
 RARE = 0.005

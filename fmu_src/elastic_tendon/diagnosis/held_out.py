@@ -5,10 +5,10 @@ from contextlib import suppress
 
 import numpy as np
 
+from elastic_tendon.comparison.residuals import Array, noise_floors, stack
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.identify.fit import FitResult
-from elastic_tendon.identify.problem import Problem, Sigmas
-from elastic_tendon.identify.residuals import Array, noise_floors, stack
+from elastic_tendon.estimation.fit import FitResult
+from elastic_tendon.estimation.problem import Problem, Sigmas
 from elastic_tendon.measurement import Measurement
 
 REACHES = (1.0, 0.3)  # shares of the step that are tried

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.measurement import Measurement
 
 NOISY = 0.5  # from this share of the highest frequency on the motor does not move

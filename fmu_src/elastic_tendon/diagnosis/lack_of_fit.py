@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.diagnosis.block_test import (
     Products,
     chance_of,
@@ -16,8 +17,7 @@ from elastic_tendon.diagnosis.block_test import (
 from elastic_tendon.diagnosis.columns import Term, moments, terms_for
 from elastic_tendon.diagnosis.motion import Motion
 from elastic_tendon.diagnosis.rows import Rows, rows_of
-from elastic_tendon.identify.fit import FitResult
-from elastic_tendon.identify.residuals import Array, rms
+from elastic_tendon.estimation.fit import FitResult
 
 Report = Callable[[str, float], object]
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.block_test import RIDGES, weights_within
 from elastic_tendon.diagnosis.columns import Term
 from elastic_tendon.diagnosis.effect_text import effect_text
@@ -18,7 +19,6 @@ from elastic_tendon.diagnosis.forms import Curve
 from elastic_tendon.diagnosis.lack_of_fit import Regression
 from elastic_tendon.diagnosis.result import LearnedTerm
 from elastic_tendon.effects.base import Effect
-from elastic_tendon.identify.residuals import Array
 
 CANDIDATES = 4  # curves that are learned under the bounds of physics
 # of what the best term explains: a curve that explains less is the shadow of something else
@@ -73,7 +73,7 @@ def learned_effect(term: LearnedTerm) -> Effect:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{term.id}.py"
         path.write_bytes(term.source.encode())
-        return effects.load_effect(path)
+        return effects.load(path)
 
 
 def _within_bounds(found: Regression, index: int) -> tuple[Curve, Array, float]:

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastic_tendon.design import design
-from elastic_tendon.excitation import RATE
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
+from elastic_tendon.simulation.excitation import RATE
 
 BEYOND_RECORDED = 1.5  # times the range and the speed that were recorded
 WIDER = 3.0  # times what a further experiment may do: in search of what the machine would need

@@ -5,16 +5,16 @@ from functools import cached_property
 
 import numpy as np
 
-from elastic_tendon.compiled import Trajectory
-from elastic_tendon.identify.residuals import (
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import prestretched_length
+from elastic_tendon.comparison.residuals import (
     Array,
     InitialState,
     residuals_of,
     simulate_measurement,
 )
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
-from elastic_tendon.transmission import prestretched_length
+from elastic_tendon.simulation.simulate import Trajectory
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from elastic_tendon import effects, problems
+from elastic_tendon import effects
+from elastic_tendon.actuator import problems
 from elastic_tendon.errors import ModelError
 
 RELEVANCE = 0.05  # share of the error as given below which nobody wants to hear of a change

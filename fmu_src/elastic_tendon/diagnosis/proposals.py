@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.limits import Limits, Reach
-from elastic_tendon.identify.residuals import Array
 
 REST = 0.2  # s at rest at either end
 LEAST_FADE = 0.4  # s in which a motion fades in and out, at least

@@ -11,7 +11,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from elastic_tendon import compiled, effects
+from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.variables import interface
+from elastic_tendon.comparison.residuals import simulate_measurement
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import Evidence
@@ -19,13 +22,11 @@ from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import Set, model_with, told
 from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen
 from elastic_tendon.errors import ElasticTendonError, ModelError
-from elastic_tendon.identify.coordinates import free_parameters
-from elastic_tendon.identify.fit import Effort
-from elastic_tendon.identify.problem import TOLERANCE
-from elastic_tendon.identify.residuals import simulate_measurement
-from elastic_tendon.identify.work import AFFORDABLE, Work, counted, enough
-from elastic_tendon.parameters import Model
-from elastic_tendon.variables import interface
+from elastic_tendon.estimation.coordinates import free_parameters
+from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.estimation.problem import TOLERANCE
+from elastic_tendon.native.library import library_path
+from elastic_tendon.simulation.work import AFFORDABLE, Work, counted, enough
 
 Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
 Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
@@ -148,7 +149,7 @@ class Refits:
 
     def _refitted(self, added: Set, check: Check) -> Answer:
         given, fitted = self.data.given, self.data.fitted
-        compiled.library_path((*given.effect_ids, *added))
+        library_path((*given.effect_ids, *added))
         starts = list(self._starts(added))
         smaller = sorted(self._smaller(added), key=self._left)[:1]
         nothing = [self._with_nothing(added, part) for part in smaller]

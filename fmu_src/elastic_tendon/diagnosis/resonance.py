@@ -11,15 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.sets import model_with
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.identify.coordinates import SPRINGS
-from elastic_tendon.identify.fit import Effort
-from elastic_tendon.identify.work import enough
+from elastic_tendon.estimation.coordinates import SPRINGS
+from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
+from elastic_tendon.simulation.work import enough
 
 SHARES = tuple(np.geomspace(0.1, 4.0, 15))  # of the typical strength
 DAMPING = 0.25  # times the typical one

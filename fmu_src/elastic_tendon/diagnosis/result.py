@@ -2,17 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.identify.compare import Comparison
-from elastic_tendon.identify.determinability import Estimate, Findings
-from elastic_tendon.identify.ladder import Rung, Step
-from elastic_tendon.identify.locate import Location
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.locate import Location
+from elastic_tendon.estimation.determinability import Estimate, Findings
+from elastic_tendon.estimation.ladder import Rung, Step, steps_text
 from elastic_tendon.measurement.noise import NoiseFloor
-from elastic_tendon.parameters import Model
+from elastic_tendon.result import Result
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -155,8 +160,8 @@ class Experiment:
     power: float
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Result):
     """The whole answer.
 
     `verdict` and `sentence`, the same in words. `given` and `model` are the model as given and as
@@ -196,3 +201,24 @@ class Diagnosis:
     no_experiment: str
     learned: LearnedTerm | None
     complete: bool
+
+    def summary(self) -> str:
+        """Verdict, its sentence, and the error after each step."""
+        added = ", ".join(self.added) or "nothing"
+        return f"{self.verdict}: {self.sentence}\nadded: {added}\n{steps_text(self.ladder)}"
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Every number as given and as fitted, with its 95 % interval, a row each, SI."""
+        return self.findings.to_dataframe()
+
+    def plot(self) -> "Figure":
+        """Draw the error after each step, and measured beside simulated."""
+        from elastic_tendon.reports.comparison_figures import story
+
+        return story(self.steps, self.ladder)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As of the contract ``elastic-tendon/diagnosis/2``."""
+        from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
+
+        return diagnosis_json(self)

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.evidence import DECISIVE, implausible_values, probabilities
 from elastic_tendon.diagnosis.result import Candidate, Neighbour, Round
 from elastic_tendon.diagnosis.search import Search, expected_evidence
 from elastic_tendon.diagnosis.sets import Set, change_between, size_of
-from elastic_tendon.identify.residuals import Array, rms
 
 TAKEN = "taken"
 LESSER = "explains less, or is less simple, than what was taken"

@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from elastic_tendon.comparison.partition import Integers
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.block_test import Products
 from elastic_tendon.diagnosis.columns import Term, responses
 from elastic_tendon.diagnosis.motion import Motion
-from elastic_tendon.identify.fit import FitResult
-from elastic_tendon.identify.partition import Integers
-from elastic_tendon.identify.residuals import Array
+from elastic_tendon.estimation.fit import FitResult
 
 # blocks of all recordings together: more say no more, fewer say nothing
 MOST, FEWEST = 40, 10

@@ -15,7 +15,9 @@ from math import log
 
 import numpy as np
 
-from elastic_tendon import compiled, effects
+from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
@@ -49,11 +51,10 @@ from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen, ba
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.effects.base import Spread
 from elastic_tendon.errors import ElasticTendonError, ModelError
-from elastic_tendon.identify.coordinates import Coordinates
-from elastic_tendon.identify.fit import Effort
-from elastic_tendon.identify.residuals import Array
-from elastic_tendon.identify.work import AFFORDABLE
-from elastic_tendon.parameters import Model
+from elastic_tendon.estimation.coordinates import Coordinates
+from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.native.library import library_path
+from elastic_tendon.simulation.work import AFFORDABLE
 
 FAR_BETTER = 0.5  # a pair that leaves less than this share of the best single's square is tried
 PAIRED = 8  # singles, the best first, that are looked at with every other effect
@@ -605,7 +606,7 @@ class Search(Refits):
     ) -> list[tuple[float, Model]]:
         """The best starts of one more effect, and what share of the mean square each leaves."""
         near = in_order((*added, effect_id))
-        compiled.library_path((*self.data.given.effect_ids, *near))
+        library_path((*self.data.given.effect_ids, *near))
         answer = self.answers[added]
         if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
             return found

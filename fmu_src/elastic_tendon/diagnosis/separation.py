@@ -15,12 +15,9 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import least_squares
 from scipy.stats import ncx2
 
-from elastic_tendon.diagnosis.evidence import DECISIVE
-from elastic_tendon.errors import ModelError, SimulationError
-from elastic_tendon.identify.fit import FitResult
-from elastic_tendon.identify.initial_state import estimate_initial_state
-from elastic_tendon.identify.problem import Problem
-from elastic_tendon.identify.residuals import (
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.residuals import (
     Array,
     InitialState,
     residuals_of,
@@ -28,8 +25,11 @@ from elastic_tendon.identify.residuals import (
     simulate_measurement,
     stack,
 )
+from elastic_tendon.diagnosis.evidence import DECISIVE
+from elastic_tendon.errors import ModelError, SimulationError
+from elastic_tendon.estimation.fit import FitResult
+from elastic_tendon.estimation.problem import Problem
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 
 EVALUATIONS = 15  # of a refit that checks a prediction
 SEED, DRAWS = 20130507, 24  # numbers of a rival that its data leave likely

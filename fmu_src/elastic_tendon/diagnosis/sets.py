@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator, Mapping
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import bounded
-from elastic_tendon.parameters import Model
 
 Set = tuple[str, ...]  # ids of effects in the catalogue's order
 

@@ -14,13 +14,13 @@ from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
 from elastic_tendon import effects
-from elastic_tendon.diagnosis.answer import Answer, facts_between
-from elastic_tendon.identify.residuals import (
+from elastic_tendon.comparison.residuals import (
     Array,
     autocorrelation_time,
     stack,
 )
-from elastic_tendon.identify.stretches import left_out, stretch_numbers
+from elastic_tendon.diagnosis.answer import Answer, facts_between
+from elastic_tendon.estimation.stretches import left_out, stretch_numbers
 from elastic_tendon.measurement import Measurement
 
 ON_BOUND = 1e-9  # in prior sigmas

@@ -1,6 +1,6 @@
 """The smooth functions of which a learned curve is made; its effect file holds their text."""
 
-from elastic_tendon.symbolic import Symbol, absolute, where
+from elastic_tendon.effects.symbolic import Symbol, absolute, where
 
 
 def bump(u: Symbol) -> Symbol:

@@ -13,12 +13,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
+from elastic_tendon.actuator.variables import JOINT_MOTION, catalogue_order
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.effects.base import Effect, Slot
-from elastic_tendon.identify.residuals import Array
-from elastic_tendon.model import build
-from elastic_tendon.symbolic import one_at_a_time
-from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
-from elastic_tendon.variables import JOINT_MOTION, catalogue_order
+from elastic_tendon.effects.symbolic import one_at_a_time
 
 PASSES = 3  # after which the modes of a chain of thresholds have settled
 NEWTON_STEPS = 6

@@ -15,16 +15,16 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.diagnosis.candidates import STIFFNESSES, sensible, starts
 from elastic_tendon.diagnosis.evidence import DECISIVE
 from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.diagnosis.torque_balance import Balance, torque_balance
 from elastic_tendon.diagnosis.weak_form import Weak, weak_form
 from elastic_tendon.errors import ModelError
-from elastic_tendon.identify.coordinates import SPRINGS, Coordinates, free_parameters
-from elastic_tendon.identify.residuals import Array, autocorrelation_time
+from elastic_tendon.estimation.coordinates import SPRINGS, Coordinates, free_parameters
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
 
 # of the typical strength of an effect, from which its estimate begins; also the second where its
 # null is singular, so that strengths far off look alike

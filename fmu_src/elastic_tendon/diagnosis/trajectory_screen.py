@@ -9,17 +9,17 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.identify.problem import TOLERANCE
-from elastic_tendon.identify.residuals import (
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import (
     Array,
     residuals_of,
     simulate_measurement,
     stack,
 )
-from elastic_tendon.identify.work import enough
-from elastic_tendon.parameters import Model
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.estimation.problem import TOLERANCE
+from elastic_tendon.simulation.work import enough
 
 ON_BOUND = 1e-9  # in prior sigmas
 ROUNDING = 1e-10  # sum of squares, in sigmas, that is no change

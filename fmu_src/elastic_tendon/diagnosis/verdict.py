@@ -11,12 +11,12 @@ import numpy as np
 from scipy.stats import norm
 
 from elastic_tendon import effects
+from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.residuals import noise_floors
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
 from elastic_tendon.diagnosis.result import RecordingSummary, Remaining, Verdict
-from elastic_tendon.identify.compare import Comparison
-from elastic_tendon.identify.determinability import Estimate
-from elastic_tendon.identify.residuals import noise_floors
+from elastic_tendon.estimation.determinability import Estimate
 
 LEFT = 1.5  # times the noise, up to which nobody wants to hear of what is left
 TOO_LARGE = 5.0  # times the noise: no disturbance that a model need not know

@@ -17,8 +17,8 @@ from scipy.interpolate import BSpline, CubicSpline
 from scipy.linalg import cholesky_banded
 from scipy.linalg.lapack import dtbtrs
 
+from elastic_tendon.comparison.residuals import Array, noise_floors
 from elastic_tendon.diagnosis.torque_balance import Motion, Torques
-from elastic_tendon.identify.residuals import Array, noise_floors
 from elastic_tendon.measurement import Measurement
 
 Indices = NDArray[np.intp]

@@ -1,57 +1,55 @@
-"""The catalogue of physical effects; a new effect is its file and one line here.
+"""The catalogue of physical effects; a new effect is its file and two lines here.
 
-An effect of the user's own comes in by `load_effect`, or from an installed package by its id.
+An effect of the user's own comes in by `load`, or from an installed package by its id.
 """
 
 from pathlib import Path
 
-from elastic_tendon.effects import (
-    coulomb_friction,
-    gear_backlash,
-    gravity_load,
-    joint_encoder_offset,
-    joint_stop,
-    lugre_friction,
-    measurement_delay,
-    motor_encoder_offset,
-    overstretch_protection,
-    pulley_eccentricity,
-    quadratic_drag,
-    spring_hardening,
-    spring_hysteresis,
-    spring_mass,
-    spring_relaxation,
-    stribeck_friction,
-    tendon_compliance,
-    tendon_guide_friction,
-)
 from elastic_tendon.effects.base import Effect
+from elastic_tendon.effects.coulomb_friction import EFFECT as coulomb_friction
+from elastic_tendon.effects.gear_backlash import EFFECT as gear_backlash
+from elastic_tendon.effects.gravity_load import EFFECT as gravity_load
+from elastic_tendon.effects.joint_encoder_offset import EFFECT as joint_encoder_offset
+from elastic_tendon.effects.joint_stop import EFFECT as joint_stop
+from elastic_tendon.effects.lugre_friction import EFFECT as lugre_friction
+from elastic_tendon.effects.measurement_delay import EFFECT as measurement_delay
+from elastic_tendon.effects.motor_encoder_offset import EFFECT as motor_encoder_offset
+from elastic_tendon.effects.overstretch_protection import EFFECT as overstretch_protection
+from elastic_tendon.effects.pulley_eccentricity import EFFECT as pulley_eccentricity
+from elastic_tendon.effects.quadratic_drag import EFFECT as quadratic_drag
 from elastic_tendon.effects.registry import Registry
+from elastic_tendon.effects.spring_hardening import EFFECT as spring_hardening
+from elastic_tendon.effects.spring_hysteresis import EFFECT as spring_hysteresis
+from elastic_tendon.effects.spring_mass import EFFECT as spring_mass
+from elastic_tendon.effects.spring_relaxation import EFFECT as spring_relaxation
+from elastic_tendon.effects.stribeck_friction import EFFECT as stribeck_friction
+from elastic_tendon.effects.tendon_compliance import EFFECT as tendon_compliance
+from elastic_tendon.effects.tendon_guide_friction import EFFECT as tendon_guide_friction
 
 CATALOGUE: tuple[Effect, ...] = (
-    coulomb_friction.EFFECT,
-    stribeck_friction.EFFECT,
-    lugre_friction.EFFECT,
-    quadratic_drag.EFFECT,
-    gravity_load.EFFECT,
-    joint_stop.EFFECT,
-    overstretch_protection.EFFECT,
-    spring_hardening.EFFECT,
-    spring_hysteresis.EFFECT,
-    spring_relaxation.EFFECT,
-    spring_mass.EFFECT,
-    tendon_guide_friction.EFFECT,
-    tendon_compliance.EFFECT,
-    pulley_eccentricity.EFFECT,
-    gear_backlash.EFFECT,
-    joint_encoder_offset.EFFECT,
-    motor_encoder_offset.EFFECT,
-    measurement_delay.EFFECT,
+    coulomb_friction,
+    stribeck_friction,
+    lugre_friction,
+    quadratic_drag,
+    gravity_load,
+    joint_stop,
+    overstretch_protection,
+    spring_hardening,
+    spring_hysteresis,
+    spring_relaxation,
+    spring_mass,
+    tendon_guide_friction,
+    tendon_compliance,
+    pulley_eccentricity,
+    gear_backlash,
+    joint_encoder_offset,
+    motor_encoder_offset,
+    measurement_delay,
 )
 BY_ID = Registry(CATALOGUE)  # these, and what is loaded later
 
 
-def load_effect(path: str | Path) -> Effect:
+def load(path: str | Path) -> Effect:
     """Run a Python file that defines ``EFFECT``; models can name its id from then on.
 
     Parameters

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from math import sqrt
 
-from elastic_tendon.symbolic import Symbol
+from elastic_tendon.effects.symbolic import Symbol
 
 
 class Slot(IntEnum):

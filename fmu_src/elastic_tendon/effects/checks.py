@@ -37,9 +37,9 @@ from elastic_tendon.effects.base import (
     Tendon,
 )
 from elastic_tendon.effects.source import Source
+from elastic_tendon.effects.symbolic import one_at_a_time
+from elastic_tendon.effects.units import base_exponents
 from elastic_tendon.errors import BuildError
-from elastic_tendon.fmu.units import base_exponents
-from elastic_tendon.symbolic import one_at_a_time
 
 Fault = tuple[str, str]  # word whose line is at fault, and what is wrong
 
@@ -370,7 +370,7 @@ def _expressions(answer: Any, given: list[ca.SX]) -> Iterator[str]:
         if not all(isfinite(constant) for constant in _constants(function)):
             yield (
                 f"return {name} with a number that is not finite; take functions from "
-                "elastic_tendon.symbolic, those of math make nan of a symbol"
+                "elastic_tendon.effects.symbolic, those of math make nan of a symbol"
             )
 
 

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from elastic_tendon.effects.base import Contribution, Effect, MotorAngle, Parameter, Relation, Slot
-from elastic_tendon.symbolic import where
+from elastic_tendon.effects.symbolic import where
 
 
 def equations(

@@ -12,7 +12,7 @@ from elastic_tendon.effects.base import (
     Slot,
     Spread,
 )
-from elastic_tendon.symbolic import both, where
+from elastic_tendon.effects.symbolic import both, where
 
 
 def equations(

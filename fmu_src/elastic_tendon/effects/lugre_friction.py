@@ -12,7 +12,7 @@ from elastic_tendon.effects.base import (
     State,
 )
 from elastic_tendon.effects.stribeck_friction import PARAMETERS, cautions, stribeck_torque
-from elastic_tendon.symbolic import where
+from elastic_tendon.effects.symbolic import where
 
 
 def equations(

@@ -11,7 +11,7 @@ from elastic_tendon.effects.base import (
     Spread,
     Spring,
 )
-from elastic_tendon.symbolic import where
+from elastic_tendon.effects.symbolic import where
 
 
 def equations(

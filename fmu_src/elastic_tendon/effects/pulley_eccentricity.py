@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from elastic_tendon.effects.base import Contribution, Effect, MotorAngle, Parameter, Slot, Spread
-from elastic_tendon.symbolic import sin
+from elastic_tendon.effects.symbolic import sin
 
 
 def equations(

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from elastic_tendon.effects.base import Contribution, Effect, Joint, Parameter, Slot
-from elastic_tendon.symbolic import absolute
+from elastic_tendon.effects.symbolic import absolute
 
 
 def equations(

@@ -17,7 +17,7 @@ LONGEST_REASON = 200  # characters of another's message that a sentence repeats
 _CLEARER = (  # part of a message -> in our words; {} is the message itself
     (
         "truth value of a CasADi",
-        "a symbol is neither true nor false; choose with elastic_tendon.symbolic.where, "
+        "a symbol is neither true nor false; choose with elastic_tendon.effects.symbolic.where, "
         "not with if, max or min",
     ),
     ("No module named", "{}; an effect may import installed packages, but no file beside it"),

@@ -12,7 +12,7 @@ from elastic_tendon.effects.base import (
     Spring,
     State,
 )
-from elastic_tendon.symbolic import absolute, power, where
+from elastic_tendon.effects.symbolic import absolute, power, where
 
 
 def equations(

@@ -10,7 +10,7 @@ from elastic_tendon.effects.base import (
     SpringHalves,
     State,
 )
-from elastic_tendon.symbolic import where
+from elastic_tendon.effects.symbolic import where
 
 
 def equations(

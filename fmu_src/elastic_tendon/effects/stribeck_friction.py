@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 
 from elastic_tendon.effects.base import Effect, FrictionBounds, Joint, Parameter, Slot
-from elastic_tendon.symbolic import Symbol, exp
+from elastic_tendon.effects.symbolic import Symbol, exp
 
 
 def equations(

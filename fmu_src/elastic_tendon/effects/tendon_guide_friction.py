@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from elastic_tendon.effects.base import Effect, FrictionBounds, JointPulley, Parameter, Slot
-from elastic_tendon.symbolic import exp
+from elastic_tendon.effects.symbolic import exp
 
 
 def equations(

@@ -5,8 +5,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from elastic_tendon.sections import Transmission
-from elastic_tendon.transmission import (
+from elastic_tendon.actuator.sections import Transmission
+from elastic_tendon.actuator.transmission import (
     characteristic_torque,
     deflection_limits,
     slack_boundaries,

@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.symbolic import one_at_a_time
-from elastic_tendon.system import HybridSystem
+from elastic_tendon.actuator.system import HybridSystem
+from elastic_tendon.effects.symbolic import one_at_a_time
 
 _Pattern = NDArray[np.bool_]
 _Kinds = NDArray[np.int8]

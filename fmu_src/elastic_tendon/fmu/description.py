@@ -10,12 +10,13 @@ from math import isfinite
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.actuator.variables import Interface, Kind
+from elastic_tendon.effects.units import base_exponents
 from elastic_tendon.fmu.dependencies import Dependencies
-from elastic_tendon.fmu.layout import FmuVariable, Role
 from elastic_tendon.fmu.structure import Structure, structure
-from elastic_tendon.fmu.units import DISPLAY_UNITS, TYPES, base_exponents
-from elastic_tendon.transmission import SlackState
-from elastic_tendon.variables import Interface, Kind
+from elastic_tendon.fmu.units import DISPLAY_UNITS, TYPES
+from elastic_tendon.native.layout import FmuVariable, Role
 
 SLACK_STATE_TYPE = "SlackState"
 SLACK_STATES = {

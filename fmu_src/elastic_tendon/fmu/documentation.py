@@ -13,19 +13,19 @@ from string import Template
 from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-from elastic_tendon.compiled import DEFAULT_TOLERANCE
-from elastic_tendon.compiler import PLATFORMS
-from elastic_tendon.design import design
+from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.sections import Transmission
+from elastic_tendon.actuator.system import HYSTERESIS
+from elastic_tendon.actuator.variables import JOINT_MOTION, Kind, Mode, Variable, interface
 from elastic_tendon.effects.base import LAW_SYMBOLS, Effect
 from elastic_tendon.fmu.characteristic_plot import characteristic_plot
 from elastic_tendon.fmu.description import LOG_CATEGORIES, STEP_SIZE, TOLERANCE
 from elastic_tendon.fmu.icon import PAGES, icon
-from elastic_tendon.fmu.layout import FmuVariable, Role
-from elastic_tendon.parameters import Model
-from elastic_tendon.quantity import unit_text
-from elastic_tendon.sections import Transmission
-from elastic_tendon.system import HYSTERESIS
-from elastic_tendon.variables import JOINT_MOTION, Kind, Mode, Variable, interface
+from elastic_tendon.native.compiler import PLATFORMS
+from elastic_tendon.native.layout import FmuVariable, Role
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
 
 # derivatives and event indicators say nothing that their states and relations do not
 _GROUPS = (

@@ -6,23 +6,23 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
-from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
-from elastic_tendon.compiler import Platform, platforms_named
+from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.system import HybridSystem
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu import description, fmi2_description, fmi3_description
-from elastic_tendon.fmu.binary import Progress, compile_binaries, silent, write_sources
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.documentation import documentation
 from elastic_tendon.fmu.icon import flanges, icon
-from elastic_tendon.fmu.layout import layout
 from elastic_tendon.fmu.mach_o import universal
 from elastic_tendon.fmu.packing import checked_path, write_archive
 from elastic_tendon.fmu.sources import declare_sources, source_files
 from elastic_tendon.fmu.terminals import terminals_and_icons
-from elastic_tendon.model import build
+from elastic_tendon.native.binary import Progress, compile_binaries, silent, write_sources
+from elastic_tendon.native.compiler import Platform, platforms_named
+from elastic_tendon.native.layout import layout
+from elastic_tendon.native.library import DEFAULT_TOLERANCE, structure_key
 from elastic_tendon.output import write_file
-from elastic_tendon.parameters import Model
-from elastic_tendon.system import HybridSystem
 
 FmiVersion = Literal[2, 3]
 _LONGEST_IDENTIFIER = 64  # characters; file systems and old importers have limits

@@ -5,9 +5,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 from elastic_tendon.fmu import description as common
 from elastic_tendon.fmu.description import Description
-from elastic_tendon.fmu.layout import FmuVariable, Role
 from elastic_tendon.fmu.structure import Unknown
 from elastic_tendon.fmu.units import TYPES
+from elastic_tendon.native.layout import FmuVariable, Role
 
 _BOTH = {
     "canBeInstantiatedOnlyOncePerProcess": "false",

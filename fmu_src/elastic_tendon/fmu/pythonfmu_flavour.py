@@ -19,17 +19,17 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from elastic_tendon import compiler
-from elastic_tendon.compiled import DEFAULT_TOLERANCE, structure_key
+from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu import description, fmi2_description
-from elastic_tendon.fmu.binary import compile_binary
 from elastic_tendon.fmu.documentation import licenses
 from elastic_tendon.fmu.export import describe
 from elastic_tendon.fmu.packing import checked_path, write_archive
-from elastic_tendon.model import build
+from elastic_tendon.native import compiler
+from elastic_tendon.native.binary import compile_binary
+from elastic_tendon.native.library import DEFAULT_TOLERANCE, structure_key
 from elastic_tendon.output import write_file
-from elastic_tendon.parameters import Model
 
 _SLAVE = Path(__file__).parent / "pythonfmu_slave.py"
 CO_SIMULATION = fmi2_description.CO_SIMULATION | {

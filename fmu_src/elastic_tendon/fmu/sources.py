@@ -8,8 +8,8 @@ identifier before the functions' names, for linking statically; a shared library
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from elastic_tendon import compiler
 from elastic_tendon.fmu.description import to_bytes
+from elastic_tendon.native import compiler
 
 _TRANSLATION_UNIT = "library.c"
 _LANGUAGE = "C11"

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.fmu.dependencies import Dependence, Dependencies
-from elastic_tendon.fmu.layout import FmuVariable, Role
+from elastic_tendon.native.layout import FmuVariable, Role
 
 _Kinds = NDArray[np.int8]
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from elastic_tendon.actuator.variables import JOINT_MOTION
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.drive import (
     DRIVE_TORQUE,
@@ -21,7 +22,6 @@ from elastic_tendon.linear.drive import (
     SHIFTED,
 )
 from elastic_tendon.linear.result import Array, Drive, LinearModel
-from elastic_tendon.variables import JOINT_MOTION
 
 JOINT_POSITION, JOINT_VELOCITY, JOINT_TORQUE = "joint_position", "joint_velocity", "joint_torque"
 DEFLECTION = "deflection"

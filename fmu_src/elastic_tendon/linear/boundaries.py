@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from elastic_tendon.actuator.variables import JOINT_MOTION
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.equilibrium import (
     LOAD_TORQUE,
@@ -17,7 +18,6 @@ from elastic_tendon.linear.equilibrium import (
 )
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import Boundary
-from elastic_tendon.variables import JOINT_MOTION
 
 TOUCH = 1e-8  # share of the range of deflection within which a boundary counts as reached
 _POINTS = 60  # looked at in each direction, before a switch is located between two of them

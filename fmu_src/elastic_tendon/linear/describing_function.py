@@ -15,14 +15,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from elastic_tendon.compiled import simulate
-from elastic_tendon.design import design
+from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import deflection_limits, slack_boundaries
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.effects.base import Slot
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.result import Array
-from elastic_tendon.parameters import Model
-from elastic_tendon.transmission import deflection_limits, slack_boundaries
+from elastic_tendon.simulation.simulate import simulate
 
 Report = Callable[[str, float], object]  # what is being done, and the share of it that is done
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from elastic_tendon.actuator.sections import Motor
+from elastic_tendon.actuator.variables import INPUTS
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.plant import Jacobians
 from elastic_tendon.linear.result import Array, Drive, Equilibrium
-from elastic_tendon.sections import Motor
-from elastic_tendon.variables import INPUTS
 
 SHIFTED = "_shifted"  # ends the name of a state less what the motor's position makes of it
 MOTOR_TORQUE, DRIVE_TORQUE = "motor_torque", "motor_drive_torque"

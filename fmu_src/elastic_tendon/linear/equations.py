@@ -8,15 +8,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
+from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.actuator.variables import JOINT_MOTION, SPRINGS, interface
+from elastic_tendon.effects.symbolic import one_at_a_time
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.plant import Jacobians, Regime
 from elastic_tendon.linear.result import Array
-from elastic_tendon.model import build
-from elastic_tendon.parameters import Model
-from elastic_tendon.symbolic import one_at_a_time
-from elastic_tendon.system import HybridSystem, newton_step, total_jacobian
-from elastic_tendon.transmission import SlackState
-from elastic_tendon.variables import JOINT_MOTION, SPRINGS, interface
 
 _MOST_ITERATIONS = 100
 _CLOSE = 1e-12  # relative change after which an iteration has converged

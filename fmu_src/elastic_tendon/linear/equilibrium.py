@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastic_tendon.actuator.transmission import deflection_limits, slack_boundaries
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import Array, OperatingPoint
-from elastic_tendon.transmission import deflection_limits, slack_boundaries
 
 MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE = 0, 1, 2  # places among the inputs
 JOINT_POSITION, JOINT_VELOCITY = 0, 1  # places among the states

@@ -9,6 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.sections import Motor
+from elastic_tendon.actuator.system import HYSTERESIS
+from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.actuator.variables import JOINT_MOTION
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.boundaries import sides
 from elastic_tendon.linear.equilibrium import JOINT_POSITION, JOINT_VELOCITY, Point
@@ -31,10 +35,6 @@ from elastic_tendon.linear.names import slack_state, state_name
 from elastic_tendon.linear.plant import Jacobians, Regime
 from elastic_tendon.linear.result import Array, Drive, LinearModel, OperatingPoint
 from elastic_tendon.linear.selection import selected
-from elastic_tendon.sections import Motor
-from elastic_tendon.system import HYSTERESIS
-from elastic_tendon.transmission import SlackState
-from elastic_tendon.variables import JOINT_MOTION
 
 _REAL = {2: "Real", 3: "Float64"}
 # a velocity against the motion that is not yet one, but beyond the dead band that keeps it sliding

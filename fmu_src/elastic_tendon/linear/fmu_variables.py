@@ -10,13 +10,13 @@ import numpy as np
 from fmpy.model_description import ModelVariable
 from pydantic import ValidationError
 
+from elastic_tendon.actuator.parameters import quantities
+from elastic_tendon.actuator.sections import Transmission
+from elastic_tendon.actuator.system import HYSTERESIS
+from elastic_tendon.actuator.variables import INPUTS, JOINT_MOTION, OUTPUTS, interface
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.model_exchange import Instance
-from elastic_tendon.parameters import quantities
-from elastic_tendon.sections import Transmission
-from elastic_tendon.system import HYSTERESIS
-from elastic_tendon.variables import INPUTS, JOINT_MOTION, OUTPUTS, interface
 
 VELOCITY_USED = "motor_velocity_connected"
 INPUT_NAMES = tuple(one.name for one in INPUTS)

@@ -8,7 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from elastic_tendon import transmission
+from elastic_tendon.actuator import transmission
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.sections import Motor
+from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.actuator.variables import INPUTS, JOINT_MOTION
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.boundaries import REACH, boundaries, sides, switches
 from elastic_tendon.linear.drive import completed, driven, driven_by_source
@@ -32,10 +36,6 @@ from elastic_tendon.linear.result import (
     Validity,
 )
 from elastic_tendon.linear.selection import selected
-from elastic_tendon.parameters import Model
-from elastic_tendon.sections import Motor
-from elastic_tendon.transmission import SlackState
-from elastic_tendon.variables import INPUTS, JOINT_MOTION
 
 _POINTS = 121  # looked at in search of a regime
 

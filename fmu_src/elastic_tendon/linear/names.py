@@ -2,11 +2,11 @@
 
 from functools import cache
 
+from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.actuator.variables import INPUTS, OUTPUTS, READINGS, Interface, interface
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.drive import DRIVE_TORQUE, MOTOR_TORQUE, SHIFTED
-from elastic_tendon.transmission import SlackState
-from elastic_tendon.variables import INPUTS, OUTPUTS, READINGS, Interface, interface
 
 _STATES = {"I": SlackState.I, "II": SlackState.II, "III": SlackState.III, "both": SlackState.BOTH}
 

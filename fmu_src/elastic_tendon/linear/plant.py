@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from elastic_tendon.actuator.sections import Transmission
+from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.linear.result import Array
-from elastic_tendon.sections import Transmission
-from elastic_tendon.transmission import SlackState
 
 
 class Jacobians(NamedTuple):

@@ -9,7 +9,7 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.transmission import SlackState
+from elastic_tendon.actuator.transmission import SlackState
 
 Array = NDArray[np.float64]
 

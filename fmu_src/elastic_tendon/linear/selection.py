@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from elastic_tendon.actuator.variables import OUTPUTS
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.result import Drive, LinearModel
-from elastic_tendon.variables import OUTPUTS
 
 
 def selected(

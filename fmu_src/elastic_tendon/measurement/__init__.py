@@ -8,12 +8,14 @@ from elastic_tendon.measurement.reader import (
     read_measurements,
     read_prepared,
 )
-from elastic_tendon.measurement.recording import Measurement
+from elastic_tendon.measurement.recording import Measurement, Recordings, listed
 
 __all__ = [
     "Measurement",
     "NoiseFloor",
     "Preparation",
+    "Recordings",
+    "listed",
     "noise_floors",
     "parse_noise",
     "read_measurement",

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.measurement.columns import Column, Layout
 from elastic_tendon.measurement.preparation import (
     Preparation,
@@ -23,6 +22,7 @@ from elastic_tendon.measurement.recording import (
 )
 from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Label, Run
 from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
+from elastic_tendon.simulation.interpolation import Interpolation
 
 # s between the samples of a static curve: the sweep is slow against every motion of a joint
 STATIC_STEP = 1000.0

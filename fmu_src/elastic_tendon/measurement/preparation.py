@@ -17,9 +17,9 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
 
+from elastic_tendon.actuator.problems import REFUSED, unknown_key
+from elastic_tendon.actuator.quantity import STRICT
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.problems import REFUSED, unknown_key
-from elastic_tendon.quantity import STRICT
 
 # contract of the JSON of a comparison, which holds how each file was read
 COMPARISON = "elastic-tendon/comparison/1"

@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os.path import exists, isfile
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypedDict
 
 import numpy as np
+import pandas as pd
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.measurement.assembly import Asked, Reading, assemble, check_static
 from elastic_tendon.measurement.columns import find_layout
 from elastic_tendon.measurement.formats import Report, Source, open_source, silent
@@ -19,12 +19,86 @@ from elastic_tendon.measurement.preparation import (
     Preparation,
     read_preparations,
 )
-from elastic_tendon.measurement.recording import Measurement
+from elastic_tendon.measurement.recording import Measurement, window_text
 from elastic_tendon.measurement.rows import read_runs
+from elastic_tendon.simulation.interpolation import Interpolation
+
+
+class _Options(TypedDict):
+    """How `read_prepared` reads."""
+
+    time_shift: Mapping[str, float | Literal["auto"]] | None
+    resample: float | None
+    remove_offset: Sequence[str]
+    interpolation: Interpolation
+    joint_required: bool
+
 
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")
 _MOST_NAMES = 6  # measurements that a sentence names
 _LONGEST_NAME = 100  # characters of a name that a sentence repeats
+
+
+def read(
+    data: "str | Path | pd.DataFrame",
+    *,
+    window: tuple[float | None, float | None] | None = None,
+    map: Mapping[str, str] | str | Path | None = None,
+    shift: Mapping[str, float | Literal["auto"]] | None = None,
+    resample: float | None = None,
+    remove_offset: Sequence[str] = (),
+    noise: Mapping[str, float] | None = None,
+    interpolation: Interpolation = "linear",
+    joint_required: bool = True,
+) -> Measurement:
+    """Read one recording, from a file or a table in memory.
+
+    Parameters
+    ----------
+    data : path of a file, ``"file.csv[start:end]"`` for a window; or a DataFrame with such columns
+    window : first and last time that are read, s; None at an end leaves it open
+    map : signal -> ``"column[:unit][*scale][+offset]"``, such as ``{"joint_position":
+        "enc2:deg*-1"}``; or the path of a TOML file that says how to read, or of the JSON of an
+        earlier comparison. Else columns are found by their names
+    shift : signal -> s by which its sensor is late, or "auto": estimated by comparison
+    resample : s between the samples, coarser than recorded; None: as recorded
+    remove_offset : signals whose mean over the first 0.1 s becomes 0
+    noise : signal -> standard deviation of its noise, rad or N·m, where it is known
+    interpolation : of motor position and load between the samples: "hold", "linear" or "cubic"
+    joint_required : false where only the motor's motion and the load are wanted
+
+    Returns
+    -------
+    Measurement; SI units
+
+    Raises
+    ------
+    MeasurementError : the data cannot be used, or hold several recordings
+    """
+    path = "" if isinstance(data, pd.DataFrame) else str(data)
+    if isinstance(map, Mapping):
+        mapping = [f"{signal}={column}" for signal, column in map.items()]
+    else:
+        mapping = [] if map is None else [str(map)]
+    asked = path if window is None else path + window_text(*window)
+    options: _Options = {
+        "time_shift": shift,
+        "resample": resample,
+        "remove_offset": remove_offset,
+        "interpolation": interpolation,
+        "joint_required": joint_required,
+    }
+    if isinstance(data, pd.DataFrame):
+        from elastic_tendon.measurement.formats.frame import FrameSource
+
+        source = FrameSource(data)
+        ends = split_window(f"{source.name}{asked}")[1]
+        written, _ = _written_preparations(Path(), mapping)
+        found = _read_as_written(source, Asked("", asked, ends), written, mapping, **options)
+    else:
+        found = read_prepared(asked, mapping, **options)
+    recording = _only(found, path or "the data frame")
+    return recording if noise is None else recording.with_noise(noise)
 
 
 def read_measurement(
@@ -49,6 +123,11 @@ def read_measurement(
     MeasurementError : the file cannot be used, or holds several recordings
     """
     found = read_prepared(data, mapping, interpolation=interpolation, joint_required=joint_required)
+    return _only(found, data)
+
+
+def _only(found: Sequence[Measurement], data: str) -> Measurement:
+    """The one recording that was read."""
     if len(found) > 1:
         names = ", ".join(one.name for one in found[:_MOST_NAMES])
         raise MeasurementError(
@@ -91,7 +170,32 @@ def read_prepared(
     """
     path, window = split_window(data)
     written, notes = _written_preparations(path, mapping)
-    source = _open(path)
+    found = _read_as_written(
+        *(_open(path), Asked(str(path), data, window), written, mapping),
+        time_shift=time_shift,
+        resample=resample,
+        remove_offset=remove_offset,
+        interpolation=interpolation,
+        joint_required=joint_required,
+        report=report,
+    )
+    return [replace(measurement, notes=(*notes, *measurement.notes)) for measurement in found]
+
+
+def _read_as_written(
+    source: Source,
+    asked: Asked,
+    written: Sequence[Preparation],
+    mapping: Sequence[str],
+    *,
+    time_shift: Mapping[str, float | Literal["auto"]] | None,
+    resample: float | None,
+    remove_offset: Sequence[str],
+    interpolation: Interpolation,
+    joint_required: bool,
+    report: Report = silent,
+) -> list[Measurement]:
+    """Read the recordings of an opened source as preparations and options say."""
     labels = {
         name
         for group in source.groups
@@ -110,11 +214,11 @@ def read_prepared(
         for one in written
     ]
     return [
-        replace(measurement, notes=(*notes, *measurement.notes))
-        for preparation in _for_window(merged, window, data)
+        measurement
+        for preparation in _for_window(merged, asked.window, asked.data)
         for measurement in _read(
             source,
-            Asked(str(path), data, window),
+            asked,
             preparation,
             interpolation=interpolation,
             joint_required=joint_required,

@@ -1,14 +1,14 @@
 """One recording as the rest of the program sees it: plain arrays in SI units."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
 from elastic_tendon.measurement.noise_text import check_sigma, floor_notes, given_note
 from elastic_tendon.measurement.preparation import (
@@ -16,6 +16,11 @@ from elastic_tendon.measurement.preparation import (
     check_preparation,
     preparation_json,
 )
+from elastic_tendon.result import Result
+from elastic_tendon.simulation.interpolation import Interpolation
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 
@@ -40,32 +45,31 @@ def window_text(start: float | None, end: float | None) -> str:
     return f"[{low}:{high}]"
 
 
-@dataclass(frozen=True)
-class Measurement:
+@dataclass(frozen=True, repr=False)
+class Measurement(Result):
     """One recorded experiment.
 
     Parameters
     ----------
-    name : str; what tables and figures call it
     time : (n,) array, s; strictly increasing, starts where the file says
     motor_position : (n,) array, rad at the motor pulley
     signals : name of a model output -> (n,) array in its SI unit; what is compared with the model.
         Holds ``joint_position`` (rad) wherever it is compared; ``joint_torque`` and
         ``motor_torque`` (N·m) where measured
     load_torque : (n,) array, N·m on the joint, or None: none acts
-    interpolation : of motor position and load between the samples, as in `compiled.simulate`
+    interpolation : of motor position and load between the samples, as of `simulate`
     notes : what was ignored, converted, split or averaged on reading, one sentence each
     static : a static curve: the motor is held at 0 and the load passes through it slowly
     preparation : what made these samples of the file; reading it so gives them again
     source : path of the file as it was given; "" where the samples are from no file
     given_noise : name of a signal -> standard deviation in its SI unit, of the user's word; see
         `with_noise`
+    name : what tables and figures call it
     """
 
-    name: str
     time: Array
     motor_position: Array
-    signals: Mapping[str, Array]
+    signals: Mapping[str, Array] = field(default_factory=dict)
     load_torque: Array | None = None
     interpolation: Interpolation = "linear"
     notes: tuple[str, ...] = field(default=())
@@ -73,6 +77,22 @@ class Measurement:
     preparation: Preparation = field(default_factory=Preparation)
     source: str = ""
     given_noise: Mapping[str, float] = field(default_factory=dict)
+    name: str = "recording"
+
+    def __post_init__(self) -> None:
+        """Lists become arrays; all have one value for each sample."""
+        for name in ("time", "motor_position", "load_torque"):
+            if not isinstance(getattr(self, name), np.ndarray | None):
+                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
+        if not all(isinstance(values, np.ndarray) for values in self.signals.values()):
+            arrays = {name: np.asarray(one, np.float64) for name, one in self.signals.items()}
+            object.__setattr__(self, "signals", arrays)
+        for name, values in (*self.inputs.items(), *self.signals.items()):
+            if values.shape != self.time.shape:
+                raise MeasurementError(
+                    f"{self.name}: {name} has shape {values.shape}, but time has "
+                    f"{self.time.shape}; give one value for each sample"
+                )
 
     @cached_property
     def inputs(self) -> dict[str, Array]:
@@ -97,6 +117,22 @@ class Measurement:
         Not among `notes`, as it takes a look at the spectrum of every signal.
         """
         return floor_notes(self.noise)
+
+    def summary(self) -> str:
+        """Name, length, rate and signals, a line each for what was noted on reading."""
+        time = self.time
+        rate = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else 0.0
+        names = ", ".join((*self.inputs, *self.signals))
+        kind = "static curve" if self.static else f"{time[-1] - time[0]:.4g} s at {rate:.4g} Hz"
+        lines = [f"{self.name}: {samples_text(len(time))}, {kind}; {names}"]
+        return "\n".join([*lines, *(f"note: {one}" for one in self.notes)])
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Inputs and signals, a column each, SI; the index is the time, s."""
+        import pandas as pd
+
+        columns = {**self.inputs, **self.signals}
+        return pd.DataFrame(columns, index=pd.Index(self.time, name="time"))
 
     def with_noise(self, sigmas: Mapping[str, float]) -> "Measurement":
         """The recording with noise that the user knows.
@@ -231,3 +267,11 @@ class Measurement:
             )
         preparation = self.preparation.model_copy(update={"window": (float(lower), float(upper))})
         return replace(self.samples(keep), name=self.name + text, preparation=preparation)
+
+
+Recordings = Measurement | Sequence[Measurement]  # one, or several
+
+
+def listed(recordings: Recordings) -> tuple[Measurement, ...]:
+    """One recording or several, as a tuple."""
+    return (recordings,) if isinstance(recordings, Measurement) else tuple(recordings)

@@ -17,17 +17,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from elastic_tendon import compiled, problems
+from elastic_tendon.actuator import problems
+from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.errors import ModelError, SweepError
-from elastic_tendon.identify.add import Report
-from elastic_tendon.identify.coordinates import Coordinates, free_parameters
-from elastic_tendon.identify.determinability import Estimate
-from elastic_tendon.identify.fit import QUICK, FitResult, fit
-from elastic_tendon.identify.residuals import Array, autocorrelation_time
-from elastic_tendon.identify.stretches import FEWEST_STRETCHES, MEMORIES, settling_samples
+from elastic_tendon.estimation.add import Report
+from elastic_tendon.estimation.coordinates import Coordinates, free_parameters
+from elastic_tendon.estimation.determinability import Estimate
+from elastic_tendon.estimation.fit import QUICK, FitResult, fit
+from elastic_tendon.estimation.stretches import FEWEST_STRETCHES, MEMORIES, settling_samples
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import silent
-from elastic_tendon.parameters import Model, quantities
+from elastic_tendon.native.library import library_path
 from elastic_tendon.sweeps import FEWEST_REFITS
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
 from elastic_tendon.sweeps.task import FAILURE, RUN
@@ -170,7 +171,7 @@ def bootstrap(
     if not measurements:
         raise SweepError("a bootstrap needs at least one recording to refit; name one")
     paths = _free(model, free)
-    compiled.library_path(model.effect_ids, report)
+    library_path(model.effect_ids, report)
     result = fit(model, measurements, free=paths, progress=lambda share: report("fitting", share))
     _go_on(result)
     errors = result.problem.errors(result.vector)

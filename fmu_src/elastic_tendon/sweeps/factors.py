@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from elastic_tendon import problems
+from elastic_tendon.actuator import problems
+from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.quantity import Quantity, unit_text
 from elastic_tendon.errors import SweepError
-from elastic_tendon.parameters import Model, quantities
-from elastic_tendon.quantity import Quantity, unit_text
 
 Array = NDArray[np.float64]
 

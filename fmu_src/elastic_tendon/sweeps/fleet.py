@@ -16,23 +16,23 @@ import numpy as np
 import pandas as pd
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.variables import OUTPUTS
+from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.identify.belief import believed
-from elastic_tendon.identify.coordinates import free_parameters
-from elastic_tendon.identify.determinability import Estimate
-from elastic_tendon.interpolation import Interpolation
+from elastic_tendon.estimation.coordinates import free_parameters
+from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.measurement import Measurement, read_prepared
 from elastic_tendon.measurement.formats import silent
 from elastic_tendon.measurement.reader import split_window
-from elastic_tendon.parameters import Model
-from elastic_tendon.quantity import unit_text
-from elastic_tendon.simulated import SUFFIXES
+from elastic_tendon.misreadings.belief import believed
+from elastic_tendon.simulation.interpolation import Interpolation
 from elastic_tendon.sweeps.results import read_results
 from elastic_tendon.sweeps.shipped import ShippedModel
 from elastic_tendon.sweeps.task import FAILURE, RUN
-from elastic_tendon.variables import OUTPUTS
 
 ROBOT, VERDICT, DRIFTED, APPEARED = "robot", "verdict", "drifted", "appeared"
 TEXTS = (ROBOT, VERDICT, DRIFTED, APPEARED, FAILURE)  # columns that hold text

@@ -6,8 +6,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.errors import EffectError
-from elastic_tendon.parameters import Model, model_from_toml
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,6 @@ def _load(name: str, content: bytes) -> None:
         path = Path(folder) / name
         path.write_bytes(content)
         try:
-            effects.load_effect(path)
+            effects.load(path)
         except EffectError as error:
             raise EffectError(f"{error} (start the workers anew if {name} has changed)") from None

@@ -11,20 +11,21 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from elastic_tendon import problems
-from elastic_tendon.compiled import DEFAULT_TOLERANCE, simulate_many
+from elastic_tendon.actuator import problems
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.actuator.variables import Kind, Variable, interface
+from elastic_tendon.comparison.simulated import SUFFIXES, starting_state
 from elastic_tendon.errors import SweepError
-from elastic_tendon.excitation import default_excitation
-from elastic_tendon.interpolation import Interpolation
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.parameters import Model
-from elastic_tendon.simulated import SUFFIXES, initial_state
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
+from elastic_tendon.simulation.excitation import default_excitation
+from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.simulation.simulate import simulate_many
 from elastic_tendon.sweeps.factors import Array
 from elastic_tendon.sweeps.points import Points
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
 from elastic_tendon.sweeps.task import FAILURE, RUN
-from elastic_tendon.transmission import SlackState
-from elastic_tendon.variables import Kind, Variable, interface
 
 Kept = Literal["statistics", "trajectories"]
 
@@ -88,7 +89,7 @@ def measured_motion(model: Model, measurement: Measurement) -> Motion:
         measurement.motor_position,
         measurement.load_torque,
         measurement.interpolation,
-        initial_state(model, measurement).as_dict(),
+        starting_state(model, measurement).as_dict(),
         measurement.signals,
     )
 

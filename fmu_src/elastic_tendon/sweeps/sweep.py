@@ -38,7 +38,7 @@ def sweep(
     scheduler: str | None = None,
     batch: int | None = None,
     force: bool = False,
-    report: Callable[[str, float], None] = silent,
+    progress: Callable[[str, float], None] = silent,
 ) -> Swept:
     """Do all runs of a task and write their results to a file.
 
@@ -56,7 +56,7 @@ def sweep(
     batch : number of runs that are done and kept at once; by default what the task finds best;
         a sweep that goes on keeps the batch with which it began
     force : whether an existing output is replaced, and parts of another sweep are removed
-    report : called with what is done, in words and as a share from 0 to 1
+    progress : called with what is done, in words and as a share from 0 to 1
 
     Returns
     -------
@@ -86,7 +86,7 @@ def sweep(
                 for done in results:
                     failed += add(parts, done)
                     count += done.stop - done.start
-                    report(f"{count} of {task.runs} runs, {failed} failed", count / task.runs)
+                    progress(f"{count} of {task.runs} runs, {failed} failed", count / task.runs)
         finish(parts, force=force)
     return Swept(output, task.runs, failed, resumed)
 

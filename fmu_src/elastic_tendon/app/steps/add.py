@@ -8,6 +8,7 @@ from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.app import busy, ranking, results, versions, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
@@ -17,13 +18,12 @@ from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import SIGNAL, compared_now
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.identify.determinability import Findings
-from elastic_tendon.identify.ladder import Rung
-from elastic_tendon.quantity import unit_text
-from elastic_tendon.report.interactive.ladder import ladder
-from elastic_tendon.report.interactive.theme import CONFIG, THEMES, Theme
-from elastic_tendon.report.tables import estimate_cells, open_note, with_interval
-from elastic_tendon.report.units import shown
+from elastic_tendon.estimation.determinability import Findings
+from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.reports.interactive.ladder import ladder
+from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, Theme
+from elastic_tendon.reports.tables import estimate_cells, open_note, with_interval
+from elastic_tendon.reports.units import shown
 
 FIGURES: Any = CONFIG | {"scrollZoom": False}  # a wheel that turns over a figure moves the page
 LONGEST = 80  # letters of a title

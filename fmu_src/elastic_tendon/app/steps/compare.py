@@ -48,11 +48,11 @@ from elastic_tendon.app.view import (
     while_waiting,
 )
 from elastic_tendon.app.workspace import Result, Workspace
-from elastic_tendon.report.comparison_tables import failing_sentence
-from elastic_tendon.report.interactive.loop import torque_loop, torque_words
-from elastic_tendon.report.interactive.overlay import overlay
-from elastic_tendon.report.interactive.theme import CONFIG, THEMES, blank
-from elastic_tendon.report.units import shown
+from elastic_tendon.reports.comparison_tables import failing_sentence
+from elastic_tendon.reports.interactive.loop import torque_loop, torque_words
+from elastic_tendon.reports.interactive.overlay import overlay
+from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, blank
+from elastic_tendon.reports.units import shown
 
 # a wheel that turns over the figure moves the page; a double click shows all, as does a button
 GESTURES: Any = CONFIG | {

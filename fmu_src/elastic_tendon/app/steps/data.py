@@ -22,7 +22,7 @@ from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.errors import ElasticTendonError, MeasurementError
-from elastic_tendon.report.interactive.theme import THEMES, Theme
+from elastic_tendon.reports.interactive.theme import THEMES, Theme
 
 LONGEST_NAME = 120  # letters of an upload's name
 FITTED_SHARE = 0.7  # of a recording that is newly split

@@ -16,7 +16,7 @@ from elastic_tendon.app.view import compared_now, recordings, view_of
 from elastic_tendon.app.workspace import Failure, Result, Session, Work, Workspace
 from elastic_tendon.diagnosis.by_hand import decided
 from elastic_tendon.diagnosis.result import Candidate, Round
-from elastic_tendon.report.diagnosis_tables import (
+from elastic_tendon.reports.diagnosis_tables import (
     NONE,
     called_set,
     candidate_numbers,
@@ -24,12 +24,12 @@ from elastic_tendon.report.diagnosis_tables import (
     none_of_them,
     percent,
 )
-from elastic_tendon.report.effects import effect_sections
-from elastic_tendon.report.interactive.candidates import candidates
-from elastic_tendon.report.interactive.overlay import Run, overlay
-from elastic_tendon.report.interactive.signature import signature_figure
-from elastic_tendon.report.interactive.theme import CONFIG, THEMES
-from elastic_tendon.report.units import evidence_text
+from elastic_tendon.reports.effects import effect_sections
+from elastic_tendon.reports.interactive.candidates import candidates
+from elastic_tendon.reports.interactive.overlay import Run, overlay
+from elastic_tendon.reports.interactive.signature import signature_figure
+from elastic_tendon.reports.interactive.theme import CONFIG, THEMES
+from elastic_tendon.reports.units import evidence_text
 
 FIGURES: Any = CONFIG | {"scrollZoom": False}  # a wheel that turns over a figure moves the page
 TRIED = 340  # height of what was tried, so that the page of the effect is in sight too, pixels

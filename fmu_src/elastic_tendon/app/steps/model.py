@@ -8,6 +8,8 @@ from typing import Any
 from dash import ALL, Dash, Input, Output, State, ctx, dcc, get_asset_url, html, no_update
 from dash.development.base_component import Component
 
+from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.parameters import Model, load_model, model_from_toml, models
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
@@ -17,12 +19,10 @@ from elastic_tendon.app.tables import table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
-from elastic_tendon.design import design
 from elastic_tendon.errors import ElasticTendonError, ModelError
-from elastic_tendon.parameters import Model, bundled_models, load_model, model_from_toml
-from elastic_tendon.report.html.papers import MODEL as PAPER
-from elastic_tendon.report.interactive.characteristic import characteristic
-from elastic_tendon.report.interactive.theme import CONFIG, THEMES
+from elastic_tendon.reports.html.papers import MODEL as PAPER
+from elastic_tendon.reports.interactive.characteristic import characteristic
+from elastic_tendon.reports.interactive.theme import CONFIG, THEMES
 
 LARGEST = 256 * 1024  # bytes of a model.toml
 GESTURES: Any = CONFIG | {"scrollZoom": False}  # the wheel scrolls the page
@@ -341,7 +341,7 @@ def _register_figure(app: Dash, workspace: Workspace) -> None:
 def _register_choice(app: Dash, workspace: Workspace) -> None:
     @app.callback(Output("model-bundled", "options"), Input("open", "data"))
     def offer(_opened: str) -> list[str]:
-        return list(bundled_models())
+        return list(models)
 
     @app.callback(
         Output("session", "data", allow_duplicate=True),
@@ -382,7 +382,7 @@ def _chosen(sent: list[str] | None, names: list[str] | None, bundled: str | None
         if len(sent) > 1:
             raise ElasticTendonError(f"{len(sent)} files are one too many; choose one model.toml")
         return model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
-    return load_model(bundled) if bundled in bundled_models() else None
+    return load_model(bundled) if bundled and bundled in models else None
 
 
 def refusal(problems: Sequence[str], source: str = "") -> Any:

@@ -16,9 +16,9 @@ from elastic_tendon.app.step import Step
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice, Kind
 from elastic_tendon.app.uploads import size_in_words
 from elastic_tendon.app.workspace import Failure, Report, Result, Session, Workspace
-from elastic_tendon.compiler import ALL as EVERY_PLATFORM
-from elastic_tendon.compiler import PLATFORMS, host_platform
 from elastic_tendon.errors import BuildError, ElasticTendonError
+from elastic_tendon.native.compiler import ALL as EVERY_PLATFORM
+from elastic_tendon.native.compiler import PLATFORMS, host_platform
 
 ID = "take_away"
 GONE = "This file is no longer there; build it again."

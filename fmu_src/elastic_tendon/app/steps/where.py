@@ -39,13 +39,13 @@ from elastic_tendon.app.view import (
     while_waiting,
 )
 from elastic_tendon.app.workspace import Result, Session, Workspace
-from elastic_tendon.identify.locate import FileLocation
-from elastic_tendon.report.comparison_tables import sample_shares, sentences
-from elastic_tendon.report.interactive.overlay import overlay
-from elastic_tendon.report.interactive.places import Mark, error_maps, shares
-from elastic_tendon.report.interactive.theme import THEMES, blank
-from elastic_tendon.report.interactive.torque import missing_torque
-from elastic_tendon.report.units import shown
+from elastic_tendon.comparison.locate import FileLocation
+from elastic_tendon.reports.comparison_tables import sample_shares, sentences
+from elastic_tendon.reports.interactive.overlay import overlay
+from elastic_tendon.reports.interactive.places import Mark, error_maps, shares
+from elastic_tendon.reports.interactive.theme import THEMES, blank
+from elastic_tendon.reports.interactive.torque import missing_torque
+from elastic_tendon.reports.units import shown
 
 HEIGHT, HEAD, FOOT = 190, 24, 38  # of the curves, which stay in sight, and around them, pixels
 LEGEND = 40  # above the other figures, pixels

@@ -1,0 +1,422 @@
+"""The numbers of a model: model.toml as frozen, strict data classes.
+
+The tables stand in `sections`, those of the effects in the effects' own files; `quantities`,
+the checks and the messages are derived from these declarations.
+All numbers are SI. Symbols of the paper: R, r pulley radii; F_p pretension; k_i, d_i,
+l_max,i stiffness, damping and largest deflection of the upper (1) and lower (2) spring;
+J, b inertia and damping of the link.
+"""
+
+import math
+import tomllib
+import unicodedata
+from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from pydantic import (
+    BaseModel,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from elastic_tendon import effects
+from elastic_tendon.actuator import problems
+from elastic_tendon.actuator.effect_numbers import (
+    cautions,
+    closed_schema,
+    effect_quantities,
+    effects_schema,
+)
+from elastic_tendon.actuator.quantity import STRICT, Quantity, declared_in
+from elastic_tendon.actuator.sections import Link, Motor, Spring, Transmission
+from elastic_tendon.effects.base import Effect, Parameter, Sizes, Slot
+from elastic_tendon.errors import ModelError
+
+MODELS_FOLDER = Path(__file__).parents[1] / "models"
+SPRING_MASS_SHARE = 0.1  # paper, section II: springs at least a magnitude lighter than the link
+WIDE_DAMPING_RATIO = 0.3  # one sigma of a damping given as 0: more than most joints have
+
+
+class Model(BaseModel):
+    """One actuator: the paper's numbers, its effects and what is known of them."""
+
+    model_config = STRICT
+
+    name: str
+    transmission: Transmission
+    link: Link
+    # id -> parameter -> value; complete, in catalogue order
+    effects: dict[str, dict[str, float]] = Field(default_factory=dict)
+    motor: Motor | None = None
+    # dotted path -> one sigma, relative to the value, absolute where the value is 0
+    uncertainty: dict[str, float] = Field(default_factory=dict)
+
+    @field_validator("name")
+    @classmethod
+    def _readable(cls, value: str) -> str:
+        if not value.strip() or any(unicodedata.category(one) == "Cc" for one in value):
+            raise PydanticCustomError("name", "a name is one line of text that can be read")
+        return value
+
+    @field_validator("effects", mode="before")
+    @classmethod
+    def _declared_effects(cls, value: object) -> dict[str, Any]:
+        listed = value if isinstance(value, Mapping) else ()
+        for effect_id in listed:
+            effects.BY_ID.find(effect_id)  # imports that of an installed package
+        present = tuple(effect for effect in effects.BY_ID.values() if effect.id in listed)
+        return effects_schema(present).model_validate(value).model_dump(by_alias=True)
+
+    @field_validator("uncertainty", mode="before")
+    @classmethod
+    def _known_paths(cls, value: object, info: ValidationInfo) -> dict[str, Any]:
+        # with broken effects every declared path is let pass: their own problem is told
+        effect_ids = info.data.get("effects", effects.BY_ID)
+        paths = tuple(quantity.path for quantity in quantities(effect_ids))
+        listed = _uncertainty_schema(paths).model_validate(value)
+        return listed.model_dump(by_alias=True, exclude_unset=True)
+
+    @property
+    def effect_ids(self) -> tuple[str, ...]:
+        """Ids of the effects present, in the catalogue's order."""
+        return tuple(self.effects)
+
+    def values(self) -> dict[str, float]:
+        """Run-time numbers by dotted path (SI), in the order of `quantities`."""
+        tree = self.model_dump()
+        return {
+            quantity.path: float(_descend(tree, quantity.path))
+            for quantity in quantities(self.effect_ids)
+        }
+
+    def with_values(self, values: Mapping[str, float]) -> "Model":
+        """Model with other run-time numbers (SI), checked as a whole.
+
+        Raises
+        ------
+        ModelError
+            for a path that is no run-time number of this model, or a value not allowed
+        """
+        known = {quantity.path: quantity for quantity in quantities(self.effect_ids)}
+        unknown = [
+            problems.unknown_key(path, path, known, "this model")
+            for path in values
+            if path not in known
+        ]
+        if unknown:
+            raise ModelError(self.name, unknown)
+        tree = self.model_dump()
+        for path, value in values.items():
+            parent, _, key = path.rpartition(".")
+            _descend(tree, parent)[key] = _plain(value, known[path].integer)
+        return parse_model(tree, self.name)
+
+    def with_effect(self, effect_id: str, values: Mapping[str, float] | None) -> "Model":
+        """Model with one more effect, or other numbers for it; None for its null values.
+
+        Raises
+        ------
+        ModelError
+            for an unknown effect or parameter, or a value not allowed
+        """
+        tree = self.model_dump()
+        tree["effects"][effect_id] = {
+            name: _plain(value, False) for name, value in (values or {}).items()
+        }
+        return parse_model(tree, self.name)
+
+    def without(self, effect_ids: Iterable[str]) -> "Model":
+        """Model without some of its effects, all other numbers the same."""
+        gone = tuple(f"effects.{one}." for one in effect_ids)
+        tree = self.model_dump()
+        tree["effects"] = {
+            name: numbers
+            for name, numbers in tree["effects"].items()
+            if f"effects.{name}." not in gone
+        }
+        tree["uncertainty"] = {
+            path: one for path, one in self.uncertainty.items() if not path.startswith(gone)
+        }
+        return parse_model(tree, self.name)
+
+    def uncertainty_of(self, path: str) -> float:
+        """One sigma of the Gaussian prior of a run-time number, in its own unit; 0: known.
+
+        From [uncertainty], else the field's default: an effect's parameter is uncertain by
+        ten typical values, whatever its value; a damping of 0 by what gives the joint a
+        damping ratio of 0.3 in state III.
+        """
+        quantity = {one.path: one for one in quantities(self.effect_ids)}[path]
+        value = self.values()[path]
+        if path in self.uncertainty:
+            return self.uncertainty[path] * (abs(value) if value else 1.0)
+        if path.startswith("effects."):
+            _, effect_id, name = path.split(".")
+            declared = {one.name: one for one in effects.BY_ID[effect_id].parameters}
+            return quantity.uncertainty * abs(typical_value(self, declared[name]))
+        if value == 0.0 and path.endswith(".damping"):
+            return self._wide_damping(path)
+        return quantity.uncertainty * (abs(value) if value else 1.0)
+
+    def _wide_damping(self, path: str) -> float:
+        """What this damping must be to give the joint WIDE_DAMPING_RATIO in state III."""
+        transmission = self.transmission
+        springs = (transmission.upper_spring, transmission.lower_spring)
+        square = transmission.joint_pulley_radius**2
+        stiffness = square * sum(spring.combined_stiffness for spring in springs)  # (25)
+        damping = 2.0 * WIDE_DAMPING_RATIO * math.sqrt(stiffness * self.link.inertia)
+        if path == "link.damping":
+            return damping
+        return damping / (square * sum(spring.parallel for spring in springs))
+
+    def warnings(self) -> list[str]:
+        """What is allowed but unwise, one sentence each."""
+        found = []
+        transmission = self.transmission
+        if transmission.pretension_force > transmission.recommended_pretension:
+            found.append(
+                f"transmission.pretension_force: {transmission.pretension_force:g} N is above the "
+                f"recommended {transmission.recommended_pretension:g} N, paper (30); more "
+                "pretension narrows the range of high stiffness and lowers the largest torque"
+            )
+        present = tuple(effects.BY_ID[effect_id] for effect_id in self.effects)
+        if not any(effect.slot is Slot.SPRING_MASS for effect in present):
+            found += self._heavy_springs()
+        return found + cautions(self.effects, present)
+
+    def _heavy_springs(self) -> Iterator[str]:
+        link_mass = self.link.inertia / self.transmission.joint_pulley_radius**2
+        for side in ("upper_spring", "lower_spring"):
+            spring: Spring = getattr(self.transmission, side)
+            mass = spring.parallel * spring.mass
+            if mass > SPRING_MASS_SHARE * link_mass:
+                yield (
+                    f"transmission.{side}.mass: {mass:g} kg is more than a tenth of the effective "
+                    f"link mass J/R^2 = {link_mass:g} kg, paper section II; spring and link "
+                    "may oscillate as two masses, which this model leaves out"
+                )
+
+    def to_toml(self) -> str:
+        """Text of a model.toml that loads as this model (comments are not kept)."""
+        tree = self.model_dump(exclude_none=True)
+        return tomli_w.dumps({key: value for key, value in tree.items() if value != {}})
+
+
+def quantities(effect_ids: Iterable[str]) -> tuple[Quantity, ...]:
+    """Run-time numbers of a model with these effects: transmission, link, effects.
+
+    The order is that of the declarations and of the catalogue, not of `effect_ids`.
+    """
+    return _quantities(frozenset(effect_ids))
+
+
+@lru_cache
+def _quantities(wanted: frozenset[str]) -> tuple[Quantity, ...]:
+    if unknown := sorted(wanted - effects.BY_ID.keys()):
+        raise KeyError(f"no effect named {', '.join(unknown)}")
+    base = declared_in(Model, run_time_only=True)
+    added = (
+        quantity
+        for effect in effects.BY_ID.values()
+        if effect.id in wanted
+        for quantity in _effect_quantities(effect)
+    )
+    return (*base, *added)
+
+
+def sizes_of(transmission: Transmission, link: Link) -> Sizes:
+    """Characteristic sizes of an actuator, by which typical magnitudes are measured."""
+    springs = (transmission.upper_spring, transmission.lower_spring)
+    radius = transmission.joint_pulley_radius
+    return Sizes(
+        torque=radius * min(spring.largest_force for spring in springs),
+        stiffness=min(spring.stiffness for spring in springs),
+        max_deflection=min(spring.max_deflection for spring in springs),
+        joint_stiffness=radius**2 * sum(spring.combined_stiffness for spring in springs),
+        inertia=link.inertia,
+        radius=radius,
+        parallel=min(spring.parallel for spring in springs),
+    )
+
+
+def typical_value(model: Model, parameter: Parameter) -> float:
+    """Typical magnitude of an effect's parameter on this actuator, in the parameter's unit."""
+    return parameter.typical_for(sizes_of(model.transmission, model.link))
+
+
+class BundledModels:
+    """The models that come with the package: their names in turn, each an attribute too."""
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted(path.stem for path in MODELS_FOLDER.glob("*.toml")))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __contains__(self, name: object) -> bool:
+        return name in tuple(self)
+
+    def __getattr__(self, name: str) -> Model:
+        if name not in self:
+            raise AttributeError(f"there is no bundled model {name}; there are {', '.join(self)}")
+        return load_model(name)
+
+    def __dir__(self) -> list[str]:
+        return list(self)
+
+    def __repr__(self) -> str:
+        return f"bundled models: {', '.join(self)}"
+
+
+models = BundledModels()
+
+
+def load_model(model: str | Path | Mapping[str, Any]) -> Model:
+    """Read a model.toml, or a bundled model by its name, or check the content of one.
+
+    A bundled name means the bundled model also where a file is called the same; write
+    ``./name`` for the file.
+
+    Parameters
+    ----------
+    model : path of a model.toml, one of `models`, or what a model.toml would hold, as a dict
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    ModelError
+        for a file that cannot be read or used, with all its problems
+    EffectError
+        for an effect of an installed package that cannot be used
+    """
+    if isinstance(model, Mapping):
+        return parse_model(model, "the model")
+    source = str(model)
+    path = MODELS_FOLDER / f"{source}.toml" if source in models else Path(source)
+    return model_from_toml(_read(path, source), source)
+
+
+def parse_model(tree: Mapping[str, Any], source: str) -> Model:
+    """Check the content of a model.toml; `source` names it in messages.
+
+    Raises
+    ------
+    ModelError
+        with all problems at once
+    EffectError
+        for an effect of an installed package that cannot be used
+    """
+    try:
+        return Model.model_validate(tree)
+    except ValidationError as error:
+        listed = tree.get("effects")
+        present = effects.BY_ID.keys() & (listed if isinstance(listed, Mapping) else ())
+        declared = {quantity.path: quantity for quantity in declared_in(Model)}
+        for effect in effects.BY_ID.values():
+            declared |= {quantity.path: quantity for quantity in _effect_quantities(effect)}
+        keys = _known_keys(declared, present)
+        raise ModelError(source, problems.sentences(error, declared, keys)) from None
+
+
+def model_from_toml(content: bytes | str, source: str) -> Model:
+    """The model that the text of a model.toml describes; `source` names it in messages.
+
+    Raises
+    ------
+    ModelError
+        with all problems at once
+    EffectError
+        for an effect of an installed package that cannot be used
+    """
+    try:
+        text = content if isinstance(content, str) else content.decode("utf-8-sig")
+        tree = tomllib.loads(text)
+    except UnicodeDecodeError:
+        fault = "this is not a text file; a model.toml is expected"
+    except tomllib.TOMLDecodeError as error:
+        fault = f"this is not valid TOML: {error}"
+    except RecursionError:
+        fault = "its tables or lists are nested too deeply"
+    except ValueError as error:
+        fault = f"cannot be read: {error}"
+    else:
+        return parse_model(tree, source)
+    raise ModelError(source, [fault])
+
+
+def _read(path: Path, source: str) -> bytes:
+    try:
+        if not path.is_dir():
+            return path.read_bytes()
+        fault = "this is a folder; give the model.toml in it"
+    except (FileNotFoundError, NotADirectoryError):
+        fault = (
+            "there is no such file; give the path of a model.toml or one of the bundled models "
+            + ", ".join(models)
+        )
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        fault = f"cannot be read: {error}"
+    raise ModelError(source, [fault])
+
+
+def _effect_quantities(effect: Effect) -> Iterator[Quantity]:
+    """Quantities of an effect, nominal for an actuator of nominal numbers."""
+    return effect_quantities(effect, _nominal_sizes())
+
+
+@lru_cache
+def _nominal_sizes() -> Sizes:
+    tree: dict[str, Any] = {}
+    for one in declared_in(Model):
+        *tables, key = one.path.split(".")
+        table = tree
+        for name in tables:
+            table = table.setdefault(name, {})
+        table[key] = one.default if one.integer else one.nominal
+    return sizes_of(
+        Transmission.model_validate(tree["transmission"]), Link.model_validate(tree["link"])
+    )
+
+
+@lru_cache
+def _uncertainty_schema(paths: tuple[str, ...]) -> type[BaseModel]:
+    bound = {"default": 0.0, "ge": 0.0}
+    return closed_schema("uncertainty", dict.fromkeys(paths, (float, bound)))
+
+
+def _known_keys(declared: Mapping[str, Quantity], present: Iterable[str]) -> dict[str, list[str]]:
+    """Keys that each table of model.toml may hold, by the table's dotted path."""
+    keys: dict[str, list[str]] = {"": list(Model.model_fields)}
+    for path in declared:
+        parts = path.split(".")
+        for depth in range(1, len(parts)):
+            siblings = keys.setdefault(".".join(parts[:depth]), [])
+            if parts[depth] not in siblings:
+                siblings.append(parts[depth])
+    keys["effects"] = list(effects.BY_ID.ids())
+    keys["uncertainty"] = [quantity.path for quantity in quantities(present)]
+    return keys
+
+
+def _descend(tree: Any, path: str) -> Any:
+    for key in path.split("."):
+        tree = tree[key]
+    return tree
+
+
+def _plain(value: Any, integer: bool) -> Any:
+    """Python number of a numpy one, and 2 of 2.0 where whole numbers are kept."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return value
+    plain = float(value)
+    return int(plain) if integer and plain.is_integer() else plain

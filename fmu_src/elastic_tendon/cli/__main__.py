@@ -1,5 +1,0 @@
-"""``python -m elastic_tendon.cli``, where the command is not on the path."""
-
-from elastic_tendon.cli import main
-
-main()

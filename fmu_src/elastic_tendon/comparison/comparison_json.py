@@ -1,0 +1,76 @@
+"""The contract ``elastic-tendon/comparison/1``: a comparison as plain data."""
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.locate import FileLocation, Location
+from elastic_tendon.comparison.missing_torque import MissingTorque
+from elastic_tendon.measurement.preparation import COMPARISON
+
+
+def comparison_json(comparison: Comparison, location: Location) -> dict[str, Any]:
+    """Everything that was compared and located, as plain data for `json.dumps`.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    location : Location of the same comparison
+
+    Returns
+    -------
+    dict; SI units, numbers are finite or None
+    """
+    files = zip(comparison.files, location.files, strict=True)
+    content: dict[str, Any] = plain(
+        {
+            "schema": COMPARISON,
+            "model": comparison.model.name,
+            "files": [_file(compared, located) for compared, located in files],
+        }
+    )
+    return content
+
+
+def _file(compared: FileComparison, located: FileLocation) -> dict[str, Any]:
+    measurement = compared.measurement
+    return {
+        "name": measurement.name,
+        "source": measurement.source,
+        "notes": list(measurement.notes),
+        "static": measurement.static,
+        "preparation": measurement.preparation.model_dump(mode="json", exclude_none=True),
+        "initial_state": compared.initial_state.as_dict(),
+        "missing_torque": _missing_torque(located.missing_torque),
+        "signals": {
+            name: {
+                **asdict(error),
+                "where": [asdict(one) for one in located.bins[name]],
+                "in_words": located.in_words[name],
+            }
+            for name, error in compared.signals.items()
+        },
+    }
+
+
+def _missing_torque(missing: MissingTorque) -> dict[str, Any]:
+    return {
+        "rms": float(np.sqrt(np.mean(missing.torque**2))),
+        "sigma": float(np.sqrt(np.mean(missing.sigma**2))),
+        "notes": list(missing.notes),
+        "curves": [asdict(curve) for curve in missing.curves],
+    }
+
+
+def plain(value: Any) -> Any:
+    """Arrays become lists, numbers that are not finite None, at any depth."""
+    if isinstance(value, dict):
+        return {name: plain(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [plain(one) for one in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,123 @@
+"""The state at the first sample, estimated on the beginning of a recording."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import characteristic_stiffness
+from elastic_tendon.actuator.variables import interface
+from elastic_tendon.comparison.residuals import (
+    Array,
+    InitialState,
+    sensitivity,
+    simulate_measurement,
+)
+from elastic_tendon.effects.base import Contribution, Slot
+from elastic_tendon.errors import SimulationError
+from elastic_tendon.measurement import Measurement
+
+WINDOW = 0.1  # s; held-out data gives its initial state on this stretch and nothing else
+MINIMUM_SAMPLES = 5  # for slow recordings, where the window would hold fewer
+SETTLING = 10.0  # s in which a joint that is damped critically comes to rest
+
+
+def estimate_initial_state(model: Model, measurement: Measurement) -> InitialState:
+    """Least squares on the joint position over the first 0.1 s.
+
+    Where the sensor is late these are the first 0.1 s after the delay: before, it shows what
+    followed from inputs that were not recorded.
+
+    The start is a parabola through the samples; the model then says which position and velocity
+    fit best. Where it cannot tell (a sticking joint hides its velocity) the parabola's answer
+    stays. A static curve starts at rest where its first load holds the joint.
+
+    Parameters
+    ----------
+    model : Model
+    measurement : Measurement
+
+    Returns
+    -------
+    InitialState, rad and rad/s
+
+    Raises
+    ------
+    SimulationError : the solver could not go on
+    """
+    if measurement.static:
+        return _equilibrium(model, measurement)
+    beginning, late = _beginning(model, measurement)
+    measured = beginning.signals["joint_position"]
+    fit = np.polynomial.Polynomial.fit(beginning.time - beginning.time[0], measured, 2).convert()
+    # a parabola through samples that all agree comes back shorter
+    start = np.append(fit.coef, [0.0, 0.0])[:2]
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        result = sensitivity(model, beginning, InitialState(x[0], x[1]), ())
+        name = "joint_position"
+        return result.residuals[name][late:], result.derivatives[name][late:]
+
+    def jacobian(x: Array) -> Array:
+        return evaluate(x)[1]
+
+    def residual(x: Array) -> Array:
+        try:
+            return evaluate(x)[0]
+        except SimulationError:
+            return np.full(len(measured) - late, np.inf)
+
+    evaluate(start)  # let a model that cannot be simulated say so itself
+    span = float(beginning.time[-1] - beginning.time[0])
+    solution = least_squares(
+        residual,
+        start,
+        jac=jacobian,
+        # a position and a velocity that move the joint by like amounts
+        x_scale=[1.0, 1.0 / span],
+        max_nfev=20,
+    )
+    return InitialState(float(solution.x[0]), float(solution.x[1]))
+
+
+def _beginning(model: Model, measurement: Measurement) -> tuple[Measurement, int]:
+    """The samples up to the end of the window, and how many of them a delay makes useless."""
+    delay = _signal_delay(model)
+    elapsed = measurement.time - measurement.time[0]
+    late = int(np.searchsorted(elapsed, delay))
+    late = max(min(late, len(elapsed) - MINIMUM_SAMPLES), 0)  # a delay that a fit tries may be any
+    count = int(np.searchsorted(elapsed, delay + WINDOW, side="right"))
+    return measurement.samples(slice(0, max(count, late + MINIMUM_SAMPLES))), late
+
+
+def _signal_delay(model: Model) -> float:
+    """By how much the signals of the joint are late, s."""
+    none = SimpleNamespace()
+    delay = 0.0
+    for effect in interface(model.effect_ids).effects:
+        if effect.slot is Slot.SIGNAL_DELAY:
+            numbers = SimpleNamespace(**model.effects[effect.id])
+            contribution = effect.equations(None, numbers, none, none)
+            assert isinstance(contribution, Contribution)  # as its slot says
+            delay += float(contribution.value)
+    return delay
+
+
+def _equilibrium(model: Model, measurement: Measurement) -> InitialState:
+    """Where the joint comes to rest under the first load, from where it was measured.
+
+    The joint is damped at least critically on the way, which changes nothing of where it rests.
+    """
+    stiffness = float(characteristic_stiffness(0.0, model.transmission))
+    critical = 2.0 * np.sqrt(model.link.inertia * stiffness)
+    damped = model.with_values({"link.damping": max(model.link.damping, critical)})
+    held = replace(
+        measurement.samples(np.zeros(2, dtype=np.intp)),
+        time=measurement.time[0] + np.array([0.0, SETTLING]),
+        interpolation="hold",
+    )
+    measured = float(measurement.signals["joint_position"][0])
+    settled = simulate_measurement(damped, held, InitialState(measured, 0.0))
+    return InitialState(float(settled["joint_position"][-1]), 0.0)

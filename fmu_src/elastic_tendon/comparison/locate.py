@@ -1,0 +1,123 @@
+"""Where a model fails: by what the joint was doing, in bins and in words."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.averaging import block_means, spread, stride_of
+from elastic_tendon.comparison.bins import Bin, bins_of
+from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.in_words import in_words
+from elastic_tendon.comparison.missing_torque import MissingTorque, Report, missing_torque
+from elastic_tendon.comparison.partition import Partition
+from elastic_tendon.comparison.patterns import Evidence
+from elastic_tendon.comparison.residuals import Array, residuals_of
+
+
+@dataclass(frozen=True)
+class FileLocation:
+    """Where the model fails in one recording.
+
+    `bins` and `in_words` by signal; `variables` are what the joint did, (n,) arrays by name:
+    ``time`` (s), ``deflection`` (rad), ``joint_velocity`` (rad/s), ``joint_acceleration``
+    (rad/s²), ``joint_position`` and ``motor_position`` (rad), ``load_torque`` and
+    ``joint_torque``, which the tendons exert (N·m), ``slack_state`` of the measured deflection, see
+    `compare.slack_states_measured`; the rest of the model moved as measured, by the missing
+    torque. Neighbouring samples of a long recording share their values, see `averaging`. `parts`
+    are the samples of such a recording, or blocks of them, sorted into the bins.
+    """
+
+    bins: Mapping[str, tuple[Bin, ...]]
+    in_words: Mapping[str, str]
+    missing_torque: MissingTorque
+    variables: Mapping[str, Array]
+    parts: Mapping[str, Partition]
+
+    def samples_of(self, by: str, words: str) -> NDArray[np.bool_]:
+        """Which samples a bin holds, (n,); none where the bin is one of the frequency.
+
+        Parameters
+        ----------
+        by, words : the variable of a `Bin`, and its part as `bin` says it
+        """
+        n = len(self.variables["time"])
+        if by not in self.parts or words not in self.parts[by].words:
+            return np.zeros(n, dtype=np.bool_)
+        part = self.parts[by]
+        return spread(part.member == part.words.index(words), stride_of(n), n)
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where a model fails, for each file of a comparison and in its order."""
+
+    files: tuple[FileLocation, ...]
+
+
+def locate(comparison: Comparison, report: Report = lambda _text, _share: None) -> Location:
+    """Find where the error of a comparison lies.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    report : told what is being done, and the share of all that is done
+
+    Returns
+    -------
+    Location
+    """
+    files: list[FileLocation] = []
+    for file in comparison.files:
+
+        def told(text: str, share: float, name: str = file.measurement.name) -> None:
+            report(f"{name}: {text}", (len(files) + share) / len(comparison.files))
+
+        files.append(_locate_one(comparison.model, file, told))
+    return Location(tuple(files))
+
+
+def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocation:
+    measurement = file.measurement
+    missing, variables, parts = missing_torque(model, file, report)
+    report("where the error lies", 0.9)
+    residuals = residuals_of(file.trajectory, measurement)
+    n = len(measurement.time)
+    stride = stride_of(n)
+    bins = {
+        name: bins_of(
+            *(residual, measurement.signals[name], measurement.time, parts),
+            file.signals[name].noise,
+            static=measurement.static,
+            stride=stride,
+        )
+        for name, residual in residuals.items()
+    }
+    return FileLocation(
+        bins=bins,
+        in_words={
+            name: in_words(
+                Evidence(
+                    *(name, block_means(residual, stride), file.signals[name], bins[name]),
+                    *(missing, variables, parts),
+                    static=measurement.static,
+                    model=model,
+                    load_recorded=measurement.load_torque is not None,
+                )
+            )
+            for name, residual in residuals.items()
+        },
+        missing_torque=replace(
+            missing,
+            torque=spread(missing.torque, stride, n),
+            sigma=spread(missing.sigma, stride, n),
+        ),
+        variables={
+            **{name: spread(values, stride, n) for name, values in variables.items()},
+            "time": measurement.time,
+            "motor_position": measurement.motor_position,
+        },
+        parts=parts,
+    )

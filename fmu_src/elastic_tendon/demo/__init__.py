@@ -1,0 +1,37 @@
+"""The whole loop on bundled data: compare, refit, find out what is missing, add it."""
+
+from pathlib import Path
+
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.diagnosis.diagnose import diagnose
+from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.estimation.add import Report
+from elastic_tendon.measurement import read_measurement
+from elastic_tendon.reports.comparison_figures import save, story
+
+DATA = Path(__file__).parent
+PICTURE = "elastic_tendon_demo.png"
+
+
+def run(report: Report) -> Diagnosis:
+    """Diagnose the bundled model, fitted to the first recording and judged by the second.
+
+    Parameters
+    ----------
+    report : called with words and the share of the work at hand that is done
+
+    Returns
+    -------
+    Diagnosis
+    """
+    return diagnose(
+        load_model(DATA / "demo_model.toml"),
+        [read_measurement(str(DATA / "demo_fit.csv"))],
+        [read_measurement(str(DATA / "demo_validate.csv"))],
+        progress=report,
+    )
+
+
+def draw(diagnosis: Diagnosis, path: Path) -> None:
+    """Write the picture of the way to the improved model."""
+    save(story(diagnosis.steps, diagnosis.ladder), path)

@@ -1,0 +1,177 @@
+"""The variables in which a fit moves, and the prior that holds them.
+
+Every free number is measured from its given value in units of its prior's one sigma. The Gaussian
+prior then is a unit circle, numbers of very different size become alike, and a damping or a
+friction torque can reach zero, which a logarithm would forbid.
+
+The pretension is free up to (27), and (27) moves with the stiffnesses. Its variable is therefore
+its share of (27), so that every point within the bounds is a model that exists.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.measurement import Measurement
+
+PRETENSION = "transmission.pretension_force"
+SPRINGS = ("transmission.upper_spring", "transmission.lower_spring")
+UNLIMITED = (-np.inf, np.inf)
+Limits = Mapping[str, tuple[float, float]]  # lowest and highest value by dotted path
+
+
+def free_parameters(model: Model) -> tuple[str, ...]:
+    """Dotted paths of the numbers that the prior does not call known."""
+    return tuple(
+        quantity.path
+        for quantity in quantities(model.effect_ids)
+        if not quantity.integer and model.uncertainty_of(quantity.path) > 0.0
+    )
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Way between the fit's variables x (m,) and the free numbers of a model.
+
+    `given` is the model that the prior is centred on; `paths` are the m free numbers; `sigma`
+    (m,) is the prior's one sigma in their units and `centre` (m,) their given values. `limits`
+    (m, 2) are bounds beside those of the quantities.
+    """
+
+    given: Model
+    paths: tuple[str, ...]
+    centre: Array
+    sigma: Array
+    limits: Array
+
+    @classmethod
+    def of(
+        cls,
+        given: Model,
+        paths: Sequence[str],
+        limits: Limits | None = None,
+        measurements: Sequence[Measurement] = (),
+    ) -> "Coordinates":
+        """Coordinates for some of a model's numbers; each needs an uncertainty above zero.
+
+        Where the load drives the machine, its springs do not say how large an effect's torque may
+        be: that is uncertain by no less than the largest load torque of the measurements.
+        """
+        values = given.values()
+        load = _largest_load(measurements)
+        units = {quantity.path: quantity.unit for quantity in quantities(given.effect_ids)}
+
+        def sigma(path: str) -> float:
+            own = given.uncertainty_of(path)
+            told = path in given.uncertainty or not path.startswith("effects.")
+            return own if told or units[path] != "N.m" else max(own, load)
+
+        return cls(
+            given=given,
+            paths=tuple(paths),
+            centre=np.array([values[path] for path in paths]),
+            sigma=np.array([sigma(path) for path in paths]),
+            limits=np.array([(limits or {}).get(path, UNLIMITED) for path in paths]).reshape(-1, 2),
+        )
+
+    def values(self, x: Array) -> Array:
+        """Free numbers (m,) at x (m,), each in its unit."""
+        # rounding must not lead out of the bounds, nor lift the pretension above its limit
+        values = np.clip(self.centre + self.sigma * x, *self._range)
+        if PRETENSION in self.paths:
+            index = self.paths.index(PRETENSION)
+            limit = self._pretension_limit(dict(zip(self.paths, values, strict=True)))[0]
+            values[index] = min(values[index] * limit / self._given_limit(), limit)
+        return values
+
+    def variables(self, values: Array) -> Array:
+        """Inverse of `values`."""
+        plain = np.array(values, dtype=np.float64)
+        if PRETENSION in self.paths:
+            index = self.paths.index(PRETENSION)
+            limit = self._pretension_limit(dict(zip(self.paths, values, strict=True)))[0]
+            plain[index] *= self._given_limit() / limit
+        return (plain - self.centre) / self.sigma
+
+    def derivatives(self, x: Array) -> Array:
+        """d values / d x, (m, m)."""
+        matrix = np.diag(self.sigma)
+        if PRETENSION in self.paths:
+            index = self.paths.index(PRETENSION)
+            values = self.centre + self.sigma * x
+            limit, slopes = self._pretension_limit(dict(zip(self.paths, values, strict=True)))
+            matrix[index, index] *= limit / self._given_limit()
+            for path, slope in slopes.items():
+                if path in self.paths:
+                    column = self.paths.index(path)
+                    matrix[index, column] = (
+                        values[index] / self._given_limit() * slope * self.sigma[column]
+                    )
+        return matrix
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest x, two (m,) arrays, from the bounds of the quantities and (27)."""
+        lower, upper = (limits.copy() for limits in self._range)
+        for index, path in enumerate(self.paths):
+            if path == PRETENSION:
+                upper[index] = min(upper[index], self._given_limit())
+            elif PRETENSION not in self.paths:
+                lower[index] = max(lower[index], self._least_for_pretension(path))
+        return (lower - self.centre) / self.sigma, (upper - self.centre) / self.sigma
+
+    @cached_property
+    def _range(self) -> tuple[Array, Array]:
+        """Lowest and highest values (m,), from the bounds of the quantities and the limits."""
+        declared = {one.path: one for one in quantities(self.given.effect_ids)}
+        lower = np.maximum([declared[path].lower for path in self.paths], self.limits[:, 0])
+        upper = np.minimum([declared[path].upper for path in self.paths], self.limits[:, 1])
+        return lower, upper
+
+    def model(self, x: Array) -> Model:
+        """The model at x (m,).
+
+        Raises
+        ------
+        ModelError : the numbers together are no model
+        """
+        return self.given.with_values(dict(zip(self.paths, self.values(x).tolist(), strict=True)))
+
+    def _given_limit(self) -> float:
+        return self.given.transmission.largest_pretension
+
+    def _pretension_limit(self, free: Mapping[str, float]) -> tuple[float, dict[str, float]]:
+        """(27) in N, and its slope to the stiffness and deflection of the spring that sets it."""
+        values = self.given.values() | dict(free)
+        forces = {}
+        for spring in SPRINGS:
+            combined = values[f"{spring}.stiffness"] * values[f"{spring}.parallel"]
+            forces[spring] = combined * values[f"{spring}.max_deflection"]
+        weakest = min(forces, key=forces.__getitem__)
+        slopes = {
+            path: forces[weakest] / values[path]
+            for path in (f"{weakest}.stiffness", f"{weakest}.max_deflection")
+        }
+        return forces[weakest], slopes
+
+    def _least_for_pretension(self, path: str) -> float:
+        """Lowest stiffness or deflection at which a known pretension is borne, (27)."""
+        spring, _, name = path.rpartition(".")
+        if spring not in SPRINGS or name not in ("stiffness", "max_deflection"):
+            return -np.inf
+        values = self.given.values()
+        force = (
+            values[f"{spring}.stiffness"]
+            * values[f"{spring}.parallel"]
+            * values[f"{spring}.max_deflection"]
+        )
+        return values[path] * values[PRETENSION] / force
+
+
+def _largest_load(measurements: Sequence[Measurement]) -> float:
+    """Largest load torque of some recordings, N·m."""
+    loads = [part.load_torque for part in measurements if part.load_torque is not None]
+    return max((float(np.abs(load).max()) for load in loads), default=0.0)

@@ -1,0 +1,359 @@
+"""What the data say about each number, and which combinations they leave open.
+
+The whitened derivatives of the errors, with initial states projected out and every number in
+units of its prior's one sigma, are split by singular values. A direction whose singular value is
+far below one moves the errors less than their own uncertainty while the prior is used up: the
+data leave it open, and what the fit returns along it is the prior.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.comparison.residuals import Array, autocorrelation_time, stack
+from elastic_tendon.estimation.coordinates import SPRINGS
+from elastic_tendon.estimation.problem import Problem, Sigmas
+from elastic_tendon.estimation.stretches import (
+    FEWEST_STRETCHES,
+    left_out,
+    settling_samples,
+    stretch_numbers,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+INERTIA = "link.inertia"
+CONFIDENCE = 1.959963984540054  # 95 % of a normal distribution lie within so many sigmas
+# a direction along which data narrow the prior by less than half a percent is open
+OPEN_SINGULAR_VALUE = 0.1
+# a number is determined when the data at least halve its uncertainty, which is at most that of
+# a uniform distribution over its bounds
+DETERMINED_RATIO = 0.5
+# share of an open direction, in logarithms, above which a number takes part in it
+MEMBER = 0.05
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One fitted number; `given`, `fitted`, `sigma` and `interval` (95 %) in its `unit`.
+
+    `determined` is false where the data leave it, alone or in a combination, to the prior.
+    """
+
+    path: str
+    unit: str
+    given: float
+    fitted: float
+    sigma: float
+    interval: tuple[float, float]
+    determined: bool
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """A ratio that the data determine although they leave a common scale open; SI `unit`."""
+
+    name: str
+    unit: str
+    value: float
+    interval: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Estimates of all free numbers, ratios where only these are determined, and sentences.
+
+    `effective` is the count of numbers that the data determine, the others staying with the
+    prior: sum of s^2 / (s^2 + 1) over the singular values s.
+    """
+
+    effective: float
+    estimates: tuple[Estimate, ...]
+    ratios: tuple[Ratio, ...]
+    sentences: tuple[str, ...]
+
+    def summary(self) -> str:
+        """Every number as given and as fitted, a line each."""
+        width = max((len(one.path) for one in self.estimates), default=0)
+        return "\n".join(
+            f"{one.path:{width}} {one.given:.4g} → {one.fitted:.4g} {one.unit}"
+            + ("" if one.determined else " (open)")
+            for one in self.estimates
+        )
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Every number as given and as fitted, with its 95 % interval, a row each, SI."""
+        import pandas as pd
+
+        return pd.DataFrame([asdict(one) for one in self.estimates])
+
+
+@dataclass(frozen=True)
+class OpenDirections:
+    """Numbers that the data leave open, by dotted path.
+
+    `silent`: each has no influence of its own. `scaled`: these may all grow by one common factor.
+    `traded`: within each group one may grow where another falls.
+    """
+
+    silent: tuple[str, ...]
+    scaled: tuple[str, ...]
+    traded: tuple[tuple[str, ...], ...]
+
+    def all(self) -> set[str]:
+        """Every path that takes part in an open direction."""
+        return {*self.silent, *self.scaled, *(path for group in self.traded for path in group)}
+
+
+def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
+    """Judge a fitted vector.
+
+    How far the data let each number scatter is seen by leaving out stretches of time, which holds
+    for noise of any colour; what the prior adds is known. With too few stretches the sigmas of
+    the errors, which hold their size and their autocorrelation, stand in.
+
+    Parameters
+    ----------
+    problem : Problem with m free numbers
+    vector : (m + 2 f,) array, the optimum
+    sigmas : weights of the errors at the optimum
+
+    Returns
+    -------
+    Findings
+    """
+    coordinates = problem.coordinates
+    count = len(coordinates.paths)
+    jacobian = problem.data_jacobian(vector, sigmas)
+    data = _project_out(jacobian[:, :count] * coordinates.sigma, jacobian[:, count:])
+    values = coordinates.values(problem.numbers(vector))
+    covariance, quantile = _covariance(problem, vector, sigmas, data, jacobian)
+    open_directions = find_open_directions(data, values / coordinates.sigma, coordinates.paths)
+    shrinkage = np.sqrt(np.diag(covariance))
+    estimates = _estimates(problem, values, shrinkage, quantile, open_directions)
+    information = np.linalg.svd(data, compute_uv=False) ** 2
+    return Findings(
+        effective=float(np.sum(information / (information + 1.0))),
+        estimates=estimates,
+        ratios=_ratios(
+            problem.model(problem.numbers(vector)),
+            estimates,
+            covariance * np.outer(coordinates.sigma, coordinates.sigma),
+            open_directions,
+        ),
+        sentences=_sentences(problem, open_directions),
+    )
+
+
+def _covariance(
+    problem: Problem, vector: Array, sigmas: Sigmas, data: Array, jacobian: Array
+) -> tuple[Array, float]:
+    """Covariance (m, m) in prior sigmas, and how many of its roots hold 95 % to either side.
+
+    `data` (N, m) are the derivatives to the numbers with the initial states projected out.
+    """
+    count = data.shape[1]
+    whole = _inverse(data)
+    errors = problem.errors(vector)
+    memory = max(
+        min(autocorrelation_time(values), settling_samples(problem.model(vector), one))
+        for one, part in zip(problem.measurements, errors, strict=True)
+        for values in part.values()
+    )
+    numbers = stretch_numbers(problem.measurements, memory)
+    if numbers.max() + 1 < FEWEST_STRETCHES // 2:
+        return whole, CONFIDENCE
+    prior = np.eye(jacobian.shape[1])[:count]
+    columns = np.vstack([jacobian, prior])
+    columns[: len(jacobian), :count] *= problem.coordinates.sigma
+    values = problem.coordinates.values(problem.numbers(vector))
+    shift = (values - problem.coordinates.centre) / problem.coordinates.sigma
+    moves = left_out(columns, np.concatenate([stack(errors, sigmas), shift]), numbers)[:, :count]
+    blocks = len(moves)
+    scattered = moves.T @ moves * ((blocks - 1) / blocks) + whole @ whole
+    return scattered, float(student.ppf(0.975, blocks - 1))
+
+
+def _inverse(data: Array) -> Array:
+    """(data' data + 1)^-1, of data (N, m) and the prior; whatever the size of the data.
+
+    From singular values: in the product of data without noise the prior would be lost.
+    """
+    with_prior = np.vstack([data, np.eye(data.shape[1])])
+    _, singular, rows = np.linalg.svd(with_prior, full_matrices=False)
+    return np.asarray((rows.T / singular**2) @ rows)
+
+
+def _project_out(columns: Array, nuisance: Array) -> Array:
+    """Part of each column (N, m) that no combination of the nuisance columns can imitate."""
+    basis, singular, _ = np.linalg.svd(nuisance, full_matrices=False)
+    basis = basis[:, singular > 1e-10 * max(float(singular[0]), 1e-300)]
+    return columns - basis @ (basis.T @ columns)
+
+
+def find_open_directions(data: Array, relative: Array, paths: Sequence[str]) -> OpenDirections:
+    """Name the combinations of numbers that the data do not determine.
+
+    Parameters
+    ----------
+    data : (N, m) array, whitened derivatives of the errors to the numbers in prior sigmas
+    relative : (m,) array, value of each number in its prior sigmas
+    paths : names of the m numbers
+
+    Returns
+    -------
+    OpenDirections
+    """
+    norms = np.linalg.norm(data, axis=0)
+    silent = norms < OPEN_SINGULAR_VALUE
+    # logarithms need a value; a number at zero keeps out of the combinations
+    loud = np.flatnonzero(~silent & (relative != 0.0))
+    basis = _open_basis(data[:, loud], relative[loud])
+    members = loud[np.linalg.norm(basis, axis=1) > MEMBER] if len(loud) else loud
+    scaled: Array = np.zeros(len(paths), dtype=bool)
+    groups: list[tuple[str, ...]] = []
+    if len(members) > 1 and _is_open(data[:, members] @ relative[members], relative[members]):
+        # one common factor on all of them changes nothing
+        scaled[members] = True
+        common = np.isin(loud, members) / np.sqrt(len(members))
+        rest = basis - np.outer(common, common @ basis)
+        basis = np.linalg.svd(rest, full_matrices=False)[0][:, : basis.shape[1] - 1]
+    for column in _sparse(basis).T:
+        group = loud[np.abs(column) > MEMBER]
+        if len(group) > 1:
+            groups.append(_at(paths, group))
+    return OpenDirections(
+        silent=_at(paths, np.flatnonzero(silent)),
+        scaled=_at(paths, np.flatnonzero(scaled)),
+        traded=tuple(groups),
+    )
+
+
+def _at(paths: Sequence[str], indices: NDArray[np.int_]) -> tuple[str, ...]:
+    return tuple(paths[int(index)] for index in indices)
+
+
+def _open_basis(data: Array, relative: Array) -> Array:
+    """Orthonormal basis (m, k), in logarithms of the numbers, of what the data leave open."""
+    if data.shape[1] == 0:
+        return np.zeros((0, 0))
+    _, singular, rows = np.linalg.svd(data, full_matrices=False)
+    directions = rows[singular < OPEN_SINGULAR_VALUE].T
+    return _orthonormal(directions / relative[:, np.newaxis])
+
+
+def _is_open(effect: Array, direction: Array) -> bool:
+    return bool(np.linalg.norm(effect) < OPEN_SINGULAR_VALUE * np.linalg.norm(direction))
+
+
+def _orthonormal(columns: Array) -> Array:
+    if columns.size == 0:
+        return columns
+    basis, singular, _ = np.linalg.svd(columns, full_matrices=False)
+    return basis[:, singular > 1e-6 * max(float(singular[0]), 1.0)]
+
+
+def _sparse(basis: Array) -> Array:
+    """The same space by vectors with few members: Gauss-Jordan on the largest entries."""
+    reduced = basis.T.copy()
+    for row in range(len(reduced)):
+        pivot = int(np.argmax(np.abs(reduced[row])))
+        if reduced[row, pivot] == 0.0:
+            continue
+        reduced[row] /= reduced[row, pivot]
+        others = np.arange(len(reduced)) != row
+        reduced[others] -= np.outer(reduced[others, pivot], reduced[row])
+    scale = np.max(np.abs(reduced), axis=1, keepdims=True, initial=0.0)
+    return (reduced / np.where(scale > 0.0, scale, 1.0)).T
+
+
+def _estimates(
+    problem: Problem,
+    values: Array,
+    shrinkage: Array,
+    quantile: float,
+    open_directions: OpenDirections,
+) -> tuple[Estimate, ...]:
+    coordinates = problem.coordinates
+    declared = {one.path: one for one in quantities(coordinates.given.effect_ids)}
+    open_paths = open_directions.all()
+    estimates = []
+    for index, path in enumerate(coordinates.paths):
+        quantity = declared[path]
+        allowed = (quantity.upper - quantity.lower) / np.sqrt(12.0)
+        before = min(float(coordinates.sigma[index]), allowed)
+        sigma = float(shrinkage[index] * coordinates.sigma[index])
+        fitted = float(values[index])
+        low = max(fitted - quantile * sigma, quantity.lower)
+        high = min(fitted + quantile * sigma, quantity.upper)
+        estimates.append(
+            Estimate(
+                path=path,
+                unit=quantity.unit,
+                given=float(coordinates.centre[index]),
+                fitted=fitted,
+                sigma=sigma,
+                interval=(low, high),
+                determined=path not in open_paths and bool(sigma < DETERMINED_RATIO * before),
+            )
+        )
+    return tuple(estimates)
+
+
+def _ratios(
+    model: Model, estimates: Sequence[Estimate], covariance: Array, found: OpenDirections
+) -> tuple[Ratio, ...]:
+    """What remains of numbers with a common scale: each over the inertia J.
+
+    The stiffnesses appear as that of the joint with both tendons taut, K = R^2 (k_1 + k_2), (25).
+    """
+    paths = [estimate.path for estimate in estimates]
+    if INERTIA not in found.scaled:
+        return ()
+    values = model.values()
+    square = values["transmission.joint_pulley_radius"] ** 2
+    stiffness = {f"{one}.stiffness": square * values[f"{one}.parallel"] for one in SPRINGS}
+    numerators = [("K/J", "1/s2", stiffness)]
+    traded = {path for group in found.traded for path in group}
+    for estimate in estimates:
+        path = estimate.path
+        if path in found.scaled and path not in {INERTIA, *stiffness, *traded}:
+            numerators.append((f"{path}/J", f"{estimate.unit}/(kg.m2)", {path: 1.0}))
+    ratios = []
+    for name, unit, weights in numerators:
+        value = sum(weight * values[path] for path, weight in weights.items()) / values[INERTIA]
+        gradient = np.array([weights.get(path, 0.0) for path in paths])
+        gradient[paths.index(INERTIA)] = -value
+        gradient /= values[INERTIA]
+        half = CONFIDENCE * float(np.sqrt(gradient @ covariance @ gradient))
+        ratios.append(Ratio(name, unit, value, (max(value - half, 0.0), value + half)))
+    return tuple(ratios)
+
+
+def _sentences(problem: Problem, found: OpenDirections) -> tuple[str, ...]:
+    sentences = []
+    if found.scaled:
+        blind = all(
+            one.load_torque is None and set(one.signals) == {"joint_position"}
+            for one in problem.measurements
+        )
+        reason = "Without a known load or torque the" if blind else "The"
+        sentences.append(
+            f"{reason} data determine only ratios: {', '.join(found.scaled)} share one free scale."
+        )
+    sentences += [
+        f"The data cannot tell {' and '.join(group)} apart: one may change against the other."
+        for group in found.traded
+    ]
+    if found.silent:
+        sentences.append(
+            f"The data say nothing of {', '.join(found.silent)}; any value near what was given "
+            "would do."
+        )
+    return tuple(sentences)

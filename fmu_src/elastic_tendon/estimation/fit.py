@@ -1,0 +1,335 @@
+"""Fit a model's uncertain numbers to measurements.
+
+Least squares on whitened errors with the exact sensitivities of the compiled library. The prior
+of every number takes part, so that a direction which the data leave open stays where it was.
+
+How the data weigh against the prior is decided by the errors themselves (`effective_sigma`). With
+a sigma taken from the errors, minimising the sum of squares and renewing sigma in turn minimises
+N_eff log(sum of squares) + prior, so the rounds below converge.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array, InitialState, noise_floors
+from elastic_tendon.errors import SimulationError
+from elastic_tendon.estimation.coordinates import Limits, free_parameters
+from elastic_tendon.estimation.descent import descend
+from elastic_tendon.estimation.determinability import Findings, findings
+from elastic_tendon.estimation.problem import Problem, Sigmas, problem_of
+from elastic_tendon.measurement import Recordings, listed
+from elastic_tendon.result import Result
+from elastic_tendon.simulation.work import worked
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Progress = Callable[[float], None]  # share of the work done, 0 to 1
+
+SIGMA_TOLERANCE = 0.02  # sigmas that change less than this leave the optimum where it is
+COST_TOLERANCE = 1e-8
+# a start on a bound is moved inside so far, in prior sigmas: at its null an effect may have no
+# derivative
+START_MARGIN = 1e-6
+# a number this close to its bound or its given value, in prior sigmas, is at it ...
+BOUND_TOLERANCE = 1e-5
+GIVEN_TOLERANCE = 1e-3
+# ... if putting it there raises the cost by no more than this, and this share of it
+SETTLING_COST = 1e-6
+# a start that scouting leaves with so many times the least cost is not followed to the end
+HOPELESS = 10.0
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long a fit searches.
+
+    `scouted` : so many starts, those of least cost first, are followed for `scouting` evaluations,
+    enough to tell a good basin from a bad one; `polished` of them to the end beside the best.
+    `evaluations` : of one descent. `rounds` : in which sigmas are renewed. `tolerance` : relative
+    fall of the cost at which a descent ends. `most` : multiplications, see `work`, after which
+    descents end where they are.
+    """
+
+    scouted: int
+    scouting: int
+    polished: int
+    evaluations: int
+    rounds: int
+    tolerance: float = COST_TOLERANCE
+    most: float = np.inf
+
+
+THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
+QUICK = Effort(scouted=3, scouting=6, polished=0, evaluations=20, rounds=2)
+REMEMBERED = 64  # vectors whose errors are kept
+
+
+@dataclass(frozen=True, repr=False)
+class FitResult(Result):
+    """A fitted model and what the data say about its numbers.
+
+    `model` carries the fitted values and still the given uncertainties; `given` is the model the
+    prior is centred on. `initial_states` has one entry for each recording. `cost` is half the sum
+    of squares of whitened errors and prior under `sigmas`, `start_cost` the least of it among the
+    starts. `interrupted`: stopped by the user, holds the best so far.
+    """
+
+    given: Model
+    model: Model
+    problem: Problem
+    vector: Array
+    sigmas: Sigmas
+    cost: float
+    start_cost: float
+    interrupted: bool
+
+    @cached_property
+    def derivatives(self) -> Array:
+        """Of the residuals, errors and prior, by the vector, (N + m, m + 2 f).
+
+        Raises
+        ------
+        SimulationError : the motion is unstable there
+        """
+        return self.problem.jacobian(self.vector, self.sigmas)
+
+    def summary(self) -> str:
+        """Every number as given and as fitted."""
+        return f"{self.model.name}, fitted\n{self.findings.summary()}"
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Every number as given and as fitted, with its 95 % interval, a row each, SI."""
+        return self.findings.to_dataframe()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Parameters as in the contract of a diagnosis, and the model."""
+        return {
+            "parameters": [asdict(one) for one in self.findings.estimates],
+            "model": self.model.model_dump(mode="json", exclude_none=True),
+        }
+
+    @cached_property
+    def findings(self) -> Findings:
+        """What the data say about each number; worked out when it is asked for."""
+        return findings(self.problem, self.vector, self.sigmas)
+
+    @property
+    def initial_states(self) -> list[InitialState]:
+        """Fitted state at the first sample of each recording, rad and rad/s."""
+        return self.problem.initial_states(self.vector)
+
+
+@dataclass(frozen=True)
+class _Remembering(Problem):
+    """A problem that does not simulate its starts anew each time that they are weighed."""
+
+    known: dict[bytes, list[dict[str, Array]] | SimulationError] = field(
+        default_factory=dict, compare=False
+    )
+
+    def errors(self, vector: Array) -> list[dict[str, Array]]:
+        key = vector.tobytes()
+        if key not in self.known:
+            while len(self.known) >= REMEMBERED:
+                del self.known[next(iter(self.known))]
+            try:
+                self.known[key] = super().errors(vector)
+            except SimulationError as failure:
+                self.known[key] = failure
+        found = self.known[key]
+        if isinstance(found, SimulationError):
+            raise found
+        return found
+
+
+@dataclass
+class _Search:
+    """One run of the optimiser under given sigmas; remembers the best vector it has met."""
+
+    problem: Problem
+    sigmas: Sigmas
+    best: Array
+    end: float  # multiplications after which descents end
+    best_cost: float = np.inf
+    lower: Array = field(init=False)
+    upper: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.lower, self.upper = self.problem.bounds()
+
+    def residuals(self, vector: Array) -> Array:
+        values = self.problem.residuals(vector, self.sigmas)
+        cost = 0.5 * float(values @ values)
+        if cost < self.best_cost:
+            self.best, self.best_cost = vector.copy(), cost
+        return values
+
+    def jacobian(self, vector: Array) -> Array:
+        if worked() > self.end:
+            raise SimulationError("enough was simulated")
+        return self.problem.jacobian(vector, self.sigmas)
+
+    def cost(self, vector: Array) -> float:
+        values = self.residuals(vector)
+        return 0.5 * float(values @ values)
+
+    def offer(self, vectors: Sequence[Array]) -> None:
+        """Let these take part in the choice of the best."""
+        for vector in vectors:
+            self.cost(np.clip(vector, self.lower, self.upper))
+
+    def renew(self) -> bool:
+        """Take the sigmas that the best vector calls for; false if they are the same already."""
+        sigmas = self.problem.sigmas(self.best)
+        ratios = [
+            new[name] / old[name]
+            for new, old in zip(sigmas, self.sigmas, strict=True)
+            for name in new
+        ]
+        self.sigmas = sigmas
+        self.best_cost = np.inf
+        self.cost(self.best)
+        return max(abs(ratio - 1.0) for ratio in ratios) > SIGMA_TOLERANCE
+
+    def descend(self, start: Array, evaluations: int, tolerance: float) -> tuple[Array, float]:
+        """Local optimum near a start, or as far as this many evaluations lead."""
+        margin = np.minimum(START_MARGIN, 0.1 * (self.upper - self.lower))
+        inside = np.clip(start, self.lower + margin, self.upper - margin)
+        if not np.isfinite(self.cost(inside)):
+            return inside, np.inf
+        try:
+            return descend(
+                self.residuals,
+                self.jacobian,
+                inside,
+                (self.lower, self.upper),
+                evaluations,
+                tolerance,
+            )
+        except SimulationError:  # derivatives can fail where the trajectory itself does not
+            return inside, np.inf
+
+    def settle(self, vector: Array) -> Array:
+        """Put numbers exactly to their bound or given value where that costs nothing."""
+        coordinates = self.problem.coordinates
+        count = len(coordinates.paths)
+        numbers = vector[:count].copy()
+        for bound in (self.lower[:count], self.upper[:count]):
+            near = np.abs(numbers - bound) < BOUND_TOLERANCE
+            numbers[near] = bound[near]
+        values = coordinates.values(numbers)
+        kept = np.abs(values - coordinates.centre) < GIVEN_TOLERANCE * coordinates.sigma
+        values[kept] = coordinates.centre[kept]
+        settled = np.concatenate([coordinates.variables(values), vector[count:]])
+        allowed = self.cost(vector) * (1.0 + SETTLING_COST) + SETTLING_COST
+        return settled if self.cost(settled) <= allowed else vector
+
+
+def fit(
+    given: Model,
+    measurements: Recordings,
+    *,
+    free: Sequence[str] | None = None,
+    starts: Sequence[Model] = (),
+    limits: Limits | None = None,
+    effort: Effort = THOROUGH,
+    progress: Progress = lambda _share: None,
+) -> FitResult:
+    """Fit free numbers and every recording's initial state.
+
+    The result is never worse, in cost, than any start.
+
+    Parameters
+    ----------
+    given : Model; centre of the prior and first start
+    measurements : one or several, fitted together
+    free : dotted paths of the numbers to fit; None: all that have an uncertainty
+    starts : further models with the same effects to start from
+    limits : bounds by dotted path, beside those of the quantities
+    effort : how long to search
+    progress : called with the share of the work done, 0 to 1
+
+    Returns
+    -------
+    FitResult
+
+    Raises
+    ------
+    SimulationError : not even the given model can be simulated
+    """
+    measurements = listed(measurements)
+    paths = free_parameters(given) if free is None else tuple(free)
+    problem = problem_of(given, measurements, paths, limits)
+    remembering = _Remembering(problem.coordinates, problem.measurements)
+    vectors = [problem.start(given)]
+    for model in starts:
+        try:
+            vectors.append(problem.start(model))
+        except SimulationError:  # a start that cannot be simulated is no start
+            continue
+    end = worked() + effort.most
+    search = _Search(remembering, _closest_sigmas(remembering, vectors), vectors[0], end)
+    interrupted = False
+    try:
+        _run(search, vectors, effort, progress)
+    except KeyboardInterrupt:
+        interrupted = True
+    vector = search.settle(search.best)
+    return FitResult(
+        given=given,
+        model=problem.model(vector),
+        problem=problem,
+        vector=vector,
+        sigmas=search.sigmas,
+        cost=search.cost(vector),
+        start_cost=min(search.cost(start) for start in vectors),
+        interrupted=interrupted,
+    )
+
+
+def _closest_sigmas(problem: Problem, vectors: Sequence[Array]) -> Sigmas:
+    """Sigmas of the start that errs least: data weigh against the prior by what they can reach."""
+    floors = tuple(noise_floors(measurement) for measurement in problem.measurements)
+    return problem.sigmas(
+        min(vectors, key=lambda vector: float(np.sum(problem.residuals(vector, floors) ** 2))),
+        independent=True,
+    )
+
+
+def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Progress) -> None:
+    """Scout under samples taken as independent, then settle under what they really tell.
+
+    Scouting lets the data overrule the prior, so that a number that is far off is found; the
+    rounds then weigh data and prior honestly, and return what only the lack of fit had moved.
+    """
+    promising = sorted(starts, key=search.cost)[: effort.scouted]
+    steps = len(promising) + effort.polished + 1 + effort.rounds
+    done = 0
+
+    def descend(start: Array, evaluations: int) -> tuple[Array, float]:
+        nonlocal done
+        found = search.descend(start, evaluations, effort.tolerance)
+        done += 1
+        progress(min(done / steps, 1.0))
+        return found
+
+    search.offer(starts)
+    scouted = sorted((descend(one, effort.scouting) for one in promising), key=lambda x: x[1])
+    descend(search.best, effort.evaluations)
+    for index in range(effort.rounds):
+        if not search.renew():
+            break
+        # under new sigmas another vector may be the best
+        search.offer(starts)
+        if index == 0:
+            for vector, cost in scouted[: effort.polished]:
+                if cost < HOPELESS * scouted[0][1]:
+                    descend(vector, effort.evaluations)
+        descend(search.best, effort.evaluations)
+    progress(1.0)

@@ -1,0 +1,163 @@
+"""The ladder of errors: one entry for each step from the model as given to the improved one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, log
+from typing import Any
+
+import numpy as np
+
+from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.residuals import Array, autocorrelation_time, residuals_of
+
+AS_GIVEN = "as given"
+REFIT = "parameters refitted"
+# simulated recordings can be met exactly; errors below this share of the noise count as this
+LEAST_SHARE_OF_NOISE = 0.5
+
+
+@dataclass(frozen=True)
+class Step:
+    """A model on its way and how it compares.
+
+    `added` is the id of the effect that came in, with `parameters` numbers; `effective` counts
+    the numbers that the data determine. `evidence` : where it is known already, see `climb`.
+    """
+
+    title: str
+    added: str | None
+    parameters: int
+    effective: float
+    comparison: Comparison
+    heldout: Comparison | None
+    evidence: float | None = None
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One entry of the ladder.
+
+    `rmse`, `heldout_rmse` : signal -> root mean square error in the signal's unit.
+    `noise_ratio` : signal -> `rmse` over the noise floor.
+    `evidence` : lower is better, comparable within one ladder; a difference of 10 decides.
+    `probability` : weight among all steps of the ladder, from their evidence, 0 to 1.
+    """
+
+    title: str
+    added: str | None
+    rmse: dict[str, float]
+    heldout_rmse: dict[str, float]
+    noise_ratio: dict[str, float]
+    evidence: float
+    probability: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Entry of ``ladder`` in the diagnosis contract, with a title for people."""
+        return {
+            "title": self.title,
+            "added": self.added,
+            "rmse": self.rmse,
+            "heldout_rmse": self.heldout_rmse,
+            "noise_ratio": self.noise_ratio,
+            "evidence": self.evidence,
+            "probability": self.probability,
+        }
+
+
+def steps_text(ladder: Sequence[Rung]) -> str:
+    """The error after each step, a line each."""
+    width = max(len(one.title) for one in ladder)
+    return "\n".join(
+        f"{one.title:{width}}  "
+        + ", ".join(
+            f"{name} {rmse:.4g} ({one.noise_ratio[name]:.3g} times the noise)"
+            for name, rmse in one.rmse.items()
+        )
+        for one in ladder
+    )
+
+
+def climb(steps: Sequence[Step]) -> tuple[Rung, ...]:
+    """Judge steps against one another.
+
+    Where a step does not bring its evidence, it is found from its errors in units of the noise.
+    Errors that hang together count less: the samples of each signal are divided by the
+    autocorrelation time of the last step's error, the whitest there is, and the same count of
+    facts serves every step, so that
+
+    ``evidence = sum over signals of facts log(mean square) + effective log(sum of facts)``.
+
+    A number that stays with its prior costs nothing, as it explains nothing. Beside steps that
+    bring their evidence, only the difference to the nearest of these is found so.
+
+    Parameters
+    ----------
+    steps : from the model as given to the last
+
+    Returns
+    -------
+    tuple of Rung, one for each step
+    """
+    evidence = _evidence(steps)
+    return tuple(
+        Rung(
+            title=step.title,
+            added=step.added,
+            rmse=step.comparison.rmse(),
+            heldout_rmse={} if step.heldout is None else step.heldout.rmse(),
+            noise_ratio=step.comparison.noise_ratio(),
+            evidence=value,
+            probability=probability,
+        )
+        for step, value, probability in zip(steps, evidence, _probabilities(evidence), strict=True)
+    )
+
+
+def _evidence(steps: Sequence[Step]) -> list[float]:
+    """Evidence of each step in one scale, that of the steps that bring theirs."""
+    known = {index: step.evidence for index, step in enumerate(steps) if step.evidence is not None}
+    if len(known) == len(steps):
+        return list(known.values())
+    counts = _effective_counts(steps[-1].comparison)
+    found = [
+        _deviance(step.comparison, counts) + step.effective * log(sum(counts.values()))
+        for step in steps
+    ]
+
+    def shift(place: int) -> float:
+        nearest = min(known, key=lambda index: (abs(index - place), -index))
+        return known[nearest] - found[nearest]
+
+    if not known:
+        return found
+    return [known.get(place, value + shift(place)) for place, value in enumerate(found)]
+
+
+def _probabilities(evidence: Sequence[float]) -> list[float]:
+    least = min(evidence)
+    weights = [exp(-0.5 * min(value - least, 1400.0)) for value in evidence]
+    return [weight / sum(weights) for weight in weights]
+
+
+def _errors(comparison: Comparison) -> dict[str, list[Array]]:
+    errors: dict[str, list[Array]] = {}
+    for file in comparison.files:
+        for name, error in residuals_of(file.trajectory, file.measurement).items():
+            errors.setdefault(name, []).append(error)
+    return errors
+
+
+def _effective_counts(comparison: Comparison) -> dict[str, float]:
+    return {
+        name: sum(len(error) / autocorrelation_time(error) for error in errors)
+        for name, errors in _errors(comparison).items()
+    }
+
+
+def _deviance(comparison: Comparison, counts: dict[str, float]) -> float:
+    floors = comparison.pooled(lambda error: error.noise.sigma)
+    deviance = 0.0
+    for name, errors in _errors(comparison).items():
+        mean_square = float(np.mean(np.concatenate(errors) ** 2)) / floors[name] ** 2
+        deviance += counts[name] * log(max(mean_square, LEAST_SHARE_OF_NOISE**2))
+    return deviance

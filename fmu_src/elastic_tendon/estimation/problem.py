@@ -1,0 +1,194 @@
+"""The least-squares problem of a fit: one vector in, whitened residuals and derivatives out.
+
+The vector holds the fit's variables of the free numbers (see `coordinates`), then position and
+velocity at the first sample of each recording. The residual vector holds every recording and
+signal divided by its sigma, then the prior of each free number.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.residuals import (
+    INITIAL_STATES,
+    Array,
+    InitialState,
+    effective_sigma,
+    noise_floors,
+    residuals_of,
+    rms,
+    sensitivity,
+    simulate_measurement,
+    stack,
+)
+from elastic_tendon.errors import ModelError, SimulationError
+from elastic_tendon.estimation.coordinates import Coordinates, Limits
+from elastic_tendon.measurement import Measurement
+
+# for each recording: signal -> one sigma in its unit
+Sigmas = tuple[Mapping[str, float], ...]
+# of the solver: it then errs by 1e-9 to 1e-6 rad, below what an encoder resolves, and quick
+# dynamics, of bristles or of masses on springs, take half the time
+TOLERANCE = 1e-6
+STEEPEST = 1e100  # derivative of an error beyond which there is nothing to descend along
+_STATES = len(INITIAL_STATES)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Fit of a model's free numbers and every recording's initial state.
+
+    m free numbers, f recordings; vectors have m + 2 f entries.
+    """
+
+    coordinates: Coordinates
+    measurements: tuple[Measurement, ...]
+
+    def start(self, model: Model) -> Array:
+        """Vector at a model of the same effects, initial states estimated with it.
+
+        Raises
+        ------
+        SimulationError : this model cannot be simulated
+        """
+        values = model.values()
+        numbers = np.array([values[path] for path in self.coordinates.paths])
+        states = [estimate_initial_state(model, one) for one in self.measurements]
+        return np.concatenate(
+            [self.coordinates.variables(numbers)] + [[s.position, s.velocity] for s in states]
+        )
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest vector; initial states are free."""
+        lower, upper = self.coordinates.bounds()
+        free = np.full(_STATES * len(self.measurements), np.inf)
+        return np.concatenate([lower, -free]), np.concatenate([upper, free])
+
+    def numbers(self, vector: Array) -> Array:
+        """Part of the vector that holds the variables of the free numbers, (m,)."""
+        return vector[: len(self.coordinates.paths)]
+
+    def model(self, vector: Array) -> Model:
+        """The model at a vector.
+
+        Raises
+        ------
+        ModelError : the numbers together are no model
+        """
+        return self.coordinates.model(self.numbers(vector))
+
+    def initial_states(self, vector: Array) -> list[InitialState]:
+        """State at the first sample of each recording, rad and rad/s."""
+        states = vector[len(self.coordinates.paths) :].reshape(-1, _STATES)
+        return [InitialState(float(position), float(velocity)) for position, velocity in states]
+
+    def errors(self, vector: Array) -> list[dict[str, Array]]:
+        """For each recording, signal -> (n,) simulated less measured, the signal's unit.
+
+        Raises
+        ------
+        ModelError, SimulationError : there is no trajectory here
+        """
+        model = self.model(vector)
+        pairs = zip(self.measurements, self.initial_states(vector), strict=True)
+        return [
+            residuals_of(simulate_measurement(model, one, initial, TOLERANCE), one)
+            for one, initial in pairs
+        ]
+
+    def sigmas(self, vector: Array, *, independent: bool = False) -> Sigmas:
+        """Weights that the errors at this vector call for, see `effective_sigma`.
+
+        Parameters
+        ----------
+        vector : (m + 2 f,) array
+        independent : take every sample as a fact of its own
+        """
+        return tuple(
+            {
+                name: max(rms(error), floors[name])
+                if independent
+                else effective_sigma(error, floors[name])
+                for name, error in errors.items()
+            }
+            for errors, floors in zip(
+                self.errors(vector), map(noise_floors, self.measurements), strict=True
+            )
+        )
+
+    def residuals(self, vector: Array, sigmas: Sigmas) -> Array:
+        """Whitened errors and prior; infinite where there is no trajectory.
+
+        Returns
+        -------
+        (N + m,) array
+        """
+        try:
+            data = stack(self.errors(vector), sigmas)
+        except (ModelError, SimulationError):
+            count = sum(len(one.time) * len(one.signals) for one in self.measurements)
+            data = np.full(count, np.inf)
+        return np.concatenate([data, self._prior(vector)])
+
+    def jacobian(self, vector: Array, sigmas: Sigmas) -> Array:
+        """Derivatives of `residuals` to the vector, (N + m, m + 2 f).
+
+        Raises
+        ------
+        SimulationError : the solver could not go on, or derivatives grow without bound
+        """
+        count = len(self.coordinates.paths)
+        chain = self.coordinates.derivatives(self.numbers(vector))
+        data = self.data_jacobian(vector, sigmas)
+        if not np.max(np.abs(data)) < STEEPEST:
+            raise SimulationError("the motion is unstable: its derivatives grow without bound")
+        data[:, :count] = data[:, :count] @ chain
+        prior = np.zeros((count, data.shape[1]))
+        prior[:, :count] = chain / self.coordinates.sigma[:, np.newaxis]
+        return np.vstack([data, prior])
+
+    def data_jacobian(self, vector: Array, sigmas: Sigmas) -> Array:
+        """Derivatives of the whitened errors to the free numbers, each in its own unit, and to
+        the initial states; no prior.
+
+        Returns
+        -------
+        (N, m + 2 f) array
+        """
+        model = self.model(vector)
+        states = self.initial_states(vector)
+        count, paths = len(self.coordinates.paths), self.coordinates.paths
+        blocks = []
+        for index, one in enumerate(self.measurements):
+            derivatives = sensitivity(model, one, states[index], paths, TOLERANCE).derivatives
+            own = stack([derivatives], [sigmas[index]])
+            block = np.zeros((len(own), count + _STATES * len(self.measurements)))
+            block[:, :count] = own[:, :count]
+            first = count + _STATES * index
+            block[:, first : first + _STATES] = own[:, count:]
+            if one.static:
+                # long forgotten by the second row; a trace of it would scale its steps to infinity
+                block[:, first + 1] = 0.0
+            blocks.append(block)
+        return np.vstack(blocks)
+
+    def _prior(self, vector: Array) -> Array:
+        values = self.coordinates.values(self.numbers(vector))
+        return (values - self.coordinates.centre) / self.coordinates.sigma
+
+
+def problem_of(
+    given: Model,
+    measurements: Sequence[Measurement],
+    paths: Sequence[str],
+    limits: Limits | None = None,
+) -> Problem:
+    """Problem of fitting some numbers of a model, the prior centred on the model as given.
+
+    `limits` are bounds beside those of the quantities.
+    """
+    coordinates = Coordinates.of(given, paths, limits, measurements)
+    return Problem(coordinates, tuple(measurements))

@@ -1,0 +1,141 @@
+"""The binary: generated C and the runtime, compiled into one shared library.
+
+The cached library that Python calls and the library inside an FMU are made here, from the same
+sources; they differ in start values, token and the version of FMI only.
+"""
+
+import tempfile
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+
+from elastic_tendon.actuator.system import HybridSystem
+from elastic_tendon.native import compiler
+from elastic_tendon.native.codegen import generate
+from elastic_tendon.native.layout import FmuVariable, c_tables
+
+Progress = Callable[[str, float], object]  # what is being done, and the share that is done
+
+_AT_ONCE = 2  # compilers; each keeps a core busy
+_MODEL = "model.c"
+_LARGE = 4_000_000  # bytes of it, from which on a compiler is busy for minutes
+_LARGE_MODEL = "large model: some minutes"
+_FIRST_TIME = "the first time: minutes"  # when the libraries for Windows themselves are built
+
+
+def silent(_text: str, _share: float) -> None:
+    """Progress that nobody asked for."""
+
+
+def write_sources(
+    folder: Path,
+    system: HybridSystem,
+    variables: Sequence[FmuVariable],
+    *,
+    token: str,
+    tolerance: float,
+    fmi_version: int = 2,
+) -> None:
+    """Write the generated C of a model, which `native/runtime/library.c` includes, into a folder.
+
+    Parameters are those of `compile_binary`.
+    """
+    tables = c_tables(variables, system.interface.modes, token, tolerance, fmi_version)
+    for name, content in ((_MODEL, generate(system)), ("variables.c", tables)):
+        (folder / name).write_bytes(content.encode())  # with the same ends of lines everywhere
+
+
+def compile_binary(
+    system: HybridSystem,
+    variables: Sequence[FmuVariable],
+    output: Path,
+    target: compiler.Platform,
+    *,
+    token: str,
+    tolerance: float,
+    fmi_version: int = 2,
+    progress: Progress = silent,
+) -> None:
+    """Compile the shared library of a model.
+
+    Parameters
+    ----------
+    system : equations
+    variables : from `layout`, with the start values that the library is to have
+    output : file to write
+    target : platform to build for
+    token : guid of the FMU
+    tolerance : of the co-simulation solver where the importer sets none
+    fmi_version : 2 or 3, whose functions the library shows
+    progress : told what is being built
+
+    Raises
+    ------
+    BuildError
+        where the compiler refuses
+    """
+    with tempfile.TemporaryDirectory() as work:
+        write_sources(
+            *(Path(work), system, variables),
+            token=token,
+            tolerance=tolerance,
+            fmi_version=fmi_version,
+        )
+        progress(_being_built(Path(work), [target]), 0.0)
+        source = compiler.RUNTIME / "library.c"
+        compiler.compile_library(source, output, target, include=[Path(work)])
+
+
+def compile_binaries(
+    sources: Path, identifier: str, platforms: Sequence[compiler.Platform], progress: Progress
+) -> dict[compiler.Platform, bytes]:
+    """Compile the library of a model for several platforms.
+
+    Parameters
+    ----------
+    sources : folder filled by `write_sources`
+    identifier : the libraries' file name without suffix, which some formats write into them
+    platforms : to build for
+    progress : told what is being built
+
+    Returns
+    -------
+    dict
+        content of each platform's library
+
+    Raises
+    ------
+    BuildError
+        where the compiler refuses
+    """
+    progress(_being_built(sources, platforms), 0.0)
+    built: dict[compiler.Platform, bytes] = {}
+    pool = ThreadPoolExecutor(_AT_ONCE)
+    try:
+        started = {pool.submit(_compile, sources, identifier, one): one for one in platforms}
+        for done in as_completed(started):
+            built[started[done]] = done.result()
+            waiting = [one for one in platforms if one not in built]
+            progress(_being_built(sources, waiting), len(built) / len(platforms))
+    finally:  # also of an interrupt, which ends the compilers that are running
+        pool.shutdown(cancel_futures=True)
+    return {one: built[one] for one in platforms}
+
+
+def _compile(sources: Path, identifier: str, platform: compiler.Platform) -> bytes:
+    with tempfile.TemporaryDirectory() as work:
+        output = Path(work) / f"{identifier}{platform.suffix}"
+        compiler.compile_library(compiler.RUNTIME / "library.c", output, platform, [sources])
+        return output.read_bytes()  # what the linker for Windows leaves beside it is not wanted
+
+
+def _being_built(sources: Path, waiting: Sequence[compiler.Platform]) -> str:
+    """What is done now, and why it takes long where it does."""
+    if not waiting:
+        return "packing"
+    now = waiting[:_AT_ONCE]
+    large = (sources / _MODEL).stat().st_size > _LARGE
+    long = [_LARGE_MODEL] if large else []
+    long += [_FIRST_TIME] if any(one.suffix == ".dll" for one in now) else []
+    why = f" ({'; '.join(long)})" if long else ""
+    return f"building {', '.join(one.name for one in now)}{why}"

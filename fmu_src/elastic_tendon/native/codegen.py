@@ -1,0 +1,234 @@
+"""CasADi to C: the generated part of the library, behind the narrow waist `native/runtime/model.h`.
+
+Every function is scalar-expanded (SX), works on caller's memory and needs libm only. The
+Jacobians are taken with respect to the stacked vector v = [x; u; p] and stored as the nonzeros
+of a compressed-column pattern, which the runtime multiplies with directions.
+"""
+
+import re
+from collections.abc import Iterable
+
+import casadi as ca
+
+from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
+from elastic_tendon.effects.symbolic import one_at_a_time
+
+_PATTERN = """\
+static const Pattern {name}_pattern = {{
+  (const int[]){{{columns}}},
+  (const int[]){{{rows}}}
+}};
+"""
+
+_WRAPPER = """\
+static inline void model_{name}({signature}) {{
+{prepare}  const double* arg[] = {{{arguments}}};
+  double* res[] = {{{result}}};
+  casadi_{name}(arg, res, 0, 0, 0);
+}}
+"""
+
+# functions of the unknowns of implicit equations find these first; see native/runtime/implicit.h
+_SOLVE = "  double w[N_UNKNOWNS];\n  solve_implicit(x, u, p, r, w);\n"
+_IMPLICIT = ("guess", "newton")
+
+
+def _c_list(values: Iterable[object]) -> str:
+    """Initialiser of a C array, never empty (C99 has no empty arrays)."""
+    return ", ".join(str(value) for value in values) or "0"
+
+
+def _functions(system: HybridSystem) -> dict[str, ca.Function]:
+    """CasADi functions by the name that the runtime calls, without their ``model_`` prefix."""
+    x, u, p, r, w = system.x, system.u, system.p, system.r, system.w
+    v = ca.vertcat(x, u, p)
+    at = {"x": x, "u": u, "p": p, "r": r}
+    found, after = at | {"w": w}, at | {"r_next": system.r_next}
+
+    def by_v(expression: ca.SX) -> ca.SX:
+        return total_jacobian(expression, v, w, system.residuals)
+
+    rates_jacobian = by_v(system.rates)
+    implicit = {
+        "guess": (at, system.guesses),
+        "newton": (found, newton_step(w, system.residuals)),
+    }
+    expressions = (implicit if w.numel() else {}) | {
+        "rates": (found, system.rates),
+        "outputs": (found, system.outputs),
+        "indicators": (found, system.indicators),
+        "next_modes": (found, system.next_modes),
+        "reset": (after, system.reset),
+        "starts": (found, system.starts),
+        "delay": (at, system.delay),
+        "rates_by_state": (found, ca.densify(rates_jacobian[:, : x.numel()])),
+        "rates_jacobian": (found, rates_jacobian),
+        "outputs_jacobian": (found, by_v(system.outputs)),
+        "indicators_jacobian": (found, by_v(system.indicators)),
+        "reset_jacobian": (after, ca.jacobian(system.reset, v)),
+        "starts_jacobian": (found, by_v(system.starts)),
+        "delay_jacobian": (at, ca.jacobian(system.delay, v)),
+    }
+    return _compiled(expressions, p)
+
+
+def _compiled(
+    expressions: dict[str, tuple[dict[str, ca.SX], ca.SX]], p: ca.SX
+) -> dict[str, ca.Function]:
+    """Functions of named arguments, with what depends on parameters alone taken out.
+
+    That is evaluated once, by `prepare`, and stands behind the parameters in `p`.
+    """
+    given, rates = expressions["rates"]
+    rates, reciprocals, divisors = _without_division(rates, given)
+    found = [expression for _, expression in (expressions | {"rates": (given, rates)}).values()]
+    known = ca.vertcat(p, reciprocals)
+    reduced, symbols, constants = ca.extract_parametric(found, known, {})
+    constants = [ca.substitute(one, reciprocals, 1.0 / divisors) for one in constants]
+    prepared = ca.SX.sym("p", known.numel() + len(symbols))
+    names = [known, *symbols]
+    values = [prepared[: known.numel()], *ca.vertsplit(prepared[known.numel() :])]
+    functions = {
+        "prepare": ca.Function(
+            "casadi_prepare", [p], [ca.vertcat(1.0 / divisors, *constants)], ["p"], ["result"]
+        )
+    }
+    for (name, (given, _)), expression in zip(expressions.items(), reduced, strict=True):
+        arguments = given | {"p": prepared}
+        (expression,) = ca.substitute([expression], names, values)
+        functions[name] = ca.Function(
+            f"casadi_{name}", list(arguments.values()), [expression], list(arguments), ["result"]
+        )
+    return functions
+
+
+def _without_division(rates: ca.SX, given: dict[str, ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Rates that multiply by symbols where they divided by what depends on parameters alone.
+
+    Each stage of the solver waits for the rates of the one before, and most of that for a
+    division by the inertia.
+
+    Returns
+    -------
+    the rates; the symbols, columns; what each is the reciprocal of, a function of `p`
+    """
+    names = list(given)
+    function = ca.Function("rates", list(given.values()), [rates])
+    work: dict[int, tuple[ca.SX, bool]] = {}  # value, and whether it depends on p alone
+    symbols: list[ca.SX] = []
+    divisors: list[ca.SX] = []
+    result = ca.SX(rates)
+    for k in range(function.n_instructions()):
+        operation, taken = function.instruction_id(k), function.instruction_input(k)
+        made = function.instruction_output(k)
+        if operation == ca.OP_INPUT:
+            name = names[taken[0]]
+            work[made[0]] = given[name].nz[taken[1]], name == "p"
+        elif operation == ca.OP_CONST:
+            work[made[0]] = ca.SX(function.instruction_constant(k)), True
+        elif operation == ca.OP_OUTPUT:
+            result.nz[made[1]] = work[taken[0]][0]
+        else:
+            values, known = zip(*(work[one] for one in taken), strict=True)
+            if operation == ca.OP_DIV and known == (False, True):
+                symbols.append(ca.SX.sym("reciprocal"))
+                divisors.append(values[1])
+                value = values[0] * symbols[-1]
+            elif len(values) == 1:
+                value = ca.SX.unary(operation, *values)
+            else:
+                value = ca.SX.binary(operation, *values)
+            work[made[0]] = value, all(known)
+    return result, ca.vertcat(ca.SX(0, 1), *symbols), ca.vertcat(ca.SX(0, 1), *divisors)
+
+
+def _wrapper(name: str, function: ca.Function) -> str:
+    """The function under its plain C signature."""
+    names = [function.name_in(i) for i in range(function.n_in())]
+    solves = name not in _IMPLICIT and "w" in names and function.numel_in("w") > 0
+    given = [one for one in names if one != "w" or name in _IMPLICIT]
+    return _WRAPPER.format(
+        name=name,
+        signature=", ".join(f"const double* {argument}" for argument in given) + ", double* result",
+        prepare=_SOLVE if solves else "",
+        arguments=", ".join(one if one in given or solves else "0" for one in names),
+        result="result",
+    )
+
+
+def _sizes(system: HybridSystem, functions: dict[str, ca.Function]) -> str:
+    """Sizes as macros, so that the runtime's arrays have fixed length."""
+    sizes = {
+        "N_STATES": system.x.numel(),
+        "N_INPUTS": system.u.numel(),
+        "N_PARAMETERS": system.p.numel(),
+        "N_PREPARED": system.p.numel() + functions["prepare"].numel_out(0),
+        "N_MODES": system.r.numel(),
+        "N_INDICATORS": system.indicators.numel(),
+        "N_OUTPUTS": system.outputs.numel(),
+        "N_UNKNOWNS": system.w.numel(),
+    } | {
+        f"N_{name.upper()}": function.nnz_out(0)
+        for name, function in functions.items()
+        if name.endswith("_jacobian")
+    }
+    return "".join(f"#define {name} {size}\n" for name, size in sizes.items())
+
+
+def _tables(system: HybridSystem) -> str:
+    """Start values and scales that the solver needs."""
+    interface = system.interface
+    rows = {
+        "state_nominal": (repr(state.nominal) for state in interface.states),
+        "mode_start": (repr(mode.start) for mode in interface.modes),
+        "output_at_motor": (repr(float(output.at_motor)) for output in interface.outputs),
+    }
+    return "".join(
+        f"static const double {name}[] = {{{_c_list(values)}}};\n" for name, values in rows.items()
+    )
+
+
+@one_at_a_time
+def generate(system: HybridSystem) -> str:
+    """C source of a structure.
+
+    Parameters
+    ----------
+    system : HybridSystem
+
+    Returns
+    -------
+    str, one C file that defines sizes, tables, patterns and the ``model_*`` functions
+    """
+    functions = _functions(system)
+    generator = ca.CodeGenerator(
+        "casadi.c", {"with_header": False, "casadi_int": "int", "main": False, "mex": False}
+    )
+    for function in functions.values():
+        generator.add(function)
+    # CasADi leaves its helpers external
+    helper = "casadi_real casadi_"
+    body = re.sub(f"^{helper}", f"static {helper}", generator.dump(), flags=re.MULTILINE)
+    patterns = [
+        _PATTERN.format(
+            name=name,
+            columns=_c_list(function.sparsity_out(0).colind()),
+            rows=_c_list(function.sparsity_out(0).row()),
+        )
+        for name, function in functions.items()
+        if name.endswith("_jacobian")
+    ]
+    return "\n".join(
+        [
+            f"/* effects: {', '.join(e.id for e in system.interface.effects) or 'none'} */",
+            "#define CASADI_SYMBOL_EXPORT static",
+            _sizes(system, functions),
+            '#include "model.h"',
+            body,
+            _tables(system),
+            *patterns,
+            *(_wrapper(name, functions[name]) for name in _IMPLICIT if name in functions),
+            '#include "implicit.h"',
+            *(_wrapper(name, functions[name]) for name in functions if name not in _IMPLICIT),
+        ]
+    )

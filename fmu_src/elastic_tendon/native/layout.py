@@ -1,0 +1,211 @@
+"""Variables of the FMU in their order: value references, roles and start values.
+
+The description (XML) and the binary (a C table) are both made from this list, so they agree. One
+table of unique value references serves every FMI version. Nothing here needs CasADi.
+"""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from math import inf, isnan, nan
+
+from elastic_tendon.actuator.variables import Interface, Kind, Mode, Variable
+
+MOTOR_VELOCITY_CONNECTED = Variable(
+    "motor_velocity_connected",
+    "1",
+    "whether the input motor_velocity is used; false: the rate is the derivative of motor_position "
+    "where an importer of FMI 2.0 gives it in co-simulation, else 0",
+    Kind.BOOLEAN,
+    lower=0.0,
+    upper=1.0,
+)
+_TIME = Variable("time", "s", "simulation time")
+_TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
+
+
+class Role(Enum):
+    """What a variable is to the model; the value is its name in the C table."""
+
+    TIME = "ROLE_TIME"
+    INPUT = "ROLE_INPUT"
+    STATE = "ROLE_STATE"
+    DERIVATIVE = "ROLE_DERIVATIVE"
+    OUTPUT = "ROLE_OUTPUT"
+    PARAMETER = "ROLE_PARAMETER"
+    OPTION = "ROLE_OPTION"
+    INDICATOR = "ROLE_INDICATOR"
+
+
+@dataclass(frozen=True)
+class FmuVariable:
+    """A variable of the FMU.
+
+    `index` counts within the role: among the states, the inputs, ... of the model. `start` is
+    None where the value is calculated. `is_output` marks outputs, of which some are states.
+    """
+
+    value_reference: int
+    variable: Variable
+    role: Role
+    index: int
+    is_output: bool
+    start: float | None
+
+    @property
+    def name(self) -> str:
+        """Name, structured by dots."""
+        return self.variable.name
+
+    @property
+    def variability(self) -> str:
+        """When the value may change, in FMI's terms."""
+        if self.role is Role.OPTION or (self.role is Role.PARAMETER and not self.variable.tunable):
+            return "fixed"
+        if self.role is Role.PARAMETER:
+            return "tunable"
+        return "discrete" if self.variable.discrete else "continuous"
+
+
+_Row = tuple[Variable, Role, int, bool, float | None]  # fields of FmuVariable after the first
+
+
+def rate_unit(unit: str) -> str:
+    """Unit of the time derivative of a variable, such as ``rad/s2`` for ``rad/s``."""
+    if unit.endswith("/s"):
+        return unit + "2"
+    if "/" in unit:
+        above, below = unit.split("/")
+        return f"{above}/({below.strip('()')}.s)"
+    return unit + "/s"
+
+
+def _derivative(state: Variable) -> Variable:
+    return Variable(
+        f"der({state.name})",
+        rate_unit(state.unit),
+        f"time derivative of {state.name}",
+        nominal=state.nominal / _TYPICAL_DURATION,
+    )
+
+
+def _indicators(mode: Mode) -> Iterator[Variable]:
+    for number in range(1, mode.indicators + 1):
+        place = f"[{number}]" if mode.indicators > 1 else ""
+        yield Variable(
+            f"{mode.name}.indicator{place}", "1", f"changes its sign at an event: {mode.meaning}"
+        )
+
+
+def layout(
+    interface: Interface, parameters: Mapping[str, float], *, indicators: bool = False
+) -> tuple[FmuVariable, ...]:
+    """Variables of the FMU; a variable's place in the tuple is its value reference.
+
+    Parameters
+    ----------
+    interface : of the structure
+    parameters : value of each parameter by its dotted path, SI
+    indicators : whether event indicators are variables too, as FMI 3.0 wants them
+    """
+    states = {state.name: i for i, state in enumerate(interface.states)}
+    rows: list[_Row] = [(_TIME, Role.TIME, 0, False, None)]
+    for i, variable in enumerate(interface.inputs):
+        rows.append((variable, Role.INPUT, i, False, variable.start))
+    for i, variable in enumerate(interface.outputs):
+        if variable.name in states:
+            number = states[variable.name]
+            state = interface.states[number]  # its nominal is what the solver works with
+            rows.append((state, Role.STATE, number, True, state.start))
+        else:
+            rows.append((variable, Role.OUTPUT, i, True, None))
+    for i, variable in enumerate(interface.states):
+        if variable.name not in interface.output_names:
+            rows.append((variable, Role.STATE, i, False, variable.start))
+    for i, variable in enumerate(interface.states):
+        rows.append((_derivative(variable), Role.DERIVATIVE, i, False, None))
+    for i, variable in enumerate(interface.parameters):
+        rows.append((variable, Role.PARAMETER, i, False, parameters[variable.name]))
+    rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
+    if indicators:
+        listed = (variable for mode in interface.modes for variable in _indicators(mode))
+        rows.extend((one, Role.INDICATOR, i, False, None) for i, one in enumerate(listed))
+    return tuple(FmuVariable(reference, *row) for reference, row in enumerate(rows))
+
+
+def default_layout(interface: Interface) -> tuple[FmuVariable, ...]:
+    """Layout with the default of every parameter, as the cached library has it."""
+    return layout(interface, {one.name: one.start or 0.0 for one in interface.parameters})
+
+
+def _c_start(one: FmuVariable) -> float:
+    """Start value; NaN asks the solver to calculate that of a state."""
+    if one.start is None:
+        return nan if one.role is Role.STATE else 0.0
+    return one.start
+
+
+def _c_number(value: float) -> str:
+    if isnan(value):
+        return "NAN"
+    if value in (inf, -inf):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return repr(float(value))
+
+
+def _c_text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _text_table(name: str, texts: Iterable[str]) -> str:
+    return f"static const char *const {name}[] = {{{', '.join(map(_c_text, texts))}}};"
+
+
+def _row(one: FmuVariable) -> str:
+    variable = one.variable
+    cells = (
+        _c_text(variable.name),
+        f"TYPE_{variable.kind.value.upper()}",
+        one.role.value,
+        str(one.index),
+        str(int(one.is_output)),
+        str(int(variable.tunable)),
+        *(_c_number(value) for value in (_c_start(one), variable.lower, variable.upper)),
+    )
+    return f"  {{{', '.join(cells)}}},"
+
+
+def c_tables(
+    variables: Iterable[FmuVariable],
+    modes: Sequence[Mode],
+    token: str,
+    tolerance: float,
+    fmi_version: int,
+) -> str:
+    """C source of the tables that `native/runtime/instance.c` works from.
+
+    Parameters
+    ----------
+    variables : from `layout`
+    modes : of the model, in order
+    token : the string by which a description and its binary know each other
+    tolerance : of the solver where the importer sets none
+    fmi_version : 2 or 3
+    """
+    rows = [_row(one) for one in variables]
+    return "\n".join(
+        [
+            f"#define FMI_VERSION {fmi_version}",
+            f"#define N_VARIABLES {len(rows)}",
+            f"#define MODEL_TOKEN {_c_text(token)}",
+            f"#define MODEL_TOLERANCE {tolerance!r}",
+            '#include "instance.h"',
+            "static const VariableInfo variables[] = {",
+            *rows,
+            "};",
+            _text_table("mode_name", (mode.name for mode in modes)),
+            _text_table("mode_warning", (mode.meaning if mode.warns else "" for mode in modes)),
+            "",
+        ]
+    )

@@ -1,0 +1,192 @@
+"""The compiled library of a structure: built once, cached, loaded.
+
+A structure is a set of effects. Every number of a model is a run-time argument, so fitting and
+screening never compile; the cache's key needs no CasADi, so a cached library loads at once.
+"""
+
+import ctypes
+import hashlib
+import os
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import platformdirs
+
+from elastic_tendon import effects as catalogue
+from elastic_tendon.actuator.variables import interface
+from elastic_tendon.errors import BuildError
+from elastic_tendon.native import compiler
+from elastic_tendon.native.layout import default_layout
+
+if TYPE_CHECKING:  # at run time it would import CasADi
+    from elastic_tendon.native.binary import Progress
+
+_PACKAGE = Path(__file__).parents[1]
+# from which the C is made, beside a user's own effects; all modules of these folders, because a
+# list of those that matter would be forgotten when it grows
+_SOURCES = ("actuator/*.py", "effects/*.py", "native/*.py", "native/runtime/*.[ch]")
+
+DEFAULT_TOLERANCE = 1e-8
+STATISTICS = ("steps", "implicit_steps", "rejected", "rates", "events", "grazing")
+
+
+# ---- what the library is called with ---------------------------------------------------------
+
+
+class Statistics(ctypes.Structure):
+    """Counts, see `STATISTICS`."""
+
+    _fields_ = [(name, ctypes.c_longlong) for name in STATISTICS]
+
+
+class Simulation(ctypes.Structure):
+    """Mirror of `Simulation` in native/runtime/simulate.c."""
+
+    _fields_ = [
+        ("n_samples", ctypes.c_longlong),
+        ("time", ctypes.c_void_p),
+        ("motor_position", ctypes.c_void_p),
+        ("load_torque", ctypes.c_void_p),
+        ("position_slope", ctypes.c_void_p),
+        ("load_slope", ctypes.c_void_p),
+        ("interpolation", ctypes.c_longlong),
+        ("parameters", ctypes.c_void_p),
+        ("initial_state", ctypes.c_void_p),
+        ("tolerance", ctypes.c_double),
+        ("n_directions", ctypes.c_longlong),
+        ("direction", ctypes.c_void_p),
+        ("states", ctypes.c_void_p),
+        ("outputs", ctypes.c_void_p),
+        ("output_derivatives", ctypes.c_void_p),
+        ("event_time", ctypes.c_void_p),
+        ("event_capacity", ctypes.c_longlong),
+        ("statistics", Statistics),
+        ("failure_time", ctypes.c_double),
+    ]
+
+
+class Runs(ctypes.Structure):
+    """Mirror of `Runs` in native/runtime/simulate.c."""
+
+    _fields_ = [
+        ("n_runs", ctypes.c_longlong),
+        ("parameters", ctypes.c_void_p),
+        ("n_kept", ctypes.c_longlong),
+        ("kept", ctypes.c_void_p),
+        ("outputs", ctypes.c_void_p),
+        ("outcome", ctypes.c_void_p),
+        ("failure_time", ctypes.c_void_p),
+    ]
+
+
+# ---- cache ---------------------------------------------------------------------------------
+
+
+def cache_folder() -> Path:
+    """Folder of the compiled libraries: ELASTIC_TENDON_CACHE, else the user's cache folder."""
+    chosen = os.environ.get("ELASTIC_TENDON_CACHE")
+    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("elastic-tendon"))
+
+
+def clear_cache() -> int:
+    """Delete all cached libraries; returns how many there were."""
+    libraries = [path for path in cache_folder().glob("*-*") if path.is_file()]
+    for path in libraries:
+        path.unlink(missing_ok=True)
+    load.cache_clear()
+    return len(libraries)
+
+
+def structure_key(effect_ids: tuple[str, ...]) -> str:
+    """Hash of the sources and tools from which binaries of a structure are made.
+
+    The same on every platform, so that an FMU does not depend on where it was exported.
+    """
+    effects = interface(effect_ids).effects
+    sources = [path for pattern in _SOURCES for path in sorted(_PACKAGE.glob(pattern))]
+    digest = hashlib.sha256(compiler.toolchain().encode())
+    digest.update(" ".join(effect.id for effect in effects).encode())
+    for source in sources:
+        digest.update(source.read_bytes())
+    for effect in effects:
+        digest.update(catalogue.BY_ID.content(effect))
+    return digest.hexdigest()[:32]
+
+
+def _cache_key(effect_ids: tuple[str, ...]) -> str:
+    """Key of this platform's library: machines of several kinds may share a folder."""
+    content = f"{structure_key(effect_ids)} {compiler.host_platform().target}"
+    return hashlib.sha256(content.encode()).hexdigest()[:32]
+
+
+def _content_hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:32]
+
+
+def _cached(key: str) -> Path | None:
+    """The cached library of this key whose content is what its name says; damaged ones go."""
+    for path in cache_folder().glob(f"{key}-*"):
+        if path.stem.split("-")[1] == _content_hash(path):
+            return path
+        path.unlink(missing_ok=True)
+    return None
+
+
+def _build(effect_ids: tuple[str, ...], key: str, progress: "Progress | None") -> Path:
+    """Compile the structure into the cache; a rename makes it appear whole or not at all."""
+    from elastic_tendon.actuator.model import build
+    from elastic_tendon.native.binary import compile_binary, silent
+
+    target = compiler.host_platform()
+    folder = cache_folder()
+    variables = default_layout(interface(effect_ids))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder) as work:
+            library = Path(work) / f"library{target.suffix}"
+            compile_binary(
+                *(build(effect_ids), variables, library, target),
+                token=key,
+                tolerance=DEFAULT_TOLERANCE,
+                progress=progress or silent,
+            )
+            path = folder / f"{key}-{_content_hash(library)}{target.suffix}"
+            os.replace(library, path)
+    except OSError as error:
+        raise BuildError(
+            f"the cache folder {folder} cannot be written ({error.strerror}); "
+            "set ELASTIC_TENDON_CACHE to a folder that can"
+        ) from error
+    return path
+
+
+def library_path(effect_ids: tuple[str, ...], progress: "Progress | None" = None) -> Path:
+    """Path of the shared library of a structure, compiled if it is not in the cache.
+
+    Parameters
+    ----------
+    effect_ids : of the structure
+    progress : told what is being built, if it is not in the cache
+
+    Raises
+    ------
+    BuildError
+        where the compiler refuses or the cache folder cannot be written
+    """
+    key = _cache_key(effect_ids)
+    return _cached(key) or _build(effect_ids, key, progress)
+
+
+@lru_cache
+def load(effect_ids: tuple[str, ...]) -> ctypes.CDLL:
+    """The library of a structure, ready to be called."""
+    library = ctypes.CDLL(str(library_path(effect_ids)))
+    library.elastic_tendon_simulate.argtypes = [ctypes.POINTER(Simulation)]
+    library.elastic_tendon_simulate_many.argtypes = [
+        ctypes.POINTER(Simulation),
+        ctypes.POINTER(Runs),
+    ]
+    library.elastic_tendon_outcome.restype = ctypes.c_char_p
+    return library

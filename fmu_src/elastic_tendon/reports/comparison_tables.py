@@ -1,0 +1,258 @@
+"""A comparison for the terminal: how large the error is, and where it lies; 80 columns suffice."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from elastic_tendon.comparison.bins import Bin
+from elastic_tendon.comparison.compare import Comparison, ErrorFigures, FileComparison
+from elastic_tendon.comparison.locate import FileLocation
+from elastic_tendon.comparison.places import by_concentration
+from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.reports.units import (
+    Shown,
+    noise_in_words,
+    noise_ratio,
+    number,
+    shown,
+    times_noise,
+)
+
+STATES = {"I": "I, lower slack", "II": "II, upper slack", "III": "III, both taut"}
+# more rows are a wall that nobody reads; the option --all-bins shows them
+ROWS = 10
+# times its share of the samples, what a bin holds of the error before it tells anything
+DENSER = 1.3
+# of the squared error; torques that are multiples of one another differ less, by rounding
+SAME_SHARE = 1e-3
+
+FIGURES = (
+    "error = simulated − measured; fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %; times noise = RMS / floor"
+)
+
+
+def error_table(comparison: Comparison, file: FileComparison) -> Table:
+    """Error of each signal of one recording, whole and by slack state."""
+    table = _table(f"{file.measurement.name} beside {comparison.model.name}", FIGURES)
+    table.add_column("error of", overflow="fold", min_width=14)
+    for heading in ("samples", "RMS", "largest", "bias", "fit %", "times\nnoise"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, error in file.signals.items():
+        quantity = shown(name, static=file.measurement.static)
+        count = len(file.measurement.time)
+        words = f"{quantity.words}, {quantity.small_unit}"
+        table.add_row(f"[bold]{words}[/bold]", str(count), *_figures(error, quantity))
+        for state, part in error.slack_states.items():
+            label = f"  {STATES.get(state, state)}"
+            table.add_row(label, str(part.count), *_figures(part, quantity))
+    return table
+
+
+def _figures(error: ErrorFigures, quantity: Shown) -> tuple[str, ...]:
+    sizes = (quantity.small * value for value in (error.rmse, error.max_abs, error.bias))
+    fit = "-" if error.fit_percent is None else f"{error.fit_percent:.1f}"
+    return (*(number(size) for size in sizes), fit, noise_ratio(error.noise_ratio))
+
+
+def noise_sentence(file: FileComparison) -> str:
+    """Noise floors of the signals of one recording."""
+    floors = []
+    for name, error in file.signals.items():
+        quantity = shown(name, static=file.measurement.static)
+        floors.append(f"{quantity.words} {noise_in_words(error.noise, quantity)}")
+    return f"Noise: {'; '.join(floors)}."
+
+
+def sentences(file: FileComparison, location: FileLocation) -> list[str]:
+    """How large the noise is, how each signal fails, and what was hard to find out."""
+    failing = [failing_sentence(file, location, name) for name in location.in_words]
+    return [noise_sentence(file), *failing, *location.missing_torque.notes]
+
+
+def failing_sentence(file: FileComparison, location: FileLocation, signal: str) -> str:
+    """How one signal of a recording fails."""
+    words = shown(signal, static=file.measurement.static).words
+    return f"{words[0].upper()}{words[1:]}: {location.in_words[signal]}."
+
+
+def summary_sentences(comparison: Comparison) -> list[str]:
+    """How large the error of each signal is over all recordings, beside the noise."""
+    static = all(file.measurement.static for file in comparison.files)
+    ratios = comparison.noise_ratio()
+    told = []
+    for name, rmse in comparison.rmse().items():
+        quantity = shown(name, static=static)
+        errors = [file.signals[name] for file in comparison.files if name in file.signals]
+        fits = [one.fit_percent for one in errors if one.fit_percent is not None]
+        text = (
+            f"The {quantity.words} error of {comparison.model.name} is {quantity.error(rmse)} RMS, "
+            f"{times_noise(ratios[name])}"
+        )
+        if fits:
+            ends = dict.fromkeys(f"{one:.1f}" for one in (min(fits), max(fits)))
+            text += f"; the fit is {' to '.join(ends)} %"
+        told.append(f"{text}.")
+    return told
+
+
+def bin_tables(
+    file: FileComparison, location: FileLocation, *, all_bins: bool = False, advice: str = ""
+) -> Iterator[Table]:
+    """Where the error of each signal lies: the bins that stand out, or all.
+
+    Parameters
+    ----------
+    file : FileComparison
+    location : FileLocation of the same recording
+    all_bins : also those that do not stand out
+    advice : how to see those that are left out
+
+    Returns
+    -------
+    iterator of Table; signals of which no bin stands out have none
+    """
+    for name, same in _alike(location.bins).items():
+        bins = location.bins[name]
+        quantity = shown(name, static=file.measurement.static)
+        outstanding = [one for one in bins if one.stands_out]
+        chosen = list(bins) if all_bins else strongest(outstanding, sample_shares(bins))
+        if not chosen:
+            continue
+        left = len(outstanding) - len(chosen)
+        captions = [f"The {shown(other).words} is off in the same places." for other in same]
+        if all_bins:
+            captions.append("* stands out: more error than noise, sure for all bins together")
+        elif left > 0:
+            captions.append(f"{left} more stand out{advice}")
+        title = f"{file.measurement.name}: where the {quantity.words} is off"
+        table = _table(title, "\n".join(captions) or None)
+        _fill(table, chosen, sample_shares(bins), quantity, mark=all_bins)
+        yield table
+
+
+def _alike(bins: Mapping[str, Sequence[Bin]]) -> dict[str, list[str]]:
+    """Signals that are off in places of their own, each with those that repeat it.
+
+    Where a torque was measured at the motor as at the joint, one is a multiple of the other.
+    """
+    found: dict[str, list[str]] = {}
+    for name, own in bins.items():
+        for other in found:
+            if _same_places(own, bins[other]):
+                found[other].append(name)
+                break
+        else:
+            found[name] = []
+    return found
+
+
+def repeats(files: Sequence[FileComparison]) -> dict[str, list[str]]:
+    """Signals of all recordings, each with those that repeat it at a fixed ratio.
+
+    Unlike signals that are off in the same places, these are the same curve in another unit.
+    """
+    found: dict[str, list[str]] = {}
+    for name in dict.fromkeys(name for file in files for name in file.signals):
+        for other in found:
+            if all(_repeats(file, name, other) for file in files):
+                found[other].append(name)
+                break
+        else:
+            found[name] = []
+    return found
+
+
+def _repeats(file: FileComparison, name: str, other: str) -> bool:
+    """Whether both were measured and simulated at a fixed ratio, or neither in this recording."""
+    if name not in file.signals or other not in file.signals:
+        return name not in file.signals and other not in file.signals
+    measured = file.measurement.signals
+    simulated = {one: file.trajectory[file.trajectory.measured(one)] for one in (name, other)}
+    return all(
+        _proportional(of[other], of[name])
+        for of in (measured, {one: simulated[one] - measured[one] for one in simulated})
+    )
+
+
+def _proportional(one: Array, other: Array) -> bool:
+    squares = float(one @ one)
+    if squares == 0.0:
+        return False
+    left = other - one * (float(one @ other) / squares)
+    return float(left @ left) < SAME_SHARE * float(other @ other)
+
+
+def _same_places(some: Sequence[Bin], others: Sequence[Bin]) -> bool:
+    return len(some) == len(others) and all(
+        (one.by, one.bin) == (other.by, other.bin) and abs(one.share - other.share) < SAME_SHARE
+        for one, other in zip(some, others, strict=True)
+    )
+
+
+def _fill(
+    table: Table,
+    bins: Sequence[Bin],
+    sample_share: Mapping[Bin, float],
+    quantity: Shown,
+    *,
+    mark: bool,
+) -> None:
+    table.add_column("by", no_wrap=True)
+    table.add_column("where", overflow="fold")
+    for heading in (f"RMS,\n{quantity.small_unit}", f"bias,\n{quantity.small_unit}"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("share of\nerror", justify="right", no_wrap=True)
+    table.add_column("share of\nsamples", justify="right", no_wrap=True)
+    if mark:
+        table.add_column("")
+    for one in bins:
+        in_time = one.by != "frequency"  # a band has neither samples nor a bias
+        cells = [
+            one.by.replace("_", " "),
+            one.bin,
+            number(quantity.small * one.rmse),
+            number(quantity.small * one.bias) if in_time else "-",
+            f"{100.0 * one.share:.0f} %",
+            f"{100.0 * sample_share[one]:.0f} %" if in_time else "-",
+        ]
+        if mark:
+            cells.append("*" if one.stands_out else " ")
+        table.add_row(*cells)
+
+
+def sample_shares(bins: Sequence[Bin]) -> dict[Bin, float]:
+    """Share of each bin in the samples of its split."""
+    totals: dict[str, int] = {}
+    for one in bins:
+        totals[one.by] = totals.get(one.by, 0) + one.count
+    return {one: one.count / totals[one.by] for one in bins}
+
+
+def strongest(bins: Sequence[Bin], sample_share: Mapping[Bin, float]) -> list[Bin]:
+    """The `ROWS` bins with the most error for their share of the samples.
+
+    First those of the variable that tells most. A bin that holds hardly more of the error than of
+    the samples says nothing of where the error lies.
+
+    Parameters
+    ----------
+    bins : those to choose from, in the order of their variables' ranges
+    sample_share : of every bin of the signal
+    """
+    telling = [one for one in bins if one.share >= DENSER * sample_share[one]]
+    chosen = sorted(telling, key=lambda one: sample_share[one] - one.share)[:ROWS]
+    order = by_concentration(list(sample_share))
+    return sorted((one for one in bins if one in chosen), key=lambda one: order.index(one.by))
+
+
+def _table(title: str, caption: str | None) -> Table:
+    return Table(
+        title=escape(title),
+        caption=caption,
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        title_justify="left",
+        caption_justify="left",
+    )

@@ -1,0 +1,316 @@
+"""Figures of a diagnosis, one function for each; nothing is computed here."""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import PercentFormatter
+
+from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.diagnosis.explained import (
+    Explained,
+    explained_by_effect,
+    explained_by_learned,
+    mean_curve,
+)
+from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, Round
+from elastic_tendon.reports.comparison_figures import (
+    BLACK,
+    BLUE,
+    LEGEND,
+    ORANGE,
+    VERMILLION,
+    ladder,
+    static_torque,
+    tidy,
+)
+from elastic_tendon.reports.diagnosis_tables import NONE, called, called_set, none_of_them
+from elastic_tendon.reports.location_figures import Drawing, file_names, missing_torque
+from elastic_tendon.reports.names import shortened, verbatim
+from elastic_tendon.reports.thinning import envelope, some
+from elastic_tendon.reports.units import shown, times_noise
+
+BARS = 8  # candidates of a round that are drawn
+
+
+def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
+    """Every figure of a diagnosis: the name of its file without suffix, and what draws it.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    """
+    for signal in diagnosis.ladder[0].rmse:
+        yield f"ladder_{signal}", partial(ladder, diagnosis.ladder, signal)
+    if any(one.candidates for one in diagnosis.rounds):
+        yield "candidates", partial(candidates, diagnosis.rounds)
+    for effect_id in diagnosis.added:
+        yield f"explained_by_{effect_id}", partial(explained_by, diagnosis, effect_id)
+    yield from _of_recordings(diagnosis)
+    if diagnosis.learned is not None:
+        yield "learned_term", partial(learned_term, diagnosis)
+    if diagnosis.next_experiment is not None:
+        yield "next_experiment", partial(next_experiment, diagnosis.next_experiment)
+
+
+def _of_recordings(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
+    first, last = diagnosis.steps[0], diagnosis.steps[-1]
+    pairs = [(*one, "fitted") for one in _pairs(first.comparison, last.comparison)]
+    if first.heldout is not None and last.heldout is not None:
+        pairs += [(*one, "held-out") for one in _pairs(first.heldout, last.heldout)]
+    names = file_names([after.measurement.name for _, after, _ in pairs])
+    for name, (before, after, kind) in zip(names, pairs, strict=True):
+        yield f"{name}_before_and_after", partial(before_and_after, before, after, kind)
+    located = zip(diagnosis.comparison.files, diagnosis.location.files, strict=True)
+    for name, (file, found) in zip(names, located, strict=False):  # those held out come last
+        yield f"{name}_remaining_torque", partial(missing_torque, file, found)
+
+
+def _pairs(
+    before: Comparison, after: Comparison
+) -> Iterator[tuple[FileComparison, FileComparison]]:
+    return zip(before.files, after.files, strict=True)
+
+
+# ---- before and after --------------------------------------------------------------------------
+
+
+def before_and_after(before: FileComparison, after: FileComparison, kind: str) -> Figure:
+    """A recording with the model as given and with the improved one, and the errors of both.
+
+    Parameters
+    ----------
+    before, after : FileComparison of the same recording
+    kind : "fitted" or "held-out"
+
+    Returns
+    -------
+    matplotlib.figure.Figure; a pair of axes for each signal
+    """
+    signals = tuple(after.signals)
+    figure = Figure(figsize=(8.0, 0.4 + 5.2 * len(signals)), layout="constrained")
+    figure.suptitle(f"{shortened(after.measurement.name)} ({kind} data): before and after")
+    parts = figure.subfigures(len(signals), 1, squeeze=False)
+    for part, signal in zip(parts.flat, signals, strict=True):
+        _draw_pair(part, before, after, signal)
+    figure.align_ylabels()
+    return figure
+
+
+def _draw_pair(part: SubFigure, before: FileComparison, after: FileComparison, name: str) -> None:
+    rows = part.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2, 2]})
+    measurement = after.measurement
+    quantity = shown(name, static=measurement.static)
+    measured = measurement.signals[name]
+    across = measured if measurement.static else measurement.time
+    if measurement.static:
+        rows[0].plot(measured, static_torque(measurement), ".", color=BLACK, label="measured")
+    else:
+        curve = envelope(measurement.time, measured)
+        rows[0].plot(*curve, color=BLACK, linewidth=2.2, label="measured")
+    for file, label, colour in ((before, "as given", ORANGE), (after, "improved", BLUE)):
+        simulated = file.trajectory[file.trajectory.measured(name)]
+        error = quantity.small * (simulated - measured)
+        style: dict[str, Any] = {"color": colour, "linewidth": 1.0}
+        if measurement.static:
+            rows[0].plot(simulated, static_torque(measurement), label=label, **style)
+        else:
+            rows[0].plot(*envelope(measurement.time, simulated), label=label, **style)
+        rows[1].plot(*envelope(across, error), **style)
+    rows[2].plot(*envelope(across, error), **style)
+    _finish_pair(rows, before, after, name)
+
+
+def _finish_pair(
+    rows: Sequence[Axes], before: FileComparison, after: FileComparison, name: str
+) -> None:
+    static = after.measurement.static
+    quantity = shown(name, static=static)
+    was, now = before.signals[name], after.signals[name]
+    rows[0].set_title(
+        f"RMSE {quantity.error(was.rmse)} as given, {quantity.error(now.rmse)} improved, "
+        f"{times_noise(now.noise_ratio)}",
+        fontsize="medium",
+        pad=22.0,
+    )
+    band = 2.0 * quantity.small * now.noise.sigma
+    rows[2].axhspan(-band, band, color="0.8", zorder=0, label="± 2σ of the noise")
+    rows[0].set_ylabel("joint torque (N·m)" if static else f"{quantity.words} ({quantity.unit})")
+    rows[1].set_ylabel(f"both errors ({quantity.small_unit})")
+    rows[2].set_ylabel(f"improved ({quantity.small_unit})")
+    rows[2].set_xlabel("deflection (rad)" if static else "time (s)")
+    # above the axes: the curves fill them
+    rows[0].legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 0.96), ncols=3)
+    rows[2].legend(loc="upper right", **LEGEND)
+    for axes in rows:
+        tidy(axes)
+
+
+# ---- candidates --------------------------------------------------------------------------------
+
+
+def candidates(rounds: Sequence[Round]) -> Figure:
+    """Probability and gain of the likeliest candidates of each round.
+
+    Parameters
+    ----------
+    rounds : those without candidates are left out
+
+    Returns
+    -------
+    matplotlib.figure.Figure; two panels for each round
+    """
+    drawn = [(number, judged) for number, judged in enumerate(rounds, start=1) if judged.candidates]
+    counts = [1 + min(len(judged.candidates), BARS) for _, judged in drawn]
+    size = (9.0, 0.9 + sum(0.9 + 0.36 * count for count in counts))
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(
+        len(drawn), 2, squeeze=False, sharey="row", gridspec_kw={"height_ratios": counts}
+    )
+    for (left, right), (number, judged) in zip(panels, drawn, strict=True):
+        likeliest = judged.candidates[:BARS]
+        _draw_probability(left, likeliest, judged)
+        _draw_gains(right, likeliest)
+        added = called("+".join(judged.chosen)) if judged.chosen else "nothing"
+        left.set_title(f"round {number}: {verbatim(added)} added", loc="left", fontsize="medium")
+    panels[-1, 0].set_xlabel("probability in the round (%)")
+    panels[-1, 1].set_xlabel("squared error explained (%)")
+    handles, labels = panels[0, 1].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def _draw_probability(axes: Axes, found: Sequence[Candidate], judged: Round) -> None:
+    taken = [candidate.ids == judged.chosen for candidate in found]
+    lengths = [candidate.probability for candidate in found]
+    names = [verbatim(called_set(candidate)) for candidate in found]
+    colours = [VERMILLION if chosen else "0.7" for chosen in taken]
+    axes.barh(np.arange(len(found)), lengths, color=colours, height=0.7)
+    axes.barh(len(found), none_of_them(judged), color="0.7", height=0.7)
+    axes.set_yticks(np.arange(len(found) + 1), [*names, NONE])
+    axes.set_ylim(len(found) + 0.6, -0.6)  # the likeliest on top
+    axes.set_xlim(0.0, 1.0)
+    _finish_bars(axes)
+
+
+def _draw_gains(axes: Axes, found: Sequence[Candidate]) -> None:
+    kinds = [("gain", "on fitted data", BLUE, -0.19), ("heldout_gain", "held out", ORANGE, 0.19)]
+    for kind, label, colour, offset in kinds:
+        gains = [(place, getattr(candidate, kind)) for place, candidate in enumerate(found)]
+        known = [(place, gain) for place, gain in gains if gain is not None]
+        if not known:  # nothing was refitted
+            continue
+        # a candidate that ruins held-out data would hide all others
+        lengths = [max(gain, -1.0) for _, gain in known]
+        where = np.array([place for place, _ in known]) + offset
+        axes.barh(where, lengths, color=colour, height=0.36, label=label)
+    axes.axvline(0.0, color="0.5", linewidth=0.8)
+    axes.set_xlim(right=1.0)
+    _finish_bars(axes)
+
+
+def _finish_bars(axes: Axes) -> None:
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0, symbol=""))
+    tidy(axes)
+    axes.grid(visible=False, axis="y")
+    axes.set_axisbelow(True)
+
+
+# ---- what an effect explains -------------------------------------------------------------------
+
+
+def explained_by(diagnosis: Diagnosis, effect_id: str) -> Figure:
+    """Torque that is missing without an effect, the effect's own torque over it, and what remains.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    effect_id : one of those added
+
+    Returns
+    -------
+    matplotlib.figure.Figure; the first fitted recording
+    """
+    file = diagnosis.comparison.files[0]
+    found = explained_by_effect(diagnosis, effect_id)
+    title = f"what {called(effect_id)} explains"
+    return _signature(found, f"{shortened(file.measurement.name)}: {verbatim(title)}")
+
+
+def learned_term(diagnosis: Diagnosis) -> Figure:
+    """Torque that is missing, the learned term over it, and what would remain.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis with a learned term
+
+    Returns
+    -------
+    matplotlib.figure.Figure; the first fitted recording
+    """
+    file = diagnosis.comparison.files[0]
+    found = explained_by_learned(diagnosis)
+    return _signature(found, f"{shortened(file.measurement.name)}: what the learned term explains")
+
+
+def _signature(found: Explained, title: str) -> Figure:
+    figure = Figure(figsize=(7.5, 7.0), layout="constrained")
+    upper, lower = figure.subplots(
+        2, 1, sharex=True, sharey=True, gridspec_kw={"height_ratios": [3, 2]}
+    )
+    own = found.modelled_variable, found.modelled.torque
+    left = found.remaining_variable, found.remaining.torque
+    _draw_cloud(upper, (found.variable, found.measured.torque), "0.65", "the machine", 3.0)
+    _draw_cloud(upper, own, ORANGE, "the effect", 1.2)
+    upper.plot(*mean_curve(*own), color=VERMILLION, linewidth=1.8, label="the effect, mean")
+    upper.set_ylabel("torque missing without it (N·m)")
+    _draw_cloud(lower, left, "0.65", "the machine", 3.0)
+    lower.plot(*mean_curve(*left), color=BLUE, linewidth=1.8, label="mean")
+    lower.set_ylabel("torque missing with it (N·m)")
+    lower.set_xlabel(f"{found.by.replace('_', ' ')} ({found.unit})")
+    for axes in (upper, lower):
+        axes.axhline(0.0, color="0.5", linewidth=0.8, zorder=0)
+        axes.legend(loc="best", markerscale=4.0, **LEGEND)
+        tidy(axes)
+    figure.suptitle(title)
+    return figure
+
+
+def _draw_cloud(
+    axes: Axes, cloud: tuple[Array, Array], colour: str, label: str, size: float
+) -> None:
+    kept = some(len(cloud[0]))
+    style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": size}
+    axes.plot(*(one[kept] for one in cloud), color=colour, label=label, rasterized=True, **style)
+
+
+# ---- the next experiment -----------------------------------------------------------------------
+
+
+def next_experiment(experiment: Experiment) -> Figure:
+    """Motor motion and load over time.
+
+    Parameters
+    ----------
+    experiment : Experiment
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    columns = [("motor position (rad)", experiment.motor_position, BLUE)]
+    if np.any(experiment.load_torque):
+        columns.append(("load torque (N·m)", experiment.load_torque, VERMILLION))
+    figure = Figure(figsize=(8.0, 0.6 + 2.3 * len(columns)), layout="constrained")
+    panels = figure.subplots(len(columns), 1, sharex=True, squeeze=False).flat
+    for axes, (label, values, colour) in zip(panels, columns, strict=True):
+        axes.plot(*envelope(experiment.time, values), color=colour, linewidth=1.2)
+        axes.set_ylabel(label)
+        tidy(axes)
+    axes.set_xlabel("time (s)")
+    figure.suptitle("The experiment to run next" + ("" if len(columns) > 1 else ", without load"))
+    return figure

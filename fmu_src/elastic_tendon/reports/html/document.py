@@ -1,0 +1,205 @@
+"""The report of a diagnosis and that of a comparison: which sections, in which order."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.locate import Location
+from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.estimation.add import Report
+from elastic_tendon.reports.comparison_tables import repeats, summary_sentences
+from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, verdict_sentences
+from elastic_tendon.reports.html import papers
+from elastic_tendon.reports.html.answers import equations, linear_models, numbers
+from elastic_tendon.reports.html.blocks import (
+    Beside,
+    Block,
+    Code,
+    Heading,
+    Listing,
+    Paragraphs,
+    Section,
+    Table,
+)
+from elastic_tendon.reports.html.evidence import glance, rounds, steps, sureness
+from elastic_tendon.reports.html.origin import Origin
+from elastic_tendon.reports.html.page import page
+from elastic_tendon.reports.html.recordings import Alike, Recording, facts, overlays, places, torque
+from elastic_tendon.reports.interactive.overlay import Run
+
+Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
+
+
+def _silent(_text: str, _share: float) -> None:
+    pass
+
+
+def diagnosis_document(
+    diagnosis: Diagnosis, where: Location, origin: Origin, report: Report = _silent
+) -> str:
+    """The report of a diagnosis.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    where : Location of ``diagnosis.steps[0].comparison``: where the model fails as given
+    origin : Origin
+    report : told what is being made, and the share of all that is done
+
+    Returns
+    -------
+    str, an HTML file
+    """
+    used = _recordings(diagnosis)
+    alike = repeats([one.runs[0].file for one in used])
+    parts: tuple[Part, ...] = (
+        ("verdict", "Verdict", lambda: _verdict(diagnosis, origin, alike)),
+        ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
+        ("where", "Where the model as given fails", lambda: _where(diagnosis, where, alike)),
+        ("effects", "What would explain it", lambda: rounds(diagnosis)),
+        ("sure", "How sure the answer is", lambda: sureness(diagnosis)),
+        (
+            "ladder",
+            "The error after each step",
+            lambda: steps(diagnosis.ladder, alike, static=_static(diagnosis)),
+        ),
+        ("parameters", "Numbers of the improved model", lambda: numbers(diagnosis)),
+        ("equations", "What was added", lambda: equations(diagnosis)),
+        ("linear", "Linear models", lambda: linear_models(diagnosis)),
+        ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
+        ("papers", "Papers", lambda: [_papers_of(diagnosis)]),
+    )
+    return _written(f"Diagnosis of {diagnosis.given.name}", parts, origin, report)
+
+
+def comparison_document(
+    comparison: Comparison, where: Location, origin: Origin, report: Report = _silent
+) -> str:
+    """The report of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    where : Location of the same comparison
+    origin : Origin
+    report : told what is being made, and the share of all that is done
+
+    Returns
+    -------
+    str, an HTML file
+    """
+    model = comparison.model
+    used = [Recording("", (Run(model.name, file),)) for file in comparison.files]
+    alike = repeats(comparison.files)
+    sentences = tuple(summary_sentences(comparison))
+    literature = (
+        papers.MODEL,
+        *papers.of_effects(model.effect_ids),
+        *papers.COMPARISON,
+        papers.SOLVER,
+    )
+    parts: tuple[Part, ...] = (
+        ("verdict", "Verdict", lambda: [Paragraphs(sentences, "verdict")]),
+        ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
+        ("where", "Where the model fails", lambda: places(comparison, where, alike)),
+        ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
+        ("papers", "Papers", lambda: [Listing(literature)]),
+    )
+    return _written(f"{model.name} beside measurements", parts, origin, report)
+
+
+def _written(title: str, parts: Sequence[Part], origin: Origin, report: Report) -> str:
+    sections = []
+    for index, (anchor, heading, make) in enumerate(parts):
+        report(f"report: {heading}", index / len(parts))
+        sections.append(Section(anchor, heading, tuple(make())))
+    software = origin.software["elastic-tendon"]
+    return page(title, f"Made by elastic-tendon {software} on {origin.made}", sections)
+
+
+# ---- of a diagnosis ----------------------------------------------------------------------------
+
+
+def _told_once(diagnosis: Diagnosis, alike: Alike) -> Diagnosis:
+    """The same without the errors of signals that repeat others."""
+    rungs = tuple(
+        replace(rung, rmse={name: error for name, error in rung.rmse.items() if name in alike})
+        for rung in diagnosis.ladder
+    )
+    remaining = {name: left for name, left in diagnosis.remaining.items() if name in alike}
+    return replace(diagnosis, ladder=rungs, remaining=remaining)
+
+
+def _verdict(diagnosis: Diagnosis, origin: Origin, alike: Alike) -> Iterator[Block]:
+    once = _told_once(diagnosis, alike)
+    verdict = Paragraphs(tuple(verdict_sentences(once)), "verdict")
+    # how far the error fell, at a glance
+    if len(once.ladder) > 1:
+        yield Beside(verdict, glance(once.ladder, static=_static(diagnosis)))
+    else:
+        yield verdict
+    if doubts := doubt_sentences(once):
+        yield Paragraphs(tuple(doubts))
+    if origin.advice:
+        yield Heading("What to do next")
+        yield Paragraphs(origin.advice)
+
+
+def _static(diagnosis: Diagnosis) -> bool:
+    return all(file.measurement.static for file in diagnosis.comparison.files)
+
+
+def _recordings(diagnosis: Diagnosis) -> list[Recording]:
+    """Fitted and held-out recordings, each beside the models as given and as improved."""
+    ends = [("as given", diagnosis.steps[0])]
+    if len(diagnosis.steps) > 1:
+        ends.append(("improved", diagnosis.steps[-1]))
+    found = []
+    for used in ("fitted", "held-out"):
+        beside = [
+            (label, step.comparison if used == "fitted" else step.heldout) for label, step in ends
+        ]
+        files = [
+            [Run(label, file) for file in one.files] for label, one in beside if one is not None
+        ]
+        found += [Recording(used, runs) for runs in zip(*files, strict=True)]
+    return found
+
+
+def _where(diagnosis: Diagnosis, where: Location, alike: Alike) -> Iterator[Block]:
+    yield from places(diagnosis.steps[0].comparison, where, alike)
+    if len(diagnosis.steps) > 1 and any(one.significant for one in diagnosis.remaining.values()):
+        yield Heading("What the improved model still lacks")
+        yield torque(diagnosis.comparison.files[0], diagnosis.location.files[0])
+
+
+def _papers_of(diagnosis: Diagnosis) -> Listing:
+    considered = [*diagnosis.model.effect_ids, *meant(diagnosis)]
+    return Listing(
+        (
+            papers.MODEL,
+            *papers.of_effects(considered),
+            *papers.DIAGNOSIS,
+            *papers.COMPARISON,
+            papers.SOLVER,
+        )
+    )
+
+
+# ---- of both -----------------------------------------------------------------------------------
+
+
+def _data(used: Sequence[Recording], origin: Origin) -> Iterator[Block]:
+    yield from facts(used)
+    yield Heading("What it was made with")
+    yield Code("The command", origin.command)
+    rows = tuple((one.name, one.purpose, str(one.size), one.checksum) for one in origin.files)
+    if rows:
+        head = ("file", "used as", "bytes", "SHA-256")
+        yield Table("Files that were read", head, rows, (False, False, True, False))
+    yield Table(
+        "Software",
+        ("program", "version"),
+        tuple(origin.software.items()),
+        (False, False),
+    )

@@ -1,0 +1,138 @@
+"""Torque of the tendons over their deflection, by slack state."""
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.locate import FileLocation
+from elastic_tendon.reports.comparison_tables import STATES
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
+from elastic_tendon.reports.loops import MEASURED, Springs, measured_loop, springs_over
+from elastic_tendon.reports.names import abridged
+from elastic_tendon.reports.thinning import some, stride
+
+DOTS = 4000  # of all states together; the browser draws each by itself
+POINTS = 8000  # of the simulated curve
+LABELS = {
+    SlackState.I: STATES["I"],
+    SlackState.II: STATES["II"],
+    SlackState.III: STATES["III"],
+    SlackState.BOTH: "both slack",
+}
+SYMBOLS = ("triangle-down", "triangle-up", "circle", "x")  # so that states differ in more than hue
+
+
+def torque_loop(
+    model: Model,
+    file: FileComparison,
+    found: FileLocation,
+    *,
+    theme: Theme = LIGHT,
+    window: tuple[float, float] | None = None,
+    dots: int = DOTS,
+) -> go.Figure:
+    """Torque of the tendons over deflection, coloured by slack state, with the model's own.
+
+    Parameters
+    ----------
+    model : Model
+    file : FileComparison
+    found : FileLocation of the same recording
+    theme : Theme
+    window : start and end, s; only what was measured and simulated between them is drawn
+    dots : at most, of all states together
+
+    Returns
+    -------
+    plotly.graph_objects.Figure
+    """
+    deflection, torque, source = measured_loop(model, file, found)
+    time = file.measurement.time
+    inside = np.ones(len(time), dtype=np.bool_)
+    if window is not None:
+        inside = (time >= window[0]) & (time <= window[1])
+    springs = springs_over(model, deflection)
+    torque_is = "measured" if source == MEASURED else "estimated"
+    figure = blank(
+        theme,
+        title={"text": f"{plain(abridged(file.measurement.name))}: torque over deflection"},
+        uirevision=file.measurement.name,
+        xaxis={"title": {"text": "deflection as measured (rad)"}, "range": list(springs.ends)},
+        yaxis={"title": {"text": f"{torque_is} torque (N·m)"}},
+        legend={"itemsizing": "constant"},
+    )
+    states = np.round(found.variables["slack_state"])
+    share = dots / max(int(np.count_nonzero(inside)), dots)
+    for (state, label), colour, symbol in zip(LABELS.items(), theme.states, SYMBOLS, strict=True):
+        chosen = np.flatnonzero(inside & (states == state))
+        chosen = chosen[some(len(chosen), int(np.ceil(share * len(chosen))))]
+        if len(chosen):
+            figure.add_scatter(
+                x=deflection[chosen],
+                y=torque[chosen],
+                mode="markers",
+                name=label,
+                marker={"color": colour, "size": 4, "symbol": symbol},
+                customdata=time[chosen],
+                hovertemplate="%{x:.4g} rad, %{y:.4g} N·m at %{customdata:.4f} s",
+            )
+    # upon the dots, which would hide it, and upon the springs, which it may well follow
+    _draw_springs(figure, springs, theme)
+    _draw_simulated(figure, file, inside, theme)
+    return figure
+
+
+def torque_words(model: Model, file: FileComparison, found: FileLocation) -> str:
+    """What the torque of `torque_loop` is, in a sentence; same arguments."""
+    *_, source = measured_loop(model, file, found)
+    if source == MEASURED:
+        return "The torque is the measured one."
+    return (
+        "No torque was measured: each point is the torque of the model's springs at the measured "
+        "deflection plus the missing torque, which the recorded motion calls for."
+    )
+
+
+def _draw_simulated(
+    figure: go.Figure, file: FileComparison, inside: NDArray[np.bool_], theme: Theme
+) -> None:
+    chosen = np.flatnonzero(inside)
+    chosen = chosen[stride(len(chosen), POINTS)]
+    figure.add_scatter(
+        x=file.trajectory["deflection"][chosen],
+        y=file.trajectory["joint_torque"][chosen],
+        mode="lines",
+        name="simulated",
+        line={"color": theme.quiet, "width": 1.0},
+        hoverinfo="skip",
+    )
+
+
+def _draw_springs(figure: go.Figure, springs: Springs, theme: Theme) -> None:
+    figure.add_scatter(
+        x=springs.deflection,
+        y=springs.torque,
+        mode="lines",
+        name="model's springs, static",
+        line={"color": theme.measured, "width": 2.4},
+        hovertemplate="%{x:.4g} rad, %{y:.4g} N·m",
+    )
+    looks: dict[str, Any] = {"line": {"color": theme.ink, "dash": "dot", "width": 1.4}}
+    for index, boundary in enumerate(springs.boundaries):
+        figure.add_shape(
+            type="line",
+            x0=boundary,
+            x1=boundary,
+            y0=0.0,
+            y1=1.0,
+            yref="y domain",
+            name="slack boundary, paper (14)",
+            legendgroup="boundaries",
+            showlegend=index == 0,
+            **looks,
+        )

@@ -1,0 +1,356 @@
+"""Measured and simulated signals of one recording above each other, the errors below."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.reports.comparison_figures import static_torque
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
+from elastic_tendon.reports.names import abridged
+from elastic_tendon.reports.thinning import BUCKETS, envelope, stride
+from elastic_tendon.reports.units import Shown, shown
+
+UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
+CURSORS = ("A", "B")
+STRETCHES = 400  # of highlighted samples; more are told apart by zooming in
+# the name stands in `meta`: in the template itself its letters could be taken for commands
+HOVER, HOVER_ERROR = "%{meta}: %{y:.4g} UNIT<extra></extra>", "error: %{y:.3g} UNIT<extra></extra>"
+DASHES = "4px,2px"
+
+
+@dataclass(frozen=True)
+class Run:
+    """A model beside a recording; `label` says which model, as "improved".
+
+    `colour` is the number of its colour in `Theme.runs`, for a model that is seen now alone, now
+    beside others; None: its number among those it stands beside.
+    """
+
+    label: str
+    file: FileComparison
+    colour: int | None = None
+
+    def simulated(self, signal: str) -> Array:
+        """What the sensor of a signal would read, (n,) in the unit of the signal."""
+        return self.file.trajectory[self.file.trajectory.measured(signal)]
+
+    def error(self, signal: str) -> Array:
+        """Simulated less measured, (n,) in the unit of the signal."""
+        return self.simulated(signal) - self.file.measurement.signals[signal]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Values at a cursor: `time` of the sample, s, its number from 0 as `index`, and what was
+    measured and simulated by name, in the unit of the signal.
+    """
+
+    time: float
+    index: int
+    values: tuple[tuple[str, float], ...]
+
+
+def overlay(
+    runs: Sequence[Run],
+    signal: str,
+    *,
+    theme: Theme = LIGHT,
+    window: tuple[float, float] | None = None,
+    highlighted: NDArray[np.bool_] | None = None,
+    cursors: Sequence[float | None] = (),
+    buckets: int = BUCKETS,
+) -> go.Figure:
+    """One signal of one recording, with the simulations of several models and their errors.
+
+    The errors below share the axis of the time, so a zoom moves both. A static curve is drawn as
+    torque over deflection; it has neither window nor cursors.
+
+    Parameters
+    ----------
+    runs : models beside the same recording, at least one
+    signal : name of the signal
+    theme : Theme
+    window : start and end, s; only this stretch is drawn, as finely as the whole would be
+    highlighted : (n,), samples that are marked
+    cursors : up to two times, s, marked A and B; None where one is not set
+    buckets : stretches of a long curve of which the extremes are kept
+
+    Returns
+    -------
+    plotly.graph_objects.Figure
+    """
+    measurement = runs[0].file.measurement
+    quantity = shown(signal, static=measurement.static)
+    figure = blank(theme, **_layout(runs[0].file, signal, quantity))
+    if measurement.static:
+        _draw_curves(figure, runs, quantity, theme, highlighted)
+    else:
+        kept = _kept(measurement.time, window)
+        _draw_series(figure, runs, signal, quantity, theme, kept, buckets)
+        _mark_samples(figure, measurement.time, window, highlighted, theme)
+        if window is not None:
+            figure.update_xaxes(range=list(window))
+        for letter, time in zip(CURSORS, cursors, strict=False):
+            if time is not None:
+                _mark_cursor(figure, letter, time, theme)
+    _draw_noise(figure, runs, signal, quantity, theme)
+    return figure
+
+
+def values_at(runs: Sequence[Run], signal: str, time: float) -> Reading:
+    """What was measured and simulated at the sample nearest to a time.
+
+    Parameters
+    ----------
+    runs : models beside the same recording, at least one
+    signal : name of the signal
+    time : float, s
+
+    Returns
+    -------
+    Reading
+    """
+    measurement = runs[0].file.measurement
+    after = int(np.searchsorted(measurement.time, time).clip(1, len(measurement.time) - 1))
+    middle = 0.5 * (measurement.time[after - 1] + measurement.time[after])
+    index = after if time >= middle else after - 1
+    values = [("measured", float(measurement.signals[signal][index]))]
+    values += [(run.label, float(run.simulated(signal)[index])) for run in runs]
+    return Reading(float(measurement.time[index]), index, tuple(values))
+
+
+def line_of_run(index: int, count: int, theme: Theme) -> dict[str, Any]:
+    """Colour, width and dash of a run of so many, by its number from 0.
+
+    The first is dashed beside others, so that it differs in more than its colour.
+    """
+    dash = DASHES if index == 0 and count > 1 else "solid"
+    return {"color": theme.runs[index % len(theme.runs)], "width": 1.5, "dash": dash}
+
+
+def _line(runs: Sequence[Run], index: int, theme: Theme) -> dict[str, Any]:
+    line, colour = line_of_run(index, len(runs), theme), runs[index].colour
+    return line if colour is None else line | {"color": theme.runs[colour % len(theme.runs)]}
+
+
+def _layout(file: FileComparison, signal: str, quantity: Shown) -> dict[str, Any]:
+    """Two axes above each other over one. Names are ids: of the recording, zoom in time belongs
+    to that; the zoom of values to its signal, too.
+    """
+    name = file.measurement.name
+    static = file.measurement.static
+    values = "joint torque (N·m)" if static else f"{quantity.words} ({quantity.unit})"
+    return {
+        "title": {"text": plain(abridged(name))},
+        "uirevision": name,
+        "hovermode": "closest" if static else "x unified",
+        "hoversubplots": "axis",
+        "xaxis": {
+            "title": {"text": "deflection (rad)" if static else "time (s)"},
+            "anchor": "y2",
+            "uirevision": name,
+            "unifiedhovertitle": {"text": "%{x:.4f} s"},
+        },
+        "yaxis": {
+            "title": {"text": values},
+            "domain": UPPER,
+            "uirevision": f"{name}: {signal}",
+        },
+        "yaxis2": {
+            "title": {"text": f"error ({quantity.small_unit})"},
+            "domain": LOWER,
+            "zeroline": True,
+            "uirevision": f"{name}: {signal}",
+        },
+    }
+
+
+def _label(run: Run, signal: str, quantity: Shown) -> str:
+    return f"{plain(abridged(run.label))}: RMS {quantity.error(run.file.signals[signal].rmse)}"
+
+
+def _kept(time: Array, window: tuple[float, float] | None) -> slice:
+    """Samples in a window and one more at each end, so that curves reach its edges."""
+    if window is None:
+        return slice(None)
+    start = int(np.searchsorted(time, window[0], side="left")) - 1
+    end = int(np.searchsorted(time, window[1], side="right")) + 1
+    return slice(max(start, 0), end)
+
+
+def _draw_series(
+    figure: go.Figure,
+    runs: Sequence[Run],
+    signal: str,
+    quantity: Shown,
+    theme: Theme,
+    kept: slice,
+    buckets: int,
+) -> None:
+    time = runs[0].file.measurement.time[kept]
+
+    def draw(values: Array, **looks: Any) -> None:
+        across, up = envelope(time, values[kept], buckets)
+        figure.add_scatter(x=across, y=up, mode="lines", **looks)
+
+    draw(
+        runs[0].file.measurement.signals[signal],
+        name="measured",
+        line={"color": theme.measured, "width": 2.6},
+        meta="measured",
+        hovertemplate=HOVER.replace("UNIT", quantity.unit),
+    )
+    for index, run in enumerate(runs):
+        looks = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
+        draw(
+            run.simulated(signal),
+            name=_label(run, signal, quantity),
+            meta=plain(abridged(run.label)),
+            hovertemplate=HOVER.replace("UNIT", quantity.unit),
+            **looks,
+        )
+        draw(
+            quantity.small * run.error(signal),
+            name=f"error, {plain(run.label)}",
+            hovertemplate=HOVER_ERROR.replace("UNIT", quantity.small_unit),
+            yaxis="y2",
+            showlegend=False,
+            **looks,
+        )
+
+
+def _draw_curves(
+    figure: go.Figure,
+    runs: Sequence[Run],
+    quantity: Shown,
+    theme: Theme,
+    highlighted: NDArray[np.bool_] | None,
+) -> None:
+    """A static curve: torque over deflection, and by how much the models' deflection is off."""
+    signal = "joint_position"
+    measurement = runs[0].file.measurement
+    kept = stride(len(measurement.time))
+    torque = static_torque(measurement)[kept]
+    measured = measurement.signals[signal][kept]
+    figure.add_scatter(
+        x=measured,
+        y=torque,
+        mode="markers",
+        name="measured",
+        marker={"color": theme.measured, "size": 4},
+    )
+    for index, run in enumerate(runs):
+        line = _line(runs, index, theme)
+        group = {"legendgroup": f"run {index}", "mode": "lines", "line": line}
+        figure.add_scatter(
+            x=run.simulated(signal)[kept], y=torque, name=_label(run, signal, quantity), **group
+        )
+        figure.add_scatter(
+            x=measured,
+            y=quantity.small * run.error(signal)[kept],
+            name=f"error, {plain(run.label)}",
+            yaxis="y2",
+            showlegend=False,
+            **group,
+        )
+    if highlighted is not None and highlighted[kept].any():
+        figure.add_scatter(
+            x=measured[highlighted[kept]],
+            y=torque[highlighted[kept]],
+            mode="markers",
+            name="chosen samples",
+            marker={"color": theme.highlight, "size": 10},
+            hoverinfo="skip",
+        )
+
+
+def _draw_noise(
+    figure: go.Figure, runs: Sequence[Run], signal: str, quantity: Shown, theme: Theme
+) -> None:
+    band = 2.0 * quantity.small * runs[-1].file.signals[signal].noise.sigma
+    figure.add_shape(
+        type="rect",
+        xref="x domain",
+        yref="y2",
+        x0=0.0,
+        x1=1.0,
+        y0=-band,
+        y1=band,
+        fillcolor=theme.band,
+        line={"width": 0},
+        layer="below",
+        name="± 2σ of the noise",
+        showlegend=True,
+    )
+
+
+def _mark_samples(
+    figure: go.Figure,
+    time: Array,
+    window: tuple[float, float] | None,
+    highlighted: NDArray[np.bool_] | None,
+    theme: Theme,
+) -> None:
+    """Shade the stretches of chosen samples; all of them are one shape, which is drawn fast."""
+    if highlighted is None:
+        return
+    kept = _kept(time, window)
+    path = "".join(
+        f"M{start:.9g},0V1H{end:.9g}V0Z" for start, end in stretches(time[kept], highlighted[kept])
+    )
+    if path:
+        figure.add_shape(
+            type="path",
+            path=path,
+            xref="x",
+            yref="paper",
+            fillcolor=theme.highlight,
+            # stretches shorter than a pixel are seen by their outline
+            line={"color": theme.highlight, "width": 0.7},
+            layer="below",
+            name="chosen samples",
+            showlegend=True,
+        )
+
+
+def stretches(
+    time: Array, chosen: NDArray[np.bool_], most: int = STRETCHES
+) -> list[tuple[float, float]]:
+    """Beginning and end, s, of the stretches of chosen samples; the closest ones are joined.
+
+    Parameters
+    ----------
+    time : (n,) array, s
+    chosen : (n,)
+    most : of stretches, positive
+
+    Returns
+    -------
+    list of at most `most` pairs, in order; a sample reaches half way to its neighbours
+    """
+    if not chosen.any():
+        return []
+    change = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
+    middle = 0.5 * (time[1:] + time[:-1])
+    edges = np.concatenate([time[:1], middle, time[-1:]])
+    start, end = edges[change[::2]], edges[change[1::2]]
+    gaps = start[1:] - end[:-1]
+    if len(gaps) >= most:
+        # those between stretches that stay apart
+        wide = np.sort(np.argsort(gaps)[len(gaps) - most + 1 :])
+        start, end = start[np.append(0, wide + 1)], end[np.append(wide, len(end) - 1)]
+    return list(zip(start.tolist(), end.tolist(), strict=True))
+
+
+def _mark_cursor(figure: go.Figure, letter: str, time: float, theme: Theme) -> None:
+    place = {"xref": "x", "yref": "paper"}
+    line = {"color": theme.ink, "width": 1.2, "dash": "dot"}
+    figure.add_shape(type="line", x0=time, x1=time, y0=0.0, y1=1.0, line=line, **place)
+    label = {"text": letter, "showarrow": False, "bgcolor": theme.grid}
+    figure.add_annotation(x=time, y=1.0, yanchor="top", xanchor="left", **label, **place)

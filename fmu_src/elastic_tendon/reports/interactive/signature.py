@@ -1,0 +1,97 @@
+"""How an effect shows: the same experiments on a machine with it and without it."""
+
+from dataclasses import dataclass
+
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, dressed
+from elastic_tendon.reports.thinning import stride
+from elastic_tendon.simulation.signature import HIDDEN, Beside, Signature
+
+POINTS = 900  # of a curve; a panel has fewer pixels across
+DEFLECTION, TIME = "deflection (rad)", "time (s)"
+
+
+@dataclass(frozen=True)
+class _Panel:
+    """An experiment with its title and axes; `is_step` has the motor's motion beside it."""
+
+    beside: Beside
+    title: str
+    across: str
+    upward: str
+    is_step: bool = False
+
+
+def signature_figure(
+    found: Signature, *, telling_only: bool = False, theme: Theme = LIGHT
+) -> go.Figure:
+    """Load over deflection, torque over deflection and a step, with the effect and without.
+
+    Parameters
+    ----------
+    found : Signature
+    telling_only : the one experiment in which the effect shows most, for narrow places
+    theme : Theme
+
+    Returns
+    -------
+    plotly.graph_objects.Figure
+    """
+    panels = _panels(found)
+    if telling_only:
+        panels = [max(panels, key=lambda one: one.beside.difference)]
+    titles = [_title(one) for one in panels]
+    figure = make_subplots(1, len(panels), subplot_titles=titles, horizontal_spacing=0.09)
+    dressed(figure, theme, height=260, margin={"t": 54, "b": 44, "l": 56, "r": 8})
+    figure.update_layout(legend={"y": 1.12})
+    for column, panel in enumerate(panels, start=1):
+        _draw(figure, panel, found, theme, column)
+    return figure
+
+
+def _panels(found: Signature) -> list[_Panel]:
+    torque = "tendon torque (N·m)"
+    return [
+        _Panel(found.slow_loop, "slow load, motor held", DEFLECTION, "load torque (N·m)"),
+        _Panel(found.fast_loop, "fast motor swing, no load", DEFLECTION, torque),
+        _Panel(found.step, "motor step, no load", TIME, "joint position (rad)", is_step=True),
+    ]
+
+
+def _title(one: _Panel) -> str:
+    hidden = one.beside.difference < HIDDEN
+    return one.title + ("; hardly any difference" if hidden else "")
+
+
+def _draw(figure: go.Figure, panel: _Panel, found: Signature, theme: Theme, column: int) -> None:
+    place = {"row": 1, "col": column}
+    curves = [
+        (panel.beside.without, "without", theme.before, 4.0, "solid"),
+        (panel.beside.with_it, "with the effect", theme.after, 1.8, "solid"),
+    ]
+    if panel.is_step:
+        curves.insert(0, (found.motor, "motor", theme.muted, 1.2, "dash"))
+    for curve, label, colour, width, dash in curves:
+        kept = stride(len(curve.x), POINTS)
+        figure.add_scatter(
+            x=curve.x[kept],
+            y=curve.y[kept],
+            mode="lines",
+            name=label,
+            legendgroup=label,
+            showlegend=column == 1 or label == "motor",
+            line={"color": colour, "width": width, "dash": dash},
+            opacity=0.55 if label == "without" else 1.0,
+            hoverinfo="skip",
+            **place,
+        )
+    dotted = {"color": theme.muted, "width": 1, "dash": "dot"}
+    for boundary in () if panel.is_step else found.slack_boundaries:
+        figure.add_vline(x=boundary, line=dotted, **place)
+    if column == 1 and not panel.is_step:  # of lines across a panel the legend knows nothing
+        name = "a tendon falls slack"
+        figure.add_scatter(x=[None], y=[None], mode="lines", name=name, line=dotted, **place)
+    figure.update_xaxes(title=panel.across, **place)
+    figure.update_yaxes(title=panel.upward, **place)

@@ -1,0 +1,342 @@
+"""Figures of where a model fails, one function for each; nothing is computed here."""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize, TwoSlopeNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import PercentFormatter
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.comparison.bins import Bin
+from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.correlations import Correlation, correlations
+from elastic_tendon.comparison.locate import FileLocation, Location
+from elastic_tendon.comparison.maps import CellMap
+from elastic_tendon.comparison.maps import error_maps as maps_of
+from elastic_tendon.comparison.missing_torque import TorqueCurve
+from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.reports.bin_axis import axis_below, by_variable
+from elastic_tendon.reports.comparison_figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    VERMILLION,
+    overlay,
+    tidy,
+)
+from elastic_tendon.reports.comparison_tables import STATES, sample_shares
+from elastic_tendon.reports.loops import measured_loop, springs_over
+from elastic_tendon.reports.names import shortened
+from elastic_tendon.reports.thinning import envelope, some, stride
+from elastic_tendon.reports.units import shown, with_unit
+
+BLANK = "0.85"  # of cells without samples; white is zero
+COLUMNS = 3  # panels side by side
+STATE_COLOURS = {
+    SlackState.I: (BLUE, STATES["I"]),
+    SlackState.II: (ORANGE, STATES["II"]),
+    SlackState.III: (GREEN, STATES["III"]),
+    SlackState.BOTH: (PURPLE, "both slack"),
+}
+Drawing = Callable[[], Figure]
+
+
+def all_figures(comparison: Comparison, location: Location) -> Iterator[tuple[str, Drawing]]:
+    """Every figure of a comparison: the name of its file without suffix, and what draws it.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    location : Location of the same comparison
+    """
+    names = file_names([file.measurement.name for file in comparison.files])
+    for name, file, found in zip(names, comparison.files, location.files, strict=True):
+        yield f"{name}_overlay", partial(overlay, Comparison(comparison.model, (file,)))
+        yield from _of_one_file(name, comparison.model, file, found)
+
+
+def _of_one_file(
+    name: str, model: Model, file: FileComparison, found: FileLocation
+) -> Iterator[tuple[str, Drawing]]:
+    yield f"{name}_torque_over_deflection", partial(torque_loop, model, file, found)
+    yield f"{name}_missing_torque", partial(missing_torque, file, found)
+    for signal in file.signals:
+        yield f"{name}_{signal}_share_of_error", partial(share_of_error, file, found, signal)
+    if file.measurement.static:
+        return  # it has no velocity and no time to draw maps and correlations over
+    yield f"{name}_error_maps", partial(error_maps, file, found)
+    for signal in file.signals:
+        yield f"{name}_{signal}_correlation", partial(residual_correlation, file, signal)
+
+
+def file_names(recordings: Sequence[str]) -> list[str]:
+    """Recordings' names as parts of file names, each once."""
+    names: list[str] = []
+    for index, recording in enumerate(recordings, start=1):
+        without_suffix = re.sub(r"\.\w+(?=$|[\[#])", "", recording)
+        plain = re.sub(r"[^\w.-]+", "_", without_suffix).strip("_.")
+        names.append(f"{plain}_{index}" if plain in names else plain)
+    return names
+
+
+# ---- torque over deflection ----------------------------------------------------------------
+
+
+def torque_loop(model: Model, file: FileComparison, found: FileLocation) -> Figure:
+    """Torque of the tendons over deflection, coloured by slack state, with the model's own.
+
+    Parameters
+    ----------
+    model : Model
+    file : FileComparison
+    found : FileLocation of the same recording
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(7.5, 5.5), layout="constrained")
+    axes = figure.subplots()
+    deflection, torque, source = measured_loop(model, file, found)
+    _draw_model(axes, model, file, deflection)
+    states = np.round(found.variables["slack_state"])
+    for state, (colour, label) in STATE_COLOURS.items():
+        inside = np.flatnonzero(states == state)
+        inside = inside[some(len(inside))]
+        if len(inside):
+            places = deflection[inside], torque[inside]
+            axes.scatter(*places, s=5, color=colour, label=label, linewidths=0, rasterized=True)
+    figure.suptitle(f"{shortened(file.measurement.name)}: torque over deflection")
+    axes.set_xlabel("deflection as measured (rad)")
+    axes.set_ylabel(f"joint torque (N·m)\n{source}")
+    figure.legend(loc="outside lower center", ncols=3, frameon=False, markerscale=2.0)
+    tidy(axes)
+    return figure
+
+
+def _draw_model(axes: Axes, model: Model, file: FileComparison, deflection: Array) -> None:
+    kept = stride(len(deflection))
+    simulated = file.trajectory["deflection"][kept], file.trajectory["joint_torque"][kept]
+    axes.plot(*simulated, color="0.6", linewidth=0.8, label="simulated")
+    springs = springs_over(model, deflection)
+    axes.set_xlim(*springs.ends)
+    looks: dict[str, Any] = {"color": BLACK, "lw": 1.6, "zorder": 3}
+    axes.plot(springs.deflection, springs.torque, label="model's springs, static", **looks)
+    for index, boundary in enumerate(springs.boundaries):
+        label = None if index else "slack boundary, paper (14)"
+        axes.axvline(boundary, color=BLACK, linestyle=":", linewidth=1.2, label=label)
+
+
+# ---- maps ----------------------------------------------------------------------------------
+
+
+def error_maps(file: FileComparison, found: FileLocation) -> Figure:
+    """RMS error of the joint position and mean missing torque over what the joint did.
+
+    Parameters
+    ----------
+    file : FileComparison of a time series
+    found : FileLocation of the same recording
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
+    quantity = shown("joint_position")
+    maps = maps_of(file, found)
+    for panels, one in zip(figure.subplots(len(maps), 2), maps, strict=True):
+        words = f"RMS error, {quantity.words}\n({quantity.small_unit})"
+        _draw_map(panels[0], one.rms, one.variables, words, quantity.small)
+        words = "mean missing torque (N·m)"
+        _draw_map(panels[1], one.torque, one.variables, words, signed=True)
+    figure.suptitle(f"{shortened(file.measurement.name)}: where the error lies")
+    return figure
+
+
+def _draw_map(
+    axes: Axes,
+    found: CellMap | None,
+    pair: tuple[str, str],
+    words: str,
+    factor: float = 1.0,
+    *,
+    signed: bool = False,
+) -> None:
+    """`factor`, to the unit that is shown; signed values are drawn about zero."""
+    axes.set_xlabel(with_unit(pair[0]))
+    axes.set_ylabel(with_unit(pair[1]))
+    axes.spines[["top", "right"]].set_visible(False)
+    if found is None:
+        axes.text(0.5, 0.5, "too few samples", transform=axes.transAxes, ha="center")
+        return
+    values = factor * found.values
+    axes.set_facecolor(BLANK)
+    largest = float(np.nanmax(np.abs(values))) or 1.0
+    norm = TwoSlopeNorm(0.0, -largest, largest) if signed else Normalize(0.0, largest)
+    mesh = axes.pcolormesh(
+        *(found.horizontal, found.vertical, values),
+        cmap="RdBu_r" if signed else "viridis",
+        norm=norm,
+        rasterized=True,
+    )
+    figure = axes.figure
+    assert isinstance(figure, Figure)
+    figure.colorbar(mesh, ax=axes, label=words)
+
+
+# ---- shares by bin -------------------------------------------------------------------------
+
+
+def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Figure:
+    """Share of the squared error in every bin beside its share of the samples.
+
+    Parameters
+    ----------
+    file : FileComparison
+    found : FileLocation of the same recording
+    signal : name of a compared signal
+
+    Returns
+    -------
+    matplotlib.figure.Figure; a panel for each variable
+    """
+    bins = found.bins[signal]
+    shares = sample_shares(bins)
+    split = by_variable(bins)
+    figure, panels = _panels(len(split))
+    for axes, chosen in zip(panels, split.values(), strict=True):
+        _draw_bars(axes, chosen, [shares[one] for one in chosen])
+    quantity = shown(signal, static=file.measurement.static)
+    figure.suptitle(f"{shortened(file.measurement.name)}: share of the {quantity.words} error")
+    marks = [
+        Patch(color=VERMILLION, label="squared error, stands out"),
+        Patch(color="0.75", label="squared error, does not stand out"),
+        Line2D([], [], color=BLACK, marker="_", ls="none", markersize=12, mew=1.6, label="samples"),
+    ]
+    figure.legend(handles=marks, loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _draw_bars(axes: Axes, bins: Sequence[Bin], samples: Sequence[float]) -> None:
+    places = np.arange(len(bins))
+    colours = [VERMILLION if one.stands_out else "0.75" for one in bins]
+    axes.bar(places, [one.share for one in bins], color=colours, width=0.8)
+    axes.hlines(samples, places - 0.42, places + 0.42, color=BLACK, linewidth=1.6)
+    _draw_ticks(axes, bins)
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=""))
+    axes.set_ylim(bottom=0.0)
+    axes.set_ylabel("share of all (%)")
+    tidy(axes)
+    axes.grid(visible=False, axis="x")
+    axes.set_axisbelow(True)
+
+
+def _draw_ticks(axes: Axes, bins: Sequence[Bin]) -> None:
+    below = axis_below(bins)
+    axes.tick_params(axis="x", labelsize="small")
+    looks: dict[str, Any] = {"rotation": 45, "ha": "right", "rotation_mode": "anchor"}
+    axes.set_xticks(below.places, below.labels, **(looks if below.edges else {}))
+    axes.set_xlabel(below.title)
+
+
+# ---- missing torque ------------------------------------------------------------------------
+
+
+def missing_torque(file: FileComparison, found: FileLocation) -> Figure:
+    """Missing torque over time and against each variable, with its 95 % band.
+
+    Parameters
+    ----------
+    file : FileComparison
+    found : FileLocation of the same recording
+
+    Returns
+    -------
+    matplotlib.figure.Figure; a panel for each variable
+    """
+    missing = found.missing_torque
+    chosen = some(len(missing.torque))
+    figure, panels = _panels(len(missing.curves))
+    for axes, curve in zip(panels, missing.curves, strict=True):
+        if curve.by in found.variables:
+            cloud = found.variables[curve.by][chosen], missing.torque[chosen]
+            axes.plot(*cloud, ".", markersize=1.5, color="0.7", rasterized=True)
+        _draw_curve(axes, curve)
+    figure.suptitle(f"{shortened(file.measurement.name)}: missing torque on the joint")
+    marks = [
+        Line2D([], [], color="0.7", marker=".", linestyle="none", label="each sample"),
+        Line2D([], [], color=BLUE, marker="o", markersize=3, label="mean"),
+        Patch(color=BLUE, alpha=0.25, label="95 % interval of the mean"),
+    ]
+    figure.legend(handles=marks, loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _draw_curve(axes: Axes, curve: TorqueCurve) -> None:
+    axes.axhline(0.0, color="0.5", linewidth=0.8)
+    axes.fill_between(curve.centre, curve.low, curve.high, color=BLUE, alpha=0.25, linewidth=0)
+    axes.plot(curve.centre, curve.mean, color=BLUE, marker="o", markersize=3, linewidth=1.2)
+    axes.set_xlabel(f"{curve.by.replace('_', ' ')} ({curve.unit})")
+    axes.set_ylabel("missing torque (N·m)")
+    tidy(axes)
+
+
+# ---- correlation ---------------------------------------------------------------------------
+
+
+def residual_correlation(file: FileComparison, signal: str) -> Figure:
+    """Correlation of an error with its own past and with the inputs, beside honest bounds.
+
+    Parameters
+    ----------
+    file : FileComparison of a time series
+    signal : name of a compared signal
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    found = correlations(file, signal)
+    figure, panels = _panels(len(found), columns=2)
+    for axes, one in zip(panels, found, strict=True):
+        _draw_correlation(axes, one)
+    quantity = shown(signal)
+    name = shortened(file.measurement.name)
+    figure.suptitle(f"{name}: does the {quantity.words} error follow anything?")
+    band = Patch(color="0.85", label="99 % of the values of an error that is only noise")
+    figure.legend(handles=[band], loc="outside lower center", frameon=False)
+    return figure
+
+
+def _draw_correlation(axes: Axes, found: Correlation) -> None:
+    ends = found.expected - found.bound, found.expected + found.bound
+    axes.fill_between(found.lag, *ends, color="0.85", linewidth=0)
+    axes.axhline(0.0, color="0.5", linewidth=0.8)
+    axes.plot(*envelope(found.lag, found.values), color=BLUE, linewidth=1.2)
+    other = found.other.replace("_", " ")
+    axes.set_title(f"with the {other}" if other else "with itself", fontsize="medium")
+    axes.set_xlabel("lag of the error (s)")
+    axes.set_ylabel("correlation (1)")
+    tidy(axes)
+
+
+def _panels(count: int, columns: int = COLUMNS) -> tuple[Figure, list[Axes]]:
+    """A figure with so many panels, left to right and downwards."""
+    columns = max(1, min(columns, count))
+    rows = -(-count // columns)
+    figure = Figure(figsize=(3.7 * columns + 0.3, 2.9 * rows + 0.9), layout="constrained")
+    panels = list(figure.subplots(rows, columns, squeeze=False).flat) if count else []
+    for axes in panels[count:]:
+        axes.set_visible(False)
+    return figure, panels[:count]

@@ -1,0 +1,151 @@
+"""What a sweep gave, for the terminal: tables and sentences; numbers come ready from `sweeps`."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.comparison.simulated import SUFFIXES
+from elastic_tendon.reports.tables import SURE, four_digits
+from elastic_tendon.reports.units import noise_ratio
+from elastic_tendon.sweeps.bootstrap import BootstrapInterval
+from elastic_tendon.sweeps.fleet import (
+    APPEARED,
+    DRIFTED,
+    ROBOT,
+    SIGNALS,
+    VERDICT,
+    error_columns,
+)
+from elastic_tendon.sweeps.summary import Summary
+from elastic_tendon.sweeps.sweep import Swept
+from elastic_tendon.sweeps.task import FAILURE
+
+EXACT = "exact"  # an interval that no digit would show
+WHICH_INTERVAL = (
+    "Refits know bounds and curved dependences, but take the errors as they are: where something "
+    "unknown acts on the machine, or springs trade with one another, the fit's own are safer."
+)
+LOUD = 3.0  # times the noise: so much is not left by noise alone
+
+
+def done_sentence(swept: Swept) -> str:
+    """How much was done, and where it is."""
+    before = f", {swept.resumed} of them done before" if swept.resumed else ""
+    runs = "1 run" if swept.runs == 1 else f"{swept.runs} runs"
+    return f"{runs} in {swept.path}{before}."
+
+
+def failure_sentences(summary: Summary, *, reasons: bool) -> list[str]:
+    """How many runs failed, and, if that is not said elsewhere, for which `reasons`."""
+    if not summary.failed:
+        return []
+    some = f"{summary.failed} of {summary.runs} runs failed; the last column says of what"
+    listed = [f"  {one.count} like run {one.run}: {one.text}" for one in summary.reasons]
+    return [some, *listed] if reasons else [some]
+
+
+def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
+    """What varied and what came of it, over all runs that went well.
+
+    Parameters
+    ----------
+    summary : of the table of results
+    varied : unit of each column that varied
+    """
+    table = Table(title="Over all runs", box=SIMPLE_HEAD)
+    table.add_column("", overflow="fold")
+    for heading in ("minimum", "5 %", "median", "95 %", "maximum"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    last = ""
+    for one in summary.columns:
+        numbers = (one.minimum, *one.quantiles, one.maximum)
+        name, dot, statistic = one.name.partition(".")
+        if one.name in varied:
+            last, words = "", f"{short(one.name)}, {unit_text(varied[one.name])}"
+        else:
+            if name != last and dot:
+                table.add_section()
+                table.add_row(name.replace("_", " "))
+            last, words = name, f"  {_words(statistic or name)}"
+        table.add_row(words.removesuffix(", 1"), *map(four_digits, numbers))
+    if summary.sampled < summary.rows:
+        table.caption = f"quantiles are those of {summary.sampled} rows, evenly spaced"
+    return table
+
+
+def short(path: str) -> str:
+    """A number's path without what everybody knows."""
+    return path.removeprefix("transmission.").removeprefix("effects.")
+
+
+def _words(column: str) -> str:
+    """``maximum_rad`` as words and unit."""
+    for unit, suffix in SUFFIXES.items():
+        if suffix and column.endswith(suffix) and not column.endswith(f"_per{suffix}"):
+            return f"{column.removesuffix(suffix).replace('_', ' ')}, {unit_text(unit)}"
+    return column.replace("_", " ")
+
+
+def bootstrap_table(intervals: Sequence[BootstrapInterval]) -> Table:
+    """Fitted numbers with the interval of the fit and that of the refits."""
+    table = Table(title="Fitted numbers, with 95 % intervals", box=SIMPLE_HEAD)
+    table.add_column("number", overflow="fold", min_width=16)
+    table.add_column("fitted", justify="right", no_wrap=True)
+    table.add_column("by the fit alone", no_wrap=True)
+    table.add_column("by refits", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for one in intervals:
+        ends = [_ends(one.fitted, pair) for pair in (one.linear, one.bootstrap)]
+        # a name that is too long breaks where it has a joint
+        name = short(one.path).replace("spring.", "spring.\n")
+        table.add_row(name, four_digits(one.fitted), *ends, unit_text(one.unit))
+    table.caption = WHICH_INTERVAL
+    return table
+
+
+def _ends(fitted: float, interval: tuple[float, float]) -> str:
+    """Ends of an interval; of data without noise they are nearer than digits tell."""
+    if interval[1] - interval[0] <= 2.0 * SURE * abs(fitted):
+        return EXACT
+    return " to ".join(map(four_digits, interval))
+
+
+def fleet_summary(found: pd.DataFrame) -> Table:
+    """Which robot has drifted, in which number, and which effect has appeared."""
+    table = Table(title="The fleet", box=SIMPLE_HEAD, show_lines=False)
+    table.add_column("robot", overflow="fold")
+    table.add_column("verdict", overflow="fold")
+    table.add_column("times noise\nbefore, after", justify="right", no_wrap=True)
+    table.add_column("what has drifted or appeared", overflow="fold")
+    for row in found.to_dict("records"):
+        if row[FAILURE]:
+            table.add_row(row[ROBOT], "failed", "", row[FAILURE])
+            continue
+        before, after, signal = _errors(row)
+        errors = f"{noise_ratio(before)}, {noise_ratio(after)}"
+        if signal != SIGNALS[0]:
+            errors += f"\n({signal.replace('_', ' ')})"
+        changes = [row[DRIFTED].replace("transmission.", ""), row[APPEARED]]
+        words = "\n".join(one.replace("; ", "\n") for one in changes if one)
+        table.add_row(row[ROBOT], row[VERDICT].replace("_", " "), errors, words or "nothing")
+        if after > LOUD:
+            table.caption = (
+                f"Where over {LOUD:g} times the noise remain, something disturbs the machine that "
+                "is not recorded, or recordings contradict one another: diagnose them one by one."
+            )
+    return table
+
+
+def _errors(row: Mapping[Any, float]) -> tuple[float, float, str]:
+    """Times the noise before and after, of the signal where most remains, and its name."""
+    ratios = []
+    for signal in SIGNALS:
+        columns = error_columns(signal)
+        before, after = (row[columns["noise_ratio", when]] for when in ("before", "after"))
+        if not pd.isna(after):
+            ratios.append((before, after, signal))
+    return max(ratios, key=lambda one: one[1])

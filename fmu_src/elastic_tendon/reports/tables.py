@@ -1,0 +1,210 @@
+"""Tables and sentences for the terminal; numbers come ready from `design` and `identify`."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import floor, log10, nan
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from elastic_tendon import effects
+from elastic_tendon.actuator.design import DesignTable
+from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.effects.base import Effect
+from elastic_tendon.estimation.add import Addition
+from elastic_tendon.estimation.determinability import Estimate, Findings
+from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.reports.units import noise_ratio, number, shown, times_noise
+
+# relative change of a held-out error that is worth a word
+NOTICEABLE = 1e-3
+# of a number, the half width of its interval from which on its sixth digit is not sure
+SURE = 1e-6
+
+NEXT_AFTER_DEMO = """
+Try next, with your own recording (columns time_s, motor_position_rad, joint_position_rad):
+  elastic-tendon compare biorob_x4_joint_3 recording.csv
+  elastic-tendon diagnose biorob_x4_joint_3 recording.csv
+  elastic-tendon effects"""
+
+
+def design_table(name: str, table: DesignTable) -> Table:
+    """Design numbers with symbol, equation of the paper and unit."""
+    shown_table = Table(title=f"{name}: design by the paper's equations")
+    for heading, justify in (("quantity", "left"), ("symbol", "left"), ("equation", "left")):
+        shown_table.add_column(heading, justify=justify)  # type: ignore[arg-type]
+    shown_table.add_column("value", justify="right")
+    shown_table.add_column("unit")
+    for row in table.rows():
+        value = f"{row.value:.4g}"
+        shown_table.add_row(row.name, row.symbol, row.equation, value, unit_text(row.unit))
+    return shown_table
+
+
+def ladder_table(rungs: Sequence[Rung]) -> Table:
+    """RMS error after each step, in words; one section for each signal."""
+    heldout = any(rung.heldout_rmse for rung in rungs)
+    table = Table(title="The error after each step (RMS)", box=SIMPLE_HEAD)
+    table.add_column("signal", no_wrap=True)
+    table.add_column("step", no_wrap=True)
+    table.add_column("fitted\ndata", justify="right", no_wrap=True)
+    if heldout:
+        table.add_column("held-out\ndata", justify="right", no_wrap=True)
+    table.add_column("times\nnoise", justify="right")
+    for name in rungs[0].rmse:
+        quantity = shown(name)
+        for index, rung in enumerate(rungs):
+            errors = [rung.rmse[name]]
+            if heldout:
+                errors.append(rung.heldout_rmse.get(name, nan))
+            table.add_row(
+                "" if index else quantity.words,
+                rung.title,
+                *(quantity.error(error) for error in errors),
+                noise_ratio(rung.noise_ratio[name]),
+            )
+        table.add_section()
+    return table
+
+
+def estimates_table(findings: Findings) -> Table:
+    """Fitted numbers with interval; those the data leave open are said to be so."""
+    table = Table(title="What was fitted, with 95 % intervals", box=SIMPLE_HEAD)
+    table.add_column("number", overflow="fold")  # the one that may break: a cut figure is wrong
+    table.add_column("given", justify="right", no_wrap=True)
+    table.add_column("fitted", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for one in findings.estimates:
+        table.add_row(*estimate_cells(one))
+    table.caption = open_note(findings) or None
+    return table
+
+
+def estimate_cells(one: Estimate) -> tuple[str, str, str, str]:
+    """A fitted number: what it is called, as given, as fitted with its interval, and its unit."""
+    fitted = with_interval(one.fitted, one.interval)
+    return (
+        one.path.removeprefix("transmission.").removeprefix("effects."),
+        four_digits(one.given),
+        fitted if one.determined else f"{four_digits(one.fitted)} (open)",
+        unit_text(one.unit),
+    )
+
+
+def four_digits(value: float) -> str:
+    """Four digits that count, without an exponent where the number is of everyday size."""
+    everyday = value != 0.0 and 4 <= floor(log10(abs(value))) < 7
+    return f"{value:.0f}" if everyday else f"{value:.4g}"
+
+
+def open_note(findings: Findings) -> str:
+    """What "open" means in a table of fitted numbers, "" where none is."""
+    if all(one.determined for one in findings.estimates):
+        return ""
+    return "open: not determined by these data; any value near what was given would do"
+
+
+def ratios_table(findings: Findings) -> Table:
+    """What the data determine where they leave a common scale open; J is the link's inertia."""
+    table = Table(title="Determined as ratios only, with 95 % intervals", box=SIMPLE_HEAD)
+    table.add_column("ratio", overflow="fold")
+    table.add_column("fitted", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for ratio in findings.ratios:
+        table.add_row(
+            ratio.name.removeprefix("transmission."),
+            with_interval(ratio.value, ratio.interval),
+            unit_text(ratio.unit),
+        )
+    return table
+
+
+def with_interval(value: float, interval: tuple[float, float]) -> str:
+    """Value and half width with two digits of the latter; both ends where they differ in width.
+
+    Of an interval that is narrower than the sixth digit, as of data without noise, only that is
+    said.
+    """
+    below, above = value - interval[0], interval[1] - value
+    if above <= 0.0 or abs(above - below) > 0.01 * above:
+        return f"{value:.3g} ({interval[0]:.3g} to {interval[1]:.3g})"
+    if above < SURE * abs(value):
+        sixth = 10.0 ** (floor(log10(abs(value))) - 5)
+        return f"{value:#.6g}".rstrip(".") + f" ± <{sixth:g}"
+    decimals = max(0, 1 - floor(log10(above)))
+    if decimals > 7:
+        return f"{value:.4g} ± {above:.2g}"
+    return f"{value:.{decimals}f} ± {above:.{decimals}f}"
+
+
+def addition_sentences(addition: Addition) -> list[str]:
+    """What adding the effects did, in words."""
+    first, last = addition.ladder[0], addition.ladder[-1]
+    sentences = fall_sentences(first, last)
+    for before, after in pairwise(addition.ladder):
+        if after.added is not None:
+            sentences += distrust_sentences(before, after)
+            sentences += alias_sentences(effects.BY_ID[after.added])
+    fitted = [rung.added for rung in addition.ladder]
+    if left := [effect_id for effect_id in addition.effect_ids if effect_id not in fitted]:
+        verb = "was" if len(left) == 1 else "were"
+        pronoun = "it is" if len(left) == 1 else "they are"
+        names = " and ".join(left)
+        sentences.append(f"Stopped before {names} {verb} fitted: {pronoun} not in the model.")
+    return sentences
+
+
+def fall_sentences(first: Rung, last: Rung, *, static: bool = False) -> list[str]:
+    """How the error of each signal changed between two steps; `static` : of static curves."""
+    sentences = []
+    for name, rmse in last.rmse.items():
+        quantity = shown(name, static=static)
+        pairs = [(first.rmse[name], rmse)]
+        if name in last.heldout_rmse:
+            pairs.append((first.heldout_rmse[name], last.heldout_rmse[name]))
+        words = [
+            f"from {number(before * quantity.small)} to {quantity.error(after)}"
+            for before, after in pairs
+        ]
+        fell = all(after < before for before, after in pairs)
+        text = f"The {quantity.words} error {'fell' if fell else 'went'} {words[0]}"
+        if len(words) > 1:
+            text += f", and {words[1]} on data that no fit has seen"
+        sentences.append(f"{text}; {times_noise(last.noise_ratio[name])} is left.")
+    return sentences
+
+
+def alias_sentences(effect: Effect) -> list[str]:
+    """What no measurement of the joint can tell the effect from."""
+    return [
+        f"{effect.title} is not to be told from {' and '.join(alias.of)} as long as {alias.when}."
+        for alias in effect.aliases
+    ]
+
+
+def distrust_sentences(before: Rung, after: Rung) -> list[str]:
+    """Why a step that added an effect is not to be trusted; none where nothing speaks against it.
+
+    Parameters
+    ----------
+    before : the step before
+    after : with the effect
+    """
+    sentences = []
+    title = effects.BY_ID[after.added].title if after.added else after.title
+    if after.evidence >= before.evidence:
+        sentences.append(
+            f"These data do not ask for {title}: its gain over the step before is no more than "
+            "its additional freedom explains."
+        )
+    worse = [
+        shown(name).words
+        for name, value in after.heldout_rmse.items()
+        if value > (1.0 + NOTICEABLE) * before.heldout_rmse[name]
+    ]
+    if worse:
+        sentences.append(
+            f"On held-out data {title} makes the error of {', '.join(worse)} larger; do not "
+            "trust it."
+        )
+    return sentences

@@ -1,0 +1,45 @@
+"""What all results have in common: a short text, plain data, a file."""
+
+import json
+from abc import abstractmethod
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from elastic_tendon.output import write_text
+
+LONGEST = 1200  # characters that a result shows of itself
+
+
+class Result:
+    """A result that can be printed, shown in a notebook and written as JSON."""
+
+    @abstractmethod
+    def summary(self) -> str:
+        """What matters, in a few lines of text."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as plain data for JSON; SI units."""
+        raise NotImplementedError(f"a {type(self).__name__} has no form in JSON")
+
+    def save_json(self, path: str | Path, *, force: bool = False) -> None:
+        """Write `to_dict` to a file.
+
+        Parameters
+        ----------
+        path : of the file, which is written whole or not at all
+        force : whether a file that exists is replaced
+
+        Raises
+        ------
+        OutputError : the file exists or cannot be written
+        """
+        text = json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n"
+        write_text(Path(path), text, force=force)
+
+    def __repr__(self) -> str:
+        text = self.summary()
+        return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(repr(self))}</pre>"

@@ -1,0 +1,467 @@
+"""Simulate in one call of the compiled library: numpy arrays in, numpy arrays out."""
+
+import ctypes
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.variables import interface
+from elastic_tendon.errors import SimulationError
+from elastic_tendon.native.library import DEFAULT_TOLERANCE, STATISTICS, Runs, Simulation, load
+from elastic_tendon.result import Result
+from elastic_tendon.simulation.interpolation import Interpolation
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+_INTERPOLATIONS = get_args(Interpolation)  # in the order of the enum in native/runtime/simulate.c
+_EVENT_CAPACITY = 4096
+_KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
+
+
+@dataclass(frozen=True, repr=False)
+class Trajectory(Result):
+    """Simulated states and outputs at the sample times.
+
+    `time` (n,), s; `states` (n, n_states) and `outputs` (n, n_outputs) in the order of
+    `state_names` and `output_names`, units as in `variables`. `event_times` (k,), s: when a
+    tendon went slack or taut, or another mode changed, between samples; the first 4096.
+    `statistics` counts steps, right-hand sides (`rates`), events...
+    """
+
+    time: Array
+    states: Array
+    outputs: Array
+    state_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    event_times: Array
+    statistics: Mapping[str, int]
+
+    def measured(self, signal: str) -> str:
+        """Name of the output that shows what the sensor of a signal reads."""
+        reading = f"measured_{signal}"
+        return reading if reading in self.output_names else signal
+
+    def __getitem__(self, name: str) -> Array:
+        """Column (n,) of an output or state by name."""
+        if name in self.output_names:
+            return self.outputs[:, self.output_names.index(name)]
+        if name in self.state_names:
+            return self.states[:, self.state_names.index(name)]
+        raise KeyError(f"no output or state {name!r}; there are {', '.join(self.keys())}")
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __iter__(self) -> Iterator[Any]:
+        """Samples as named tuples, so that ``pandas.DataFrame(trajectory)`` is its table."""
+        return iter(self.to_dataframe().reset_index().itertuples(index=False, name="Sample"))
+
+    def keys(self) -> tuple[str, ...]:
+        """Names of outputs and states, each once."""
+        return tuple(dict.fromkeys(self.output_names + self.state_names))
+
+    def summary(self) -> str:
+        """Length, and the range of each output."""
+        lines = [f"Trajectory of {self.time[-1] - self.time[0]:.4g} s, {len(self.time)} samples"]
+        for name, column in zip(self.output_names, self.outputs.T, strict=True):
+            lines.append(f"  {name:24} {column.min():11.4g} to {column.max():11.4g}")
+        return "\n".join(lines)
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Outputs and states, a column each, SI; the index is the time, s."""
+        import pandas as pd
+
+        index = pd.Index(self.time, name="time")
+        return pd.DataFrame({name: self[name] for name in self.keys()}, index=index)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Time, outputs and states, a list each, SI."""
+        return {"time": self.time.tolist()} | {name: self[name].tolist() for name in self.keys()}
+
+    def plot(self) -> "Figure":
+        """Draw joint position, joint torque and slack state over time."""
+        from elastic_tendon.reports.trajectory_figure import trajectory_figure
+
+        return trajectory_figure(self)
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """A trajectory with the derivatives of its outputs.
+
+    `output_derivatives` (n, n_outputs, m): by each of `names` (parameters, then initial states),
+    in unit of the output per unit of the parameter or state.
+    """
+
+    trajectory: Trajectory
+    output_derivatives: Array
+    names: tuple[str, ...]
+
+    def of(self, output: str) -> Array:
+        """Derivatives (n, m) of one output."""
+        return self.output_derivatives[:, self.trajectory.output_names.index(output), :]
+
+
+@dataclass(frozen=True)
+class Many:
+    """Chosen outputs of k runs of one motion, each with its own parameters.
+
+    `time` (n,), s; `outputs` (k, n_outputs, n) in the order of `output_names`, NaN of a run that
+    failed; `failures` : k reasons, "" where the run went well.
+    """
+
+    time: Array
+    outputs: Array
+    output_names: tuple[str, ...]
+    failures: tuple[str, ...]
+
+
+def _samples(name: str, values: ArrayLike | None, n: int) -> Array:
+    if values is None:
+        return np.zeros(n)
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != (n,):
+        raise ValueError(f"{name} has shape {array.shape}, but time has {n} samples")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} is not finite at sample {int(np.argmin(np.isfinite(array)))}")
+    return array
+
+
+def _time(values: ArrayLike) -> Array:
+    time = np.ascontiguousarray(values, dtype=np.float64)
+    if time.ndim != 1 or time.size < 2:
+        raise ValueError(f"time needs at least two samples in one row, its shape is {time.shape}")
+    steps = time[1:] - time[:-1]
+    if not (steps > 0).all():
+        raise ValueError(f"time does not increase after sample {int(np.argmin(steps > 0))}")
+    return time
+
+
+def _slopes(time: Array, samples: Array) -> Array:
+    """Derivatives at the samples of the twice continuously differentiable cubic spline.
+
+    Fits simulate one recording again and again, so those of a few are kept.
+    """
+    if not samples.any():
+        return samples
+    key = (time.tobytes(), samples.tobytes())
+    return _spline_slopes(*key) if len(time) <= _KEPT_SAMPLES else _spline_slopes.__wrapped__(*key)
+
+
+@lru_cache(maxsize=16)
+def _spline_slopes(time: bytes, samples: bytes) -> Array:
+    from scipy.interpolate import CubicSpline
+
+    at = np.frombuffer(time)
+    return np.ascontiguousarray(CubicSpline(at, np.frombuffer(samples))(at, 1))
+
+
+def _address(array: Array | NDArray[np.int32] | None) -> int | None:
+    return None if array is None else array.ctypes.data
+
+
+def _initial_state(model: Model, given: Mapping[str, float] | None) -> Array:
+    states = interface(model.effect_ids).states
+    unknown = set(given or {}) - {state.name for state in states}
+    if unknown:
+        raise ValueError(
+            f"no state {', '.join(sorted(unknown))}; there are "
+            + ", ".join(state.name for state in states)
+        )
+    for name, value in (given or {}).items():
+        if not np.isfinite(value):
+            raise ValueError(f"the initial {name} is not finite")
+    start = [(given or {}).get(state.name, state.start) for state in states]
+    return np.array([np.nan if value is None else value for value in start])  # NaN: calculated
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """What drives a simulation, as the library takes it; the arrays stay alive with it."""
+
+    time: Array
+    position: Array
+    load: Array
+    slopes: tuple[Array | None, ...]
+    interpolation: int
+    start: Array
+    tolerance: float
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        time: ArrayLike,
+        motor_position: ArrayLike,
+        load_torque: ArrayLike | None,
+        initial_state: Mapping[str, float] | None,
+        interpolation: Interpolation,
+        tolerance: float,
+    ) -> "_Motion":
+        """Checked arguments of `simulate`; raises ValueError."""
+        time = _time(time)
+        position = _samples("motor_position", motor_position, time.size)
+        load = _samples("load_torque", load_torque, time.size)
+        if interpolation not in _INTERPOLATIONS:
+            raise ValueError(
+                f"interpolation {interpolation!r} is none of {', '.join(_INTERPOLATIONS)}"
+            )
+        if not 1e-14 <= tolerance <= 1e-2:
+            raise ValueError(f"tolerance {tolerance} is outside 1e-14 to 1e-2")
+        cubic = interpolation == "cubic"
+        return cls(
+            time=time,
+            position=position,
+            load=load,
+            slopes=tuple(_slopes(time, one) if cubic else None for one in (position, load)),
+            interpolation=_INTERPOLATIONS.index(interpolation),
+            start=_initial_state(model, initial_state),
+            tolerance=tolerance,
+        )
+
+    def call(self, states: Array, outputs: Array) -> Simulation:
+        """A call of the library that fills `states` and `outputs`; its parameters are not set."""
+        return Simulation(
+            n_samples=self.time.size,
+            time=_address(self.time),
+            motor_position=_address(self.position),
+            load_torque=_address(self.load),
+            position_slope=_address(self.slopes[0]),
+            load_slope=_address(self.slopes[1]),
+            interpolation=self.interpolation,
+            initial_state=_address(self.start),
+            tolerance=self.tolerance,
+            states=_address(states),
+            outputs=_address(outputs),
+        )
+
+
+def _parameters(model: Model, as_measured: bool) -> Array:
+    """Parameters of the library: the model's numbers, and the settings of a call."""
+    settings = [float(as_measured)] if interface(model.effect_ids).reads_signals else []
+    return np.array([*model.values().values(), *settings])
+
+
+def _reason(library: ctypes.CDLL, outcome: int, time: float) -> str:
+    """Why a simulation stopped."""
+    reason: bytes = library.elastic_tendon_outcome(outcome)
+    return f"stopped at {time:.6g} s: {reason.decode()}"
+
+
+def _run(
+    model: Model, motion: _Motion, directions: Sequence[int], as_measured: bool
+) -> tuple[Trajectory, Array]:
+    variables = interface(model.effect_ids)
+    n, m = motion.time.size, len(directions)
+    parameters = _parameters(model, as_measured)
+    direction = np.array(directions, dtype=np.int32)
+    states = np.empty((n, len(variables.states)))
+    outputs = np.empty((n, len(variables.outputs)))
+    derivatives = np.empty((n, len(variables.outputs), m))
+    event_time = np.empty(_EVENT_CAPACITY)
+    call = motion.call(states, outputs)
+    call.parameters = _address(parameters)
+    call.n_directions = m
+    call.direction = _address(direction)
+    call.output_derivatives = _address(derivatives)
+    call.event_time = _address(event_time)
+    call.event_capacity = _EVENT_CAPACITY
+    library = load(model.effect_ids)
+    outcome = library.elastic_tendon_simulate(ctypes.byref(call))
+    if outcome != 0:
+        raise SimulationError(f"{model.name}: {_reason(library, outcome, call.failure_time)}")
+    statistics = {name: int(getattr(call.statistics, name)) for name in STATISTICS}
+    names = (variables.state_names, variables.output_names)
+    event_times = event_time[: statistics["events"]].copy()
+    return Trajectory(motion.time, states, outputs, *names, event_times, statistics), derivatives
+
+
+def simulate(
+    model: Model,
+    time: ArrayLike,
+    motor_position: ArrayLike,
+    load_torque: ArrayLike | None = None,
+    *,
+    initial_state: Mapping[str, float] | None = None,
+    interpolation: Interpolation = "linear",
+    tolerance: float = DEFAULT_TOLERANCE,
+    as_measured: bool = False,
+) -> Trajectory:
+    """Simulate the actuator for a given motor motion and load, in one call of the library.
+
+    Parameters
+    ----------
+    model : Model
+    time : (n,) array, s; increasing
+    motor_position : (n,) array, rad at the motor pulley
+    load_torque : (n,) array, N·m on the joint, optional; none acts where it is missing
+    initial_state : mapping of state names to values, optional; start values where missing
+    interpolation : "hold", "linear" or "cubic" (spline) between the samples
+    tolerance : relative, and absolute in units of the states' nominals; 1e-14 to 1e-2
+    as_measured : for a model with effects on measured signals: `motor_position` is what the
+        encoder reads, and outputs of the joint are what is recorded at the sample times, a delay
+        late. Before the first sample the inputs are as there. Else: true angles, no delay
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    SimulationError
+        where the solver cannot go on; the message names the time and the reason
+    ValueError
+        where an argument has the wrong shape or is not finite
+    """
+    inputs = (time, motor_position, load_torque)
+    motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
+    trajectory, _ = _run(model, motion, (), as_measured)
+    return trajectory
+
+
+def sensitivities(
+    model: Model,
+    time: ArrayLike,
+    motor_position: ArrayLike,
+    load_torque: ArrayLike | None = None,
+    *,
+    parameters: Sequence[str],
+    initial_states: Sequence[str] = (),
+    initial_state: Mapping[str, float] | None = None,
+    interpolation: Interpolation = "linear",
+    tolerance: float = DEFAULT_TOLERANCE,
+    as_measured: bool = False,
+) -> Sensitivities:
+    """Simulate, with exact derivatives of the outputs, correct across events.
+
+    Parameters
+    ----------
+    parameters : dotted paths of the parameters to derive by
+    initial_states : names of the states by whose initial values to derive
+    model, time, motor_position, load_torque, initial_state, interpolation, tolerance,
+    as_measured : as in `simulate`
+
+    Returns
+    -------
+    Sensitivities
+
+    Raises
+    ------
+    SimulationError, ValueError
+        as `simulate`; ValueError also for a name that the model does not have or that stands twice
+    """
+    variables = interface(model.effect_ids)
+    index: dict[str, int] = {}
+    offset = len(variables.states) + len(variables.inputs)
+    index.update({path: offset + i for i, path in enumerate(variables.parameter_names)})
+    states = {name: i for i, name in enumerate(variables.state_names)}
+    unknown = [p for p in parameters if p not in index] + [
+        s for s in initial_states if s not in states
+    ]
+    if unknown:
+        raise ValueError(f"the model has no {', '.join(unknown)}")
+    names = (*parameters, *initial_states)
+    if len(set(names)) < len(names):
+        raise ValueError(f"a name stands twice among {', '.join(names)}")
+    directions = [index[p] for p in parameters] + [states[s] for s in initial_states]
+    inputs = (time, motor_position, load_torque)
+    motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
+    trajectory, derivatives = _run(model, motion, directions, as_measured)
+    return Sensitivities(trajectory, derivatives, names)
+
+
+def simulate_many(
+    model: Model,
+    parameters: Mapping[str, ArrayLike],
+    time: ArrayLike,
+    motor_position: ArrayLike,
+    load_torque: ArrayLike | None = None,
+    *,
+    outputs: Sequence[str],
+    initial_state: Mapping[str, float] | None = None,
+    interpolation: Interpolation = "linear",
+    tolerance: float = DEFAULT_TOLERANCE,
+    as_measured: bool = False,
+) -> Many:
+    """Simulate one motion with many sets of parameters, in one call of the library.
+
+    Other threads of Python go on meanwhile. Values are not checked against the bounds of
+    model.toml: what the solver cannot integrate fails, alone.
+
+    Parameters
+    ----------
+    parameters : dotted path -> (k,) values of each that varies, SI; the others are the model's
+    outputs : names of the outputs to keep; 8 n k bytes each
+    model, time, motor_position, load_torque, initial_state, interpolation, tolerance,
+    as_measured : as in `simulate`
+
+    Returns
+    -------
+    Many
+
+    Raises
+    ------
+    ValueError
+        as `simulate`; also for a path or output that the model does not have, and for arrays of
+        different lengths
+    """
+    variables = interface(model.effect_ids)
+    motion = _Motion.of(
+        *(model, time, motor_position, load_torque, initial_state, interpolation, tolerance)
+    )
+    sets = _parameter_sets(model, parameters, as_measured)
+    unknown = [name for name in outputs if name not in variables.output_names]
+    if unknown:
+        raise ValueError(f"the model has no output {', '.join(unknown)}")
+    k, n = len(sets), motion.time.size
+    kept = np.array([variables.output_names.index(name) for name in outputs], dtype=np.int32)
+    found = np.empty((k, len(kept), n))
+    outcome = np.empty(k, dtype=np.int32)
+    stopped = np.empty(k)
+    states = np.empty((n, len(variables.states)))
+    every = np.empty((n, len(variables.outputs)))
+    runs = Runs(
+        n_runs=k,
+        parameters=_address(sets),
+        n_kept=len(kept),
+        kept=_address(kept),
+        outputs=_address(found),
+        outcome=_address(outcome),
+        failure_time=_address(stopped),
+    )
+    library = load(model.effect_ids)
+    call = motion.call(states, every)
+    if library.elastic_tendon_simulate_many(ctypes.byref(call), ctypes.byref(runs)) != 0:
+        raise SimulationError(f"{model.name}: memory is short")
+    failures = [""] * k
+    for i in np.flatnonzero(outcome):
+        failures[i] = _reason(library, int(outcome[i]), stopped[i])
+    return Many(motion.time, found, tuple(outputs), tuple(failures))
+
+
+def _parameter_sets(model: Model, varied: Mapping[str, ArrayLike], as_measured: bool) -> Array:
+    """All parameters of each run, (k, n_parameters)."""
+    paths = interface(model.effect_ids).parameter_names
+    columns = {path: np.asarray(values, dtype=np.float64) for path, values in varied.items()}
+    unknown = [path for path in columns if path not in paths]
+    if unknown:
+        raise ValueError(f"the model has no {', '.join(unknown)}")
+    shapes = {column.shape for column in columns.values()}
+    if len(shapes) != 1 or len(next(iter(shapes))) != 1:
+        raise ValueError(
+            "one row of values of each parameter is needed, all of one length, not of shapes "
+            + ", ".join(map(str, sorted(shapes)))
+        )
+    sets = np.tile(_parameters(model, as_measured), (next(iter(shapes))[0], 1))
+    for path, column in columns.items():
+        sets[:, paths.index(path)] = column
+    return sets

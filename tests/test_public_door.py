@@ -1,0 +1,200 @@
+"""Everything that users do goes through ``import elastic_tendon as et``."""
+
+import json
+import logging
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import elastic_tendon as et
+
+ROOT = Path(__file__).parents[1]
+MODEL = "biorob_x4_joint_3"
+TIME = np.linspace(0.0, 4.0, 801)
+MOTOR, LOAD = 0.4 * np.sin(8.0 * TIME), 7.0 * np.sin(2.0 * TIME)
+LONGEST = 1500  # characters of a repr
+
+
+@pytest.fixture(scope="module")
+def model() -> et.Model:
+    return et.load_model(MODEL)
+
+
+@pytest.fixture(scope="module")
+def recording(model) -> et.Measurement:
+    """Of a machine with dry friction."""
+    machine = model.with_effect("coulomb_friction", {"torque": 0.3})
+    run = et.simulate(machine, TIME, MOTOR, LOAD)
+    noise = 1e-4 * np.random.default_rng(1).standard_normal(len(TIME))
+    return et.Measurement(
+        time=TIME,
+        motor_position=MOTOR,
+        signals={"joint_position": run["joint_position"] + noise},
+        load_torque=LOAD,
+    )
+
+
+@pytest.fixture(scope="module")
+def found(model, recording) -> et.Diagnosis:
+    options = et.Options(only=("coulomb_friction", "gravity_load"))
+    return et.diagnose(model, recording, options=options)
+
+
+def test_the_door_says_what_it_has() -> None:
+    assert set(et.__all__) == set(dir(et))
+    assert re.fullmatch(r"\d+\.\d+\.\d+.*", et.__version__)
+    for name in et.__all__:
+        assert getattr(et, name) is not None
+
+
+def test_importing_it_imports_nothing_heavy() -> None:
+    code = (
+        "import sys, elastic_tendon; print(sorted({'numpy', 'casadi', 'pandas'} & {*sys.modules}))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
+
+
+def test_models_are_listed_loaded_and_made(model, tmp_path) -> None:
+    assert MODEL in et.models
+    assert MODEL in list(et.models)
+    assert getattr(et.models, MODEL) == model
+    with pytest.raises(AttributeError, match="there is no bundled model nothing; there are bench"):
+        _ = et.models.nothing
+    (tmp_path / "own.toml").write_text(model.to_toml())
+    assert et.load_model(tmp_path / "own.toml") == model
+    assert et.load_model(model.model_dump()) == model
+
+
+def test_effects_are_there_by_name() -> None:
+    assert et.effects.coulomb_friction.id == "coulomb_friction"
+    assert [getattr(et.effects, one.id) for one in et.effects.CATALOGUE] == [*et.effects.CATALOGUE]
+    ripple = et.effects.load(ROOT / "examples" / "own_effect" / "tooth_ripple.py")
+    assert et.effects.BY_ID[ripple.id] is ripple
+
+
+def test_a_file_is_read_with_window_and_map(recording, tmp_path) -> None:
+    table = pd.DataFrame(
+        {
+            "time_s": TIME,
+            "motor_position_rad": MOTOR,
+            "load_torque_Nm": LOAD,
+            "enc2": -np.rad2deg(recording.signals["joint_position"]),
+        }
+    )
+    table.to_csv(tmp_path / "run.csv", index=False)
+    for data in (tmp_path / "run.csv", str(tmp_path / "run.csv"), table):
+        read = et.read(data, window=(0.0, 2.0), map={"joint_position": "enc2:deg*-1"})
+        assert len(read.time) == 401
+        whole = recording.signals["joint_position"][:401]
+        assert read.signals["joint_position"] == pytest.approx(whole, abs=1e-12)
+        assert read.load_torque == pytest.approx(LOAD[:401])
+
+
+def test_a_table_lacks_what_a_file_may_lack() -> None:
+    with pytest.raises(et.MeasurementError, match="motor_position"):
+        et.read(pd.DataFrame({"time_s": TIME, "joint_position_rad": TIME}))
+    known = et.read(
+        pd.DataFrame({"time_s": TIME, "motor_position_rad": MOTOR, "joint_position_rad": MOTOR}),
+        noise={"joint_position": 2e-4},
+    )
+    assert known.noise["joint_position"].sigma == pytest.approx(2e-4)
+
+
+def test_a_measurement_is_made_of_lists() -> None:
+    made = et.Measurement(time=[0.0, 0.1], motor_position=[0.0, 1.0], signals={"a": [1, 2]})
+    assert made.time.dtype == made.signals["a"].dtype == np.float64
+    with pytest.raises(et.MeasurementError, match=r"motor_position has shape \(3,\), but time has"):
+        et.Measurement(time=[0.0, 0.1], motor_position=[0.0, 1.0, 2.0])
+
+
+def test_a_recording_is_simulated_as_its_inputs_are(model, recording) -> None:
+    run = et.simulate(model, recording)
+    start = {name: run[name][0] for name in ("joint_position", "joint_velocity")}
+    same = et.simulate(model, TIME, MOTOR, LOAD, initial_state=start)
+    assert run["joint_position"] == pytest.approx(same["joint_position"], abs=1e-6)
+    with pytest.raises(ValueError, match="the motor position is needed"):
+        et.simulate(model, TIME)
+
+
+def test_one_recording_or_several_everywhere(model, recording) -> None:
+    for function in (et.compare, et.fit):
+        assert repr(function(model, recording)) == repr(function(model, [recording]))
+    fitted, heldout = recording.window(0.0, 2.0), recording.window(2.1, 4.0)
+    added = et.add(model, "coulomb_friction", fitted, validate=heldout)
+    assert added.ladder[-1].heldout_rmse
+
+
+def test_a_diagnosis_says_what_is_missing(found) -> None:
+    assert found.verdict == "missing_effect"
+    assert found.added == ("coulomb_friction",)
+    assert found.model.effects["coulomb_friction"]["torque"] == pytest.approx(0.3, abs=0.01)
+    assert found.ladder[-1].rmse["joint_position"] == pytest.approx(1e-4, rel=0.1)
+    assert found.next_experiment is None
+
+
+def test_effects_are_added_one_or_several(model, recording) -> None:
+    one = et.add(model, "coulomb_friction", recording)
+    two = et.add(model, ["coulomb_friction", "gravity_load"], recording)
+    assert set(one.model.effects) < set(two.model.effects)
+
+
+def results(model, recording, found):
+    yield et.simulate(model, recording)
+    yield recording
+    yield et.compare(model, recording)
+    yield et.fit(model, recording)
+    yield et.add(model, "coulomb_friction", recording)
+    yield et.design(model)
+    yield found
+
+
+def test_results_show_themselves_and_become_tables_and_data(
+    model, recording, found, tmp_path
+) -> None:
+    for result in results(model, recording, found):
+        kind = type(result).__name__
+        assert 20 < len(repr(result)) < LONGEST, kind
+        assert result._repr_html_().startswith("<pre>"), kind
+        assert len(result.to_dataframe()) > 0, kind
+        if kind != "Measurement":
+            result.save_json(tmp_path / f"{kind}.json")
+            assert json.loads((tmp_path / f"{kind}.json").read_text()), kind
+        if hasattr(result, "plot"):
+            assert result.plot().axes, kind
+    assert found.to_dict()["schema"] == "elastic-tendon/diagnosis/2"
+    assert et.compare(model, recording).to_dict()["schema"] == "elastic-tendon/comparison/1"
+    assert len(repr(found.model)) < LONGEST
+
+
+def test_a_trajectory_is_a_table_at_once(model, recording) -> None:
+    run = et.simulate(model, recording)
+    table = pd.DataFrame(run)
+    assert list(table.columns)[:2] == ["time", "joint_torque"]
+    assert table["joint_position"].to_numpy() == pytest.approx(run["joint_position"])
+
+
+def test_a_report_and_an_fmu_are_written(found, model, recording, tmp_path) -> None:
+    et.report(found, tmp_path / "diagnosis.html")
+    et.report(et.compare(model, recording), tmp_path / "comparison.html")
+    for name in ("diagnosis", "comparison"):
+        assert (tmp_path / f"{name}.html").read_text().startswith("<!DOCTYPE html>")
+    assert et.export_fmu(found.model, tmp_path / "actuator.fmu", fmi_version=3).is_file()
+
+
+def test_every_error_is_of_one_class() -> None:
+    errors = [getattr(et, name) for name in et.__all__ if name.endswith("Error")]
+    assert len(errors) > 5
+    assert all(issubclass(error, et.ElasticTendonError) for error in errors)
+
+
+def test_nothing_is_printed_and_logging_has_a_null_handler(model, recording, capsys) -> None:
+    et.compare(model, recording)
+    assert capsys.readouterr() == ("", "")
+    handlers = logging.getLogger("elastic_tendon").handlers
+    assert any(isinstance(one, logging.NullHandler) for one in handlers)
