@@ -1,7 +1,7 @@
 """What all results have in common: a short text, plain data, a file."""
 
 import json
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -11,16 +11,16 @@ from elastic_tendon.output import write_text
 LONGEST = 1200  # characters that a result shows of itself
 
 
-class Result:
+class Result(ABC):
     """A result that can be printed, shown in a notebook and written as JSON."""
 
     @abstractmethod
     def summary(self) -> str:
         """What matters, in a few lines of text."""
 
+    @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data for JSON; SI units."""
-        raise NotImplementedError(f"a {type(self).__name__} has no form in JSON")
 
     def save_json(self, path: str | Path, *, force: bool = False) -> None:
         """Write `to_dict` to a file.

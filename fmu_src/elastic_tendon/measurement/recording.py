@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,6 +133,18 @@ class Measurement(Result):
 
         columns = {**self.inputs, **self.signals}
         return pd.DataFrame(columns, index=pd.Index(self.time, name="time"))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Time, inputs and signals, a list each, SI; and what made them of a file."""
+        columns = {"time": self.time, **self.inputs, **self.signals}
+        return {
+            "name": self.name,
+            "source": self.source,
+            "static": self.static,
+            "interpolation": self.interpolation,
+            "preparation": preparation_json(self.preparation),
+            "columns": {name: values.tolist() for name, values in columns.items()},
+        }
 
     def with_noise(self, sigmas: Mapping[str, float]) -> "Measurement":
         """The recording with noise that the user knows.
