@@ -147,9 +147,15 @@ def test_jaw_has_hysteresis_between_the_directions(findings, name):
     assert lacking.low[0] > 0.0 > lacking.high[-2]
 
 
-def test_the_loop_finds_what_lasts_on_unseen_data() -> None:
+@pytest.fixture(scope="module")
+def bench():
+    """What the loop finds on the bench, the recording of another session held out."""
     heldout = read_measurement(f"{DATA / DISTURBED}[3.3:15]")
-    found = diagnose(load_model(MODELS[TRACKING]), [read(DATA, TRACKING)], [heldout])
+    return diagnose(load_model(MODELS[TRACKING]), read(DATA, TRACKING), heldout), heldout
+
+
+def test_the_loop_finds_what_lasts_on_unseen_data(bench) -> None:
+    found, heldout = bench
     assert found.verdict == "unexplained"  # beyond it many times the noise is left
     # what is known to be in it: dry friction and the zero of an encoder, of which of the two these
     # data do not say
@@ -157,7 +163,12 @@ def test_the_loop_finds_what_lasts_on_unseen_data() -> None:
     assert friction in {"coulomb_friction", "tendon_guide_friction"}
     assert zero in {"joint_encoder_offset", "motor_encoder_offset"}
     assert found.ladder[-1].rmse[POSITION] < 9.5e-3
-    (error,) = (file.signals[POSITION] for file in compare(found.model, [heldout]).files)
-    own_zero = error.bias  # another session, another zero; with that of the fit it is 6.1 mrad
-    assert np.sqrt(error.rmse**2 - own_zero**2) < 5.5e-3
+    (error,) = (file.signals[POSITION] for file in compare(found.model, heldout).files)
+    assert np.sqrt(error.rmse**2 - error.bias**2) < 5.5e-3  # with that session's own zero
     assert found.remaining[POSITION].significant
+
+
+@pytest.mark.xfail(strict=True, reason="missed: 6.1 mrad, of which another zero makes 3.1 mrad")
+def test_the_error_on_unseen_data_is_as_small_as_wanted(bench) -> None:
+    found, _ = bench
+    assert found.ladder[-1].heldout_rmse[POSITION] < 5.5e-3

@@ -32,6 +32,7 @@ from .linear.result import LinearModel as LinearModel
 from .linear.result import OperatingPoint as OperatingPoint
 from .measurement.reader import read as read
 from .measurement.recording import Measurement as Measurement
+from .output import OutputError as OutputError
 from .reports.write import report as report
 from .simulation.simulate import Many as Many
 from .simulation.simulate import Sensitivities as Sensitivities

@@ -7,7 +7,7 @@ samples at once, with exact derivatives, so no library is compiled.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -132,13 +132,13 @@ class Balance:
         rates = self._seen.seen(self.system.rates[STATES:])
         return _apart(rates, self._seen.memory) and Slot.SERIES_ELEMENT not in slots
 
-    @cache  # noqa: B019 - balances are kept for the life of the program
+    @lru_cache(maxsize=512)  # noqa: B019 - of all balances together, which a search meets by dozens
     @one_at_a_time
     def _torques_along(self, n: int) -> ca.Function:
         """`_torque_function` at n instants, which share the parameters."""
         return self._torque_function.map("map", "serial", n, [3], [])
 
-    @cache  # noqa: B019
+    @lru_cache(maxsize=512)  # noqa: B019
     @one_at_a_time
     def _memory_along(self, n: int) -> ca.Function:
         """`_step` for n instants, one after the other."""
