@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import pytest
 
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.conclude import doubtful_values
+from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.conclude import Found, _confirm, doubtful_values
 from elastic_tendon.effects import BY_ID
+from elastic_tendon.estimation.fit import QUICK
 
 GIVEN = load_model("biorob_x4_joint_3")
 LEAST = next(
@@ -23,3 +24,20 @@ def test_values_that_hardly_can_be_are_told(velocity: float, doubted: bool) -> N
     assert [
         part.startswith("Stribeck friction: stribeck velocity 0.0001 rad/s is ") for part in told
     ] == [True] * doubted
+
+
+def test_an_interrupt_that_the_confirming_fit_swallows_is_heeded(frictionless) -> None:
+    known, recording = frictionless
+    answer = refit(known.model, (), [recording], effort=QUICK)
+    data = SimpleNamespace(given=known.model, whole=(recording,))
+    found = Found(ladder=[("parameters refitted", None, answer)])
+    told = []
+
+    def interrupting(_text: str, share: float) -> None:
+        told.append(share)
+        if len(told) > 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        _confirm(data, found, interrupting)
+    assert len(told) > 2  # the fit was interrupted first, and went on quietly
