@@ -1,11 +1,14 @@
 """Everything that users do goes through ``import elastic_tendon as et``."""
 
+import ast
 import json
 import logging
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -147,7 +150,9 @@ def test_effects_are_added_one_or_several(model, recording) -> None:
 def results(model, recording, found):
     yield et.simulate(model, recording)
     yield recording
-    yield et.compare(model, recording)
+    comparison = et.compare(model, recording)
+    yield comparison
+    yield et.locate(comparison)
     yield et.fit(model, recording)
     yield et.add(model, "coulomb_friction", recording)
     yield et.design(model)
@@ -197,3 +202,136 @@ def test_nothing_is_printed_and_logging_has_a_null_handler(model, recording, cap
     assert capsys.readouterr() == ("", "")
     handlers = logging.getLogger("elastic_tendon").handlers
     assert any(isinstance(one, logging.NullHandler) for one in handlers)
+
+
+# ---- what users read goes through the door alone -----------------------------------------------
+
+
+def printed_code() -> dict[str, str]:
+    """All Python that users are shown: scripts, cells of notebooks, blocks of the README."""
+    examples = ROOT / "examples"
+    code = {str(path.relative_to(ROOT)): path.read_text() for path in examples.rglob("*.py")}
+    for path in examples.rglob("*.ipynb"):
+        cells = json.loads(path.read_text())["cells"]
+        text = "\n".join("".join(one["source"]) for one in cells if one["cell_type"] == "code")
+        code[str(path.relative_to(ROOT))] = re.sub(r"^[%!].*$", "", text, flags=re.MULTILINE)
+    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.M | re.S)
+    return code | {f"README.md, block {number}": text for number, text in enumerate(blocks)}
+
+
+def beyond_the_door(text: str) -> Iterator[str]:
+    """What code takes of elastic_tendon that is not public."""
+    doors, catalogues = set(), set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            for one in node.names:
+                if one.name == "elastic_tendon":
+                    doors.add(one.asname or one.name)
+                elif one.name.startswith("elastic_tendon."):
+                    yield one.name
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("elastic_tendon"):
+            for one in node.names:
+                if node.module != "elastic_tendon" or one.name not in et.__all__:
+                    yield f"{node.module}.{one.name}"
+                if one.name == "effects":
+                    catalogues.add(one.asname or one.name)
+    catalogues |= {f"{door}.effects" for door in doors}
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Attribute):
+            of = ast.unparse(node.value)
+            if of in doors and node.attr not in et.__all__:
+                yield f"{of}.{node.attr}"
+            if of in catalogues and not _is_public_of_effects(node.attr):
+                yield f"{of}.{node.attr}"
+
+
+def _is_public_of_effects(name: str) -> bool:
+    thing = getattr(et.effects, name, None)
+    return name == "symbolic" or not (thing is None or isinstance(thing, ModuleType))
+
+
+@pytest.mark.parametrize("name", printed_code())
+def test_users_are_shown_the_door_alone(name) -> None:
+    assert list(beyond_the_door(printed_code()[name])) == []
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import elastic_tendon.sweeps",
+        "import elastic_tendon.sweeps as sweeps",
+        "from elastic_tendon.comparison.compare import compare",
+        "from elastic_tendon import comparison",
+        "import elastic_tendon as et\net.reports.tables",
+        "import elastic_tendon as et\net.effects.registry.Registry",
+        "from elastic_tendon import effects\neffects.base.Effect",
+    ],
+)
+def test_a_way_around_the_door_is_seen(code) -> None:
+    assert list(beyond_the_door(code))
+
+
+# ---- many runs, linear models, design ----------------------------------------------------------
+
+
+def test_numbers_are_varied_and_swept_into_a_table(model, tmp_path) -> None:
+    varied = et.vary(model, {"link.inertia": "0.02:0.04", "link.damping": "20%"}, "sobol", runs=8)
+    motion = et.Motion(TIME, MOTOR, LOAD)
+    task = et.simulations(model, varied, motion=motion, outputs=["joint_torque"])
+    done = et.sweep(task, tmp_path / "runs.csv", workers=1)
+    table = done.to_dataframe()
+    assert repr(done) == f"{tmp_path / 'runs.csv'}: 8 runs, 0 failed"
+    assert done.to_dict()["runs"] == len(table) == 8
+    run = model.with_values(
+        {path: float(table[path].iloc[3]) for path in ("link.inertia", "link.damping")}
+    )
+    torque = et.simulate(run, TIME, MOTOR, LOAD)["joint_torque"]
+    assert table["joint_torque.maximum_Nm"].iloc[3] == pytest.approx(torque.max(), rel=1e-9)
+
+
+def test_a_number_that_states_its_uncertainty_varies_by_it(model) -> None:
+    assert et.vary(model, {"link.inertia": None}, runs=3).count == 3
+    assert et.vary(model, {"link.inertia": "0.02,0.03"}, "grid").count == 2
+    with pytest.raises(et.SweepError, match="how many runs"):
+        et.vary(model, {"link.inertia": "5%"})
+
+
+def test_a_fleet_is_of_files(model, recording, tmp_path) -> None:
+    pd.DataFrame(
+        {
+            "time_s": TIME,
+            "motor_position_rad": MOTOR,
+            "load_torque_Nm": LOAD,
+            "joint_position_rad": recording.signals["joint_position"],
+        }
+    ).to_csv(tmp_path / "007.csv", index=False)
+    (tmp_path / "NA.csv").write_text("time_s\n0.0\n")
+    task = et.fleet(model, [tmp_path / "007.csv", tmp_path / "NA.csv"])
+    table = et.sweep(task, tmp_path / "fleet.csv", workers=1).to_dataframe()
+    assert list(table["robot"]) == ["007", "NA"]
+    assert list(table["verdict"]) == ["missing_effect", ""]
+    assert table["appeared"][0].startswith("coulomb_friction: torque 0.3")
+    assert task.plot(table).axes
+
+
+def test_the_demo_is_a_model_and_two_recordings() -> None:
+    demo = et.load_demo()
+    assert et.compare(demo.model, demo.recording).noise_ratio()["joint_position"] > 100.0
+    assert not demo.recording.shares_samples(demo.validation)
+
+
+def test_where_a_model_fails_is_told_and_tabled(model, recording) -> None:
+    where = et.locate(et.compare(model, [recording, recording]))
+    assert repr(where).startswith("recording 1, joint_position: ")
+    table = where.to_dataframe()
+    parts = table[(table["recording"] == 2) & (table["by"] == "slack_state")]
+    assert parts["share"].sum() == pytest.approx(1.0)
+
+
+def test_limit_cycles_and_curves_have_their_way_in(model) -> None:
+    (curve,) = et.characteristic_curves(model, [model.transmission.pretension_force])
+    assert curve.stiffness.max() == pytest.approx(et.design(model).stiffness_state_3)
+    # a small oscillation meets the stiffness of both tendons, a large one less
+    small, large = et.describing_function(model, [0.05, 0.3]).stiffness
+    assert large < small == pytest.approx(curve.stiffness.max(), rel=1e-4)
+    assert et.SlackState(3).label == "III: both tendons taut"

@@ -4,14 +4,17 @@ from collections.abc import Mapping
 
 import control
 import numpy as np
-from design import SAMPLE, Controller, stiffness
+from design import SAMPLE, Controller, softened, stiffness
 from experiment import Signals
 
-from elastic_tendon import LinearModel
-from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.linear.describing_function import describing_function
-from elastic_tendon.linear.limit_cycles import LimitCycles, interpolated, limit_cycles
+from elastic_tendon import (
+    LimitCycles,
+    LinearModel,
+    Model,
+    SlackState,
+    describing_function,
+    limit_cycles,
+)
 
 
 def delayed_loop(plant: control.StateSpace, controller: Controller, delay: int) -> np.ndarray:
@@ -47,10 +50,11 @@ def predicted(
     unit circle on the imaginary axis.
     """
     slack, taut = plants[SlackState.II], plants[SlackState.III]
-    plant = interpolated(slack, taut, (stiffness(slack), stiffness(taut)))
 
     def closed(equivalent: float, _: float) -> control.StateSpace:
-        A, one = delayed_loop(plant(equivalent), controller, delay), np.eye(7 + delay)
+        share = (stiffness(taut) - equivalent) / (stiffness(taut) - stiffness(slack))
+        plant = softened(taut, slack, share)
+        A, one = delayed_loop(plant, controller, delay), np.eye(7 + delay)
         bilinear = 2.0 / SAMPLE * np.linalg.solve(A + one, A - one)
         return control.ss(bilinear, np.zeros((7 + delay, 1)), np.zeros((1, 7 + delay)), 0.0)
 

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 import control
 import numpy as np
 
-from elastic_tendon import Drive, LinearModel, OperatingPoint, linearise
-from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon import Drive, LinearModel, Model, OperatingPoint, SlackState, linearise
 
 SAMPLE = 1e-3  # s
 ENCODER = 1e-4  # rad, step of both encoders

@@ -10,8 +10,7 @@ import fmpy
 import numpy as np
 from design import ENCODER, JOINT, MOTOR, SAMPLE, Design, origin
 
-from elastic_tendon import LinearModel
-from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon import LinearModel, SlackState
 
 Signals = dict[str, np.ndarray]
 

@@ -11,14 +11,12 @@ from experiment import Scenario, Signals
 from matplotlib.axes import Axes
 from robustness import FREQUENCIES, loop
 
-from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.linear.limit_cycles import LimitCycle
-from elastic_tendon.reports.comparison_figures import BLACK, BLUE, GREEN, SKY, VERMILLION
+from elastic_tendon import LimitCycle, SlackState
 
-COLOURS = (VERMILLION, BLUE, GREEN)  # of the designs
+COLOURS = ("C3", "C0", "C2")  # of the designs, from matplotlib's cycle
 STYLES = ("-", "--", "-.")  # as two of them may coincide
-PREDICTED = {"color": BLACK, "linestyle": ":", "linewidth": 1.0}
-STATE_COLOURS = {SlackState.III: BLUE, SlackState.I: VERMILLION}
+PREDICTED = {"color": "black", "linestyle": ":", "linewidth": 1.0}
+STATE_COLOURS = {SlackState.III: "C0", SlackState.I: "C3"}
 
 
 def draw_motion(runs: Mapping[Scenario, Mapping[str, Signals]], picture: Path) -> None:
@@ -43,7 +41,7 @@ def _draw_errors(axes: Axes, by_design: Mapping[str, Signals]) -> None:
 
 def _shade_slack(axes: Axes, run: Signals, label: str) -> None:
     slack = run["slack_state"] != SlackState.III.value
-    shade = {"color": SKY, "alpha": 0.25, "linewidth": 0, "label": label}
+    shade = {"color": "skyblue", "alpha": 0.25, "linewidth": 0, "label": label}
     transform = axes.get_xaxis_transform()
     axes.fill_between(run["time"], 0, 1, slack, transform=transform, **shade)
     axes.set_xlim(run["time"][0], run["time"][-1])
@@ -54,7 +52,7 @@ def draw_delayed(run: Signals, cycles: Sequence[LimitCycle], picture: Path) -> N
     figure, axes = plt.subplots(figsize=(7.5, 3.0), layout="constrained")
     begin = {name: values[run["time"] < 3.0] for name, values in run.items()}
     deflection = 1e3 * (begin["joint"] - begin["motor"])
-    axes.plot(begin["time"], deflection, color=VERMILLION, linewidth=1.2, label="taut only, late")
+    axes.plot(begin["time"], deflection, color=COLOURS[0], linewidth=1.2, label="taut only, late")
     _shade_slack(axes, begin, "slack")
     for cycle in cycles:
         for turn in (-cycle.amplitude, cycle.amplitude):
@@ -78,7 +76,7 @@ def draw_loops(
             response = loop(plants[state], design[state])(np.exp(1j * FREQUENCIES * SAMPLE))
             label = "both taut" if state is SlackState.III else "one slack"
             axes.plot(response.real, response.imag, color=colour, label=label)
-        axes.plot(-1.0, 0.0, "+", color=BLACK, markersize=9, markeredgewidth=1.5)
+        axes.plot(-1.0, 0.0, "+", color="black", markersize=9, markeredgewidth=1.5)
         axes.set(xlim=(-2.2, 1.2), ylim=(-2.2, 1.2), aspect="equal", xlabel="real part of the loop")
         axes.set_title(name, fontsize="medium")
     panels[0].set_ylabel("imaginary part")

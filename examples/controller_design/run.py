@@ -29,10 +29,16 @@ from robustness import (
     slowest_rhythm,
 )
 
-from elastic_tendon import LinearModel, OperatingPoint, export_fmu, linearise, load_model
-from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.linear.limit_cycles import LimitCycle
+from elastic_tendon import (
+    LimitCycle,
+    LinearModel,
+    Model,
+    OperatingPoint,
+    SlackState,
+    export_fmu,
+    linearise,
+    load_model,
+)
 
 HERE = Path(__file__).parent
 I, II, III = SlackState.I, SlackState.II, SlackState.III  # noqa: E741, the paper's names

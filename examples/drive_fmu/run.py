@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from fmpy import simulate_fmu
 
-from elastic_tendon import export_fmu, load_model
+import elastic_tendon as et
 
 HERE = Path(__file__).parent
 SLACK_STATES = {1: ("I: lower slack", "#D55E00"), 2: ("II: upper slack", "#0072B2")}
@@ -67,7 +67,7 @@ def chosen_folder() -> Path:
 def main(folder: Path) -> None:
     inputs = motor_motion()
     with tempfile.TemporaryDirectory() as work:
-        fmu = export_fmu(load_model("biorob_x4_joint_3"), Path(work) / "actuator.fmu")
+        fmu = et.export_fmu(et.load_model("biorob_x4_joint_3"), Path(work) / "actuator.fmu")
         motion = simulate_fmu(
             str(fmu),
             stop_time=inputs["time"][-1],

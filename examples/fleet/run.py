@@ -14,20 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from elastic_tendon import load_model, simulate, sweep
-from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.reports.comparison_figures import save
-from elastic_tendon.reports.fleet_figure import fleet_figure
-from elastic_tendon.sweeps.fleet import (
-    APPEARED,
-    DRIFTED,
-    ROBOT,
-    VERDICT,
-    fleet,
-    fleet_table,
-    robots_of,
-)
-from elastic_tendon.sweeps.task import FAILURE
+import elastic_tendon as et
 
 HERE = Path(__file__).parent
 MODEL = "biorob_x4_joint_3"
@@ -36,7 +23,7 @@ RATE, DURATION = 500, 8.0  # Hz, s
 UPPER = "transmission.upper_spring.stiffness"
 
 
-def machines(model: Model) -> dict[str, Model]:
+def machines(model: et.Model) -> dict[str, et.Model]:
     """The robots as they really are."""
     damping, stiffness = model.link.damping, model.transmission.upper_spring.stiffness
     return {
@@ -49,7 +36,7 @@ def machines(model: Model) -> dict[str, Model]:
     }
 
 
-def log(machine: Model, seed: int) -> pd.DataFrame:
+def log(machine: et.Model, seed: int) -> pd.DataFrame:
     """Slow and fast sines of the motor under a load, as a noisy encoder sees them."""
     lot = np.random.default_rng(seed)
     time = np.arange(round(DURATION * RATE)) / RATE
@@ -58,7 +45,7 @@ def log(machine: Model, seed: int) -> pd.DataFrame:
     phases = lot.uniform(0.0, 2.0 * np.pi, (6, 1))
     motor_position = rise * np.sum(0.15 * np.sin(2.0 * np.pi * frequencies * time + phases), axis=0)
     load_torque = rise * 5.0 * np.sin(2.0 * np.pi * 0.5 * time + phases[0])
-    motion = simulate(machine, time, motor_position, load_torque)
+    motion = et.simulate(machine, time, motor_position, load_torque)
     return pd.DataFrame(
         {
             "time_s": time,
@@ -69,7 +56,7 @@ def log(machine: Model, seed: int) -> pd.DataFrame:
     )
 
 
-def write_logs(model: Model, folder: Path) -> list[str]:
+def write_logs(model: et.Model, folder: Path) -> list[Path]:
     """One CSV file for each robot; finn's encoder was not plugged in."""
     folder.mkdir(exist_ok=True)
     for seed, (name, machine) in enumerate(machines(model).items()):
@@ -77,20 +64,19 @@ def write_logs(model: Model, folder: Path) -> list[str]:
         if name == "finn":
             table = table.drop(columns="joint_position_rad")
         table.to_csv(folder / f"{name}.csv", index=False)
-    return [str(folder / f"{name}.csv") for name in machines(model)]
+    return [folder / f"{name}.csv" for name in machines(model)]
 
 
 def main(folder: Path) -> None:
-    model = load_model(MODEL)
-    task = fleet(model, robots_of(write_logs(model, folder / "logs")))
-    done = sweep(task, folder / "fleet.csv", workers=2, force=True)
-    table = fleet_table(done.path)
+    model = et.load_model(MODEL)
+    task = et.fleet(model, write_logs(model, folder / "logs"))
+    table = et.sweep(task, folder / "fleet.csv", workers=2, force=True).to_dataframe()
     for _, row in table.iterrows():
-        print(f"{row[ROBOT]}: {row[VERDICT] or 'not diagnosed'}")
-        for kind in (DRIFTED, APPEARED, FAILURE):
+        print(f"{row['robot']}: {row['verdict'] or 'not diagnosed'}")
+        for kind in ("drifted", "appeared", "failure"):
             if row[kind]:
                 print(f"  {kind}: {row[kind]}")
-    save(fleet_figure(model, table), folder / "fleet.png")
+    task.plot(table).savefig(folder / "fleet.png")
 
 
 def chosen_folder() -> Path:

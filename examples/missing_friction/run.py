@@ -10,32 +10,25 @@ the error falls, and draws ladder.png in FOLDER (default: here).
 import sys
 from pathlib import Path
 
-from elastic_tendon import demo, load_model
-from elastic_tendon.comparison.compare import compare
-from elastic_tendon.estimation.add import add
-from elastic_tendon.measurement import read_measurement
-from elastic_tendon.reports.comparison_figures import save, story
+import elastic_tendon as et
 
 
 def main(folder: Path) -> None:
-    model = load_model(demo.DATA / "demo_model.toml")
-    recording = read_measurement(str(demo.DATA / "demo_fit.csv"))
-    kept_apart = read_measurement(str(demo.DATA / "demo_validate.csv"))
+    demo = et.load_demo()
 
-    # how far is the model off?
-    error = compare(model, [recording]).files[0].signals["joint_position"]
-    print(f"as given: {1e3 * error.rmse:.3g} mrad RMS, {error.noise_ratio:.3g} times the noise")
+    # how far is the model off, and where?
+    comparison = et.compare(demo.model, demo.recording)
+    print(comparison)
+    print(et.locate(comparison))
 
-    # what if there is friction? the second recording is never fitted, it only judges
-    addition = add(model, "coulomb_friction", [recording], [kept_apart])
-    for rung in addition.ladder:
-        fitted, judged = rung.rmse["joint_position"], rung.heldout_rmse["joint_position"]
-        print(f"{rung.title}: {1e3 * fitted:.3g} mrad fitted, {1e3 * judged:.3g} mrad held out")
-    for one in addition.findings.estimates:
-        low, high = one.interval
-        print(f"{one.path}: {one.given:g} -> {one.fitted:.4g} ({low:.4g} to {high:.4g}) {one.unit}")
+    # what if there is friction? no fit sees the second recording: it only judges
+    addition = et.add(demo.model, "coulomb_friction", demo.recording, validate=demo.validation)
+    for step in addition.ladder:
+        fitted, heldout = step.rmse["joint_position"], step.heldout_rmse["joint_position"]
+        print(f"{step.title}: {1e3 * fitted:.3g} mrad fitted, {1e3 * heldout:.3g} mrad held out")
+    print(addition.to_dataframe().to_string(index=False))
 
-    save(story(addition.steps, addition.ladder), folder / "ladder.png")
+    addition.plot().savefig(folder / "ladder.png")
 
 
 if __name__ == "__main__":

@@ -17,8 +17,7 @@ import numpy as np
 from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 
-from elastic_tendon import effects, export_fmu, load_model, simulate
-from elastic_tendon.actuator.design import design
+import elastic_tendon as et
 
 HERE = Path(__file__).parent
 TEETH = 20
@@ -54,8 +53,8 @@ def draw(
 
 
 def main(folder: Path) -> None:
-    effects.load(HERE / "tooth_ripple.py")
-    given = load_model("biorob_x4_joint_3")
+    et.effects.load(HERE / "tooth_ripple.py")
+    given = et.load_model("biorob_x4_joint_3")
     model = given.with_effect("tooth_ripple", {"amplitude": 2e-3})
 
     names = ("time", "motor_position", "motor_velocity", "load_torque")
@@ -64,7 +63,7 @@ def main(folder: Path) -> None:
     inputs["motor_position"] = 0.5 * ACCELERATION * inputs["time"] ** 2
 
     with tempfile.TemporaryDirectory() as work:
-        fmu = export_fmu(model, Path(work) / "actuator.fmu")
+        fmu = et.export_fmu(model, Path(work) / "actuator.fmu")
         faults = validate_fmu(str(fmu))
         print("fmpy finds", "; ".join(faults) or "no fault with the FMU")
         positions = {
@@ -72,11 +71,11 @@ def main(folder: Path) -> None:
             "without": driven(fmu, inputs, 0.0),
         }
     # fmpy holds the inputs from one output to the next
-    own = simulate(model, inputs["time"], inputs["motor_position"], interpolation="hold")
+    own = et.simulate(model, inputs["time"], inputs["motor_position"], interpolation="hold")
     apart = np.abs(own["joint_position"] - positions["with tooth ripple"]).max()
     print(f"FMU and simulate() differ by {apart:.1g} rad")
 
-    resonance = design(given).frequency_state_3 / TEETH
+    resonance = et.design(given).frequency_state_3 / TEETH
     draw(inputs, positions, resonance, folder / "ripple.png")
 
 

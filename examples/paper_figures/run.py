@@ -15,13 +15,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from elastic_tendon import Model, load_model
-from elastic_tendon.actuator.design import characteristic_curves, design
-from elastic_tendon.actuator.transmission import SlackState, characteristic_torque, slack_boundaries
-from elastic_tendon.comparison.compare import FileComparison, compare
-from elastic_tendon.comparison.locate import FileLocation, locate
-from elastic_tendon.measurement import read_measurement
-from elastic_tendon.reports.figures import characteristic_curves as draw_curves
+from elastic_tendon import (
+    Comparison,
+    Location,
+    Model,
+    SlackState,
+    characteristic_curves,
+    compare,
+    design,
+    load_model,
+    locate,
+    read,
+)
 
 HERE = Path(__file__).parent
 MEASURED, SIMULATED = "#000000", "#D55E00"
@@ -99,10 +104,18 @@ def draw_family(number: int, picture: Path) -> None:
     """Figs. 7 to 9: several pretensions; the largest torque stays, the deflection shrinks."""
     name, pretensions = FAMILIES[number]
     model = load_model(name)
-    figure = draw_curves(model, pretensions)
-    figure.suptitle(f"Fig. {number}: characteristic curves over the pretension, {name}.toml")
-    finish(figure, picture)
     curves = characteristic_curves(model, pretensions)
+    figure, axes = plt.subplots(figsize=(7, 4.8), layout="constrained")
+    for curve in curves:
+        (line,) = axes.plot(curve.deflection, curve.torque, label=f"{curve.pretension:g} N")
+        axes.plot(curve.slack_boundaries, curve.boundary_torques, "o", color=line.get_color())
+    axes.set(
+        xlabel=DEFLECTION,
+        ylabel=TORQUE,
+        title=f"Fig. {number}: {name}.toml over the pretension; dots: slack boundaries",
+    )
+    axes.legend(frameon=False, title="pretension")
+    finish(figure, picture)
     torques = [curve.torque[0] for curve in curves]
     spans = [np.ptp(curve.deflection) for curve in curves]
     print(
@@ -126,32 +139,32 @@ def print_numbers(model: Model) -> None:
 # ---- Figs. 10 and 11: model against measurement ---------------------------------------------
 
 
-def compared(model: Model, data: Path) -> tuple[FileComparison, FileLocation]:
+def compared(model: Model, data: Path) -> tuple[Comparison, Location]:
     """Comparison of one file and where it fails, told in words too."""
-    comparison = compare(model, [read_measurement(str(data))])
+    comparison = compare(model, read(data))
     location = locate(comparison)
-    (file,), (place,) = comparison.files, location.files
-    error = file.signals["joint_position"]
+    error = comparison.files[0].signals["joint_position"]
     print(f"{data.name}: {1e3 * error.rmse:.3g} mrad RMS, fit {error.fit_percent:.1f} %")
-    print(f"{data.name}: {place.in_words['joint_position']}")
-    return file, place
+    print(f"{data.name}: {location.files[0].in_words['joint_position']}")
+    return comparison, location
 
 
-def draw_static(model: Model, file: FileComparison, place: FileLocation, picture: Path) -> None:
+def draw_static(comparison: Comparison, location: Location, picture: Path) -> None:
     """Fig. 10: torque over deflection, and below it the torque that the model lacks."""
+    model, (file,), (place,) = comparison.model, comparison.files, location.files
+    (curve,) = characteristic_curves(model, [model.transmission.pretension_force])
     figure, (top, bottom) = plt.subplots(
         2, 1, figsize=(7, 6), sharex=True, layout="constrained", height_ratios=[2, 1]
     )
     measured = file.measurement.signals["joint_position"]
-    deflection = np.linspace(measured.min(), measured.max(), 401)
-    torque = characteristic_torque(deflection, model.transmission)
-    top.plot(deflection, torque, color=SIMULATED, label="model")
+    inside = (curve.deflection > measured.min()) & (curve.deflection < measured.max())
+    top.plot(curve.deflection[inside], curve.torque[inside], color=SIMULATED, label="model")
     top.plot(measured, -file.measurement.load_torque, ".", color=MEASURED, label="measured")
     missing = place.missing_torque.torque
     bottom.plot(place.variables["deflection"], missing, ".", color=MEASURED)
     bottom.axhline(0.0, color=SIMULATED)
     for axes in (top, bottom):
-        for boundary in slack_boundaries(model.transmission):
+        for boundary in curve.slack_boundaries:
             axes.axvline(boundary, color="0.5", linestyle="--", linewidth=1)
     top.legend(frameon=False)
     top.set(ylabel=TORQUE, title="Fig. 10: the corners deviate; dashed: slack boundaries")
@@ -159,8 +172,9 @@ def draw_static(model: Model, file: FileComparison, place: FileLocation, picture
     finish(figure, picture)
 
 
-def draw_excitation(file: FileComparison, picture: Path) -> None:
+def draw_excitation(comparison: Comparison, picture: Path) -> None:
     """Fig. 11: motor and joint over time, measured and simulated, and the error below."""
+    (file,) = comparison.files
     figure, (top, bottom) = plt.subplots(
         2, 1, figsize=(8, 5.5), sharex=True, layout="constrained", height_ratios=[2, 1]
     )
@@ -190,7 +204,7 @@ def main(folder: Path) -> None:
         draw_family(number, folder / f"figure_{number}.png")
     model = load_model("biorob_x4_joint_3")
     print_numbers(model)
-    draw_static(model, *compared(model, HERE / "static_curve.csv"), folder / "figure_10.png")
+    draw_static(*compared(model, HERE / "static_curve.csv"), folder / "figure_10.png")
     draw_excitation(compared(model, HERE / "excitation.csv")[0], folder / "figure_11.png")
 
 

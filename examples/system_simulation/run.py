@@ -10,19 +10,21 @@ FOLDER (default: here).
 
 import argparse
 import ctypes
+import subprocess
+import sys
 import tempfile
 import zipfile
 from importlib import metadata, util
 from pathlib import Path
 from typing import Literal
 
+import fmpy
 import matplotlib.pyplot as plt
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv
 
-from elastic_tendon import export_fmu, load_model
-from elastic_tendon.native.compiler import compile_library, host_platform
+import elastic_tendon as et
 
 HERE = Path(__file__).parent
 # s; also the delay in the loop, so keep it well below the joint's natural period of 0.17 s
@@ -48,10 +50,12 @@ def pack(archive: Path, files: dict[str, Path]) -> Path:
 
 def controller_fmu(folder: Path) -> Path:
     """Compile controller.c; an FMU is a zip of a description and a library for each platform."""
-    target = host_platform()
-    library = folder / f"controller{target.suffix}"
-    compile_library(HERE / "controller.c", library, target)
-    binary = f"binaries/{target.fmi2_folder}/{library.name}"
+    library = folder / f"controller{fmpy.sharedLibraryExtension}"
+    headers = Path(fmpy.__file__).parent / "c-code"
+    compiler = [sys.executable, "-m", "ziglang", "cc"]  # which elastic-tendon uses too
+    options = ["-shared", "-fPIC", "-O2", f"-I{headers}", "-o", str(library)]
+    subprocess.run([*compiler, *options, str(HERE / "controller.c")], check=True)
+    binary = f"binaries/{fmpy.platform}/{library.name}"
     files = {"modelDescription.xml": HERE / "controller.xml", binary: library}
     return pack(folder / "controller.fmu", files)
 
@@ -59,8 +63,8 @@ def controller_fmu(folder: Path) -> Path:
 def system(archive: Path, folder: Path, fmi_version: Literal[2, 3] = 2) -> Path:
     """The SSP: a zip of the system's structure, its parameters and the FMUs, made in a folder."""
     folder.mkdir()
-    model = load_model("biorob_x4_joint_3").with_effect("gravity_load", {"torque": 1.5})
-    actuator = export_fmu(model, folder / "actuator.fmu", fmi_version=fmi_version)
+    model = et.load_model("biorob_x4_joint_3").with_effect("gravity_load", {"torque": 1.5})
+    actuator = et.export_fmu(model, folder / "actuator.fmu", fmi_version=fmi_version)
     files = {
         "SystemStructure.ssd": HERE / "SystemStructure.ssd",
         "resources/tuning.ssv": HERE / "tuning.ssv",

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.sweeps.points import Points
-from elastic_tendon.sweeps.simulations import Motion, Simulations, simulations
+from elastic_tendon import Model, Motion, Points, Task, simulations
 
 SAMPLES = 2001
 CLAMPED = 1e4  # kg·m²; a joint so heavy stays where it is
@@ -24,7 +22,7 @@ class Bench:
     `task` : the test of each machine, one row each.
     """
 
-    task: Simulations
+    task: Task
     end: float
 
     def boundary(self, table: pd.DataFrame) -> np.ndarray:

@@ -13,11 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.linalg import expm
 
-from elastic_tendon import LinearModel
-from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.sweeps.points import Points
-from elastic_tendon.sweeps.shipped import ShippedModel, ship
+from elastic_tendon import LinearModel, Model, Points, SlackState
 
 sys.path.append(str(Path(__file__).parents[1] / "controller_design"))
 
@@ -50,7 +46,7 @@ class ClosedLoops:
     and `failed()`.
     """
 
-    shipped: ShippedModel
+    model: Model
     points: Points
     plants: Plants
     designs: Mapping[str, Controller]
@@ -61,7 +57,7 @@ class ClosedLoops:
 
     @property
     def identity(self) -> dict[str, str]:
-        return self.points.identity | {"model": self.shipped.text, "designs": repr(SHARES)}
+        return self.points.identity | {"model": self.model.to_toml(), "designs": repr(SHARES)}
 
     @property
     def threads(self) -> bool:
@@ -74,7 +70,7 @@ class ClosedLoops:
         drawn = self.points.rows(start, stop)
         machines = {one.path: drawn[:, i] for i, one in enumerate(self.points.factors)}
         columns: dict[str, np.ndarray] = {"run": np.arange(start, stop), **machines}
-        for state, stiffnesses in joint_stiffness(self.shipped.model, machines).items():
+        for state, stiffnesses in joint_stiffness(self.model, machines).items():
             for name, design in self.designs.items():
                 loops, driven = closed_loops(self.plants, design, stiffnesses)
                 columns[f"{name}.damping_{state.name}"] = damping(loops)
@@ -95,7 +91,7 @@ def closed_loops_of(model: Model, points: Points) -> ClosedLoops:
         name: lqg(softened(linear[III], linear[I], share), origin(linear[III]), LOAD_DRIFT)
         for name, share in SHARES.items()
     }
-    return ClosedLoops(ship(model), points, linear, designs)
+    return ClosedLoops(model, points, linear, designs)
 
 
 def joint_stiffness(
@@ -158,9 +154,8 @@ def apart(task: ClosedLoops, run: int) -> float:
     """How far, relatively, the matrices of a machine are from those that `linearise` gives it."""
     (values,) = task.points.rows(run, run + 1)
     machine = dict(zip([one.path for one in task.points.factors], values, strict=True))
-    model = task.shipped.model
-    linear = plants(model.with_values(machine))
-    wanted = joint_stiffness(model, {path: np.array([one]) for path, one in machine.items()})
+    linear = plants(task.model.with_values(machine))
+    wanted = joint_stiffness(task.model, {path: np.array([one]) for path, one in machine.items()})
     taut, slack = task.plants[III], task.plants[I]
     found = []
     for state, (one,) in wanted.items():

@@ -8,11 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter
 
-from elastic_tendon.reports.comparison_figures import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILLION
-
 PARTS = ("upper spring's stiffness", "lower spring's stiffness", "pretension")
-PART_COLOURS = (BLUE, SKY, ORANGE)
-DESIGN_LINES = ((VERMILLION, "-"), (BLUE, "--"), (GREEN, "-."))
+PART_COLOURS = ("C0", "skyblue", "C1")
+DESIGN_LINES = (("C3", "-"), ("C0", "--"), ("C2", "-."))
 BINS = 40
 
 
@@ -33,10 +31,10 @@ def draw_boundaries(
     """
     figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.8), layout="constrained")
     for ax, (label, (values, nominal)) in zip(axes, boundaries.items(), strict=False):
-        ax.hist(values, BINS, color=SKY)
-        ax.axvline(nominal, color=BLACK, label="nominal")
+        ax.hist(values, BINS, color="skyblue")
+        ax.axvline(nominal, color="black", label="nominal")
         ax.set(xlabel=label, ylabel="machines")
-    axes[1].axvline(required, color=VERMILLION, linestyle="--", label="required")
+    axes[1].axvline(required, color="C3", linestyle="--", label="required")
     axes[0].legend()
     axes[1].legend()
     _draw_parts(axes[2], moved)
@@ -49,7 +47,7 @@ def _draw_parts(ax: Axes, moved: Mapping[str, Mapping[str, float]]) -> None:
     for i, (part, colour) in enumerate(zip(PARTS, PART_COLOURS, strict=True)):
         shares = [100.0 * list(numbers.values())[i] for numbers in moved.values()]
         ax.bar(np.arange(len(shares)) + 0.27 * (i - 1), shares, 0.25, color=colour, label=part)
-    ax.axhline(0.0, color=BLACK, linewidth=0.8)
+    ax.axhline(0.0, color="black", linewidth=0.8)
     ax.set_xticks(range(len(moved)), list(moved))
     ax.set(xlabel="slack boundary", ylabel="moved by one sigma of a tolerance (%)")
     ax.set_ylim(top=18.0)
@@ -78,7 +76,7 @@ def draw_loops(
         left.plot(np.sort(values), ranks, **line)
         right.plot(100.0 * np.sort(overshoot[name])[::-1], ranks, **line)
     for ax, limit in zip((left, right), (limits[0], 100.0 * limits[1]), strict=True):
-        ax.axvline(limit, color=BLACK, linestyle=":", label="required")
+        ax.axvline(limit, color="black", linestyle=":", label="required")
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{share:g}"))
         ax.grid(alpha=0.3)

@@ -17,12 +17,7 @@ from bench import LOWER, PRETENSION, UPPER, closed_form, joint_clamped, joint_lo
 from closed_loop import II, III, SHARES, I, apart, closed_loops_of
 from figures import draw_boundaries, draw_loops
 
-from elastic_tendon import load_model, sweep
-from elastic_tendon.actuator.design import design
-from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.sweeps.factors import parse_factor
-from elastic_tendon.sweeps.points import Points, points
-from elastic_tendon.sweeps.task import Task
+from elastic_tendon import Model, Points, Task, design, load_model, sweep, vary
 
 HERE = Path(__file__).parent
 TOLERANCES = {UPPER: "5%", LOWER: "5%", PRETENSION: "10%"}  # one sigma of a Gaussian
@@ -34,7 +29,7 @@ REQUIRED_DAMPING, REQUIRED_OVERSHOOT = 0.3, 0.15  # in each slack state
 def swept(task: Task, name: str) -> pd.DataFrame:
     """The table of a sweep; a file, which here only this script reads."""
     with tempfile.TemporaryDirectory() as work:
-        return pd.read_csv(sweep(task, Path(work) / f"{name}.csv").path)
+        return sweep(task, Path(work) / f"{name}.csv").to_dataframe()
 
 
 def slack_boundary(model: Model, machines: Points, picture: Path) -> None:
@@ -91,7 +86,7 @@ def closed_loop(model: Model, machines: Points, picture: Path) -> None:
 
 def _nominal(model: Model) -> Points:
     given = model.values()
-    return points([parse_factor(model, f"{path}={given[path]!r}") for path in TOLERANCES], "grid")
+    return vary(model, {path: repr(given[path]) for path in TOLERANCES}, "grid")
 
 
 def _least(table: pd.DataFrame, name: str) -> np.ndarray:
@@ -106,8 +101,7 @@ def _largest(table: pd.DataFrame, name: str) -> np.ndarray:
 
 def main(folder: Path) -> None:
     model = load_model("biorob_x4_joint_3")
-    factors = [parse_factor(model, f"{path}={spread}") for path, spread in TOLERANCES.items()]
-    machines = points(factors, "sobol", MACHINES, SEED)
+    machines = vary(model, TOLERANCES, "sobol", runs=MACHINES, seed=SEED)
     slack_boundary(model, machines, folder / "slack_boundary.png")
     closed_loop(model, machines, folder / "closed_loop.png")
 

@@ -1,14 +1,20 @@
 # What is public, and where it lives: the one list. `__init__.py` imports a name from here when it
 # is first used. Everything else may change without notice.
 from . import effects as effects
+from .actuator.design import CharacteristicCurve as CharacteristicCurve
 from .actuator.design import DesignTable as DesignTable
+from .actuator.design import characteristic_curves as characteristic_curves
 from .actuator.design import design as design
 from .actuator.parameters import Model as Model
 from .actuator.parameters import load_model as load_model
 from .actuator.parameters import models as models
+from .actuator.transmission import SlackState as SlackState
 from .comparison.compare import Comparison as Comparison
 from .comparison.compare import compare as compare
+from .comparison.locate import Location as Location
+from .comparison.locate import locate as locate
 from .comparison.simulated import simulate as simulate
+from .demo import load_demo as load_demo
 from .diagnosis.diagnose import diagnose as diagnose
 from .diagnosis.options import Options as Options
 from .diagnosis.result import Diagnosis as Diagnosis
@@ -25,7 +31,12 @@ from .estimation.add import add as add
 from .estimation.fit import FitResult as FitResult
 from .estimation.fit import fit as fit
 from .fmu.export import export_fmu as export_fmu
+from .linear.describing_function import DescribingFunction as DescribingFunction
+from .linear.describing_function import describing_function as describing_function
 from .linear.fmu import linearise_fmu as linearise_fmu
+from .linear.limit_cycles import LimitCycle as LimitCycle
+from .linear.limit_cycles import LimitCycles as LimitCycles
+from .linear.limit_cycles import limit_cycles as limit_cycles
 from .linear.linearise import linearise as linearise
 from .linear.result import Drive as Drive
 from .linear.result import LinearModel as LinearModel
@@ -39,5 +50,12 @@ from .simulation.simulate import Sensitivities as Sensitivities
 from .simulation.simulate import Trajectory as Trajectory
 from .simulation.simulate import sensitivities as sensitivities
 from .simulation.simulate import simulate_many as simulate_many
+from .sweeps.fleet import fleet as fleet
+from .sweeps.points import Points as Points
+from .sweeps.points import vary as vary
+from .sweeps.simulations import Motion as Motion
+from .sweeps.simulations import simulations as simulations
+from .sweeps.sweep import Swept as Swept
 from .sweeps.sweep import sweep as sweep
+from .sweeps.task import Task as Task
 from .version import __version__ as __version__

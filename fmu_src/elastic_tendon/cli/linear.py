@@ -254,5 +254,5 @@ def _describe(model: "Model", picture: Path, force: bool) -> None:
     from elastic_tendon.reports.describing_function_figure import describing_function_figure
 
     with progress() as report:
-        found = describing_function(model, report=report)
+        found = describing_function(model, progress=report)
     save_picture(describing_function_figure(model, found), picture, force)

@@ -1,7 +1,8 @@
 """Where a model fails: by what the joint was doing, in bins and in words."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,10 @@ from elastic_tendon.comparison.missing_torque import MissingTorque, Report, miss
 from elastic_tendon.comparison.partition import Partition
 from elastic_tendon.comparison.patterns import Evidence
 from elastic_tendon.comparison.residuals import Array, residuals_of
+from elastic_tendon.result import Result
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -50,20 +55,61 @@ class FileLocation:
         return spread(part.member == part.words.index(words), stride_of(n), n)
 
 
-@dataclass(frozen=True)
-class Location:
+@dataclass(frozen=True, repr=False)
+class Location(Result):
     """Where a model fails, for each file of a comparison and in its order."""
 
     files: tuple[FileLocation, ...]
 
+    def summary(self) -> str:
+        """A sentence for each signal of each recording."""
+        several = len(self.files) > 1
+        return "\n".join(
+            f"{f'recording {number}, ' if several else ''}{signal}: {words}"
+            for number, file in enumerate(self.files, start=1)
+            for signal, words in file.in_words.items()
+        )
 
-def locate(comparison: Comparison, report: Report = lambda _text, _share: None) -> Location:
+    def to_dataframe(self) -> "pd.DataFrame":
+        """The error in each bin of each variable, a row each, SI."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            [
+                {"recording": number, "signal": signal} | asdict(part)
+                for number, file in enumerate(self.files, start=1)
+                for signal, parts in file.bins.items()
+                for part in parts
+            ]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``where`` and ``in_words`` of the contract ``elastic-tendon/comparison/1``."""
+        from elastic_tendon.comparison.comparison_json import plain
+
+        content: dict[str, Any] = plain(
+            {
+                "files": [
+                    {
+                        signal: {"where": [asdict(part) for part in parts], "in_words": words}
+                        for (signal, parts), words in zip(
+                            file.bins.items(), file.in_words.values(), strict=True
+                        )
+                    }
+                    for file in self.files
+                ]
+            }
+        )
+        return content
+
+
+def locate(comparison: Comparison, progress: Report = lambda _text, _share: None) -> Location:
     """Find where the error of a comparison lies.
 
     Parameters
     ----------
     comparison : Comparison
-    report : told what is being done, and the share of all that is done
+    progress : told what is being done, and the share of all that is done
 
     Returns
     -------
@@ -73,7 +119,7 @@ def locate(comparison: Comparison, report: Report = lambda _text, _share: None) 
     for file in comparison.files:
 
         def told(text: str, share: float, name: str = file.measurement.name) -> None:
-            report(f"{name}: {text}", (len(files) + share) / len(comparison.files))
+            progress(f"{name}: {text}", (len(files) + share) / len(comparison.files))
 
         files.append(_locate_one(comparison.model, file, told))
     return Location(tuple(files))

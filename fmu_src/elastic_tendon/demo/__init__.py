@@ -1,16 +1,39 @@
 """The whole loop on bundled data: compare, refit, find out what is missing, add it."""
 
 from pathlib import Path
+from typing import NamedTuple
 
-from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.estimation.add import Report
-from elastic_tendon.measurement import read_measurement
+from elastic_tendon.measurement import Measurement, read_measurement
 from elastic_tendon.reports.comparison_figures import save, story
 
 DATA = Path(__file__).parent
 PICTURE = "elastic_tendon_demo.png"
+
+
+class Demo(NamedTuple):
+    """A model that lacks an effect, a recording to fit and one that no fit sees."""
+
+    model: Model
+    recording: Measurement
+    validation: Measurement
+
+
+def load_demo() -> Demo:
+    """Load the bundled model and its two recordings, to try things on.
+
+    Returns
+    -------
+    Demo; `model`, `recording` and `validation`
+    """
+    return Demo(
+        load_model(DATA / "demo_model.toml"),
+        read_measurement(str(DATA / "demo_fit.csv")),
+        read_measurement(str(DATA / "demo_validate.csv")),
+    )
 
 
 def run(report: Report) -> Diagnosis:
@@ -24,12 +47,7 @@ def run(report: Report) -> Diagnosis:
     -------
     Diagnosis
     """
-    return diagnose(
-        load_model(DATA / "demo_model.toml"),
-        [read_measurement(str(DATA / "demo_fit.csv"))],
-        [read_measurement(str(DATA / "demo_validate.csv"))],
-        progress=report,
-    )
+    return diagnose(*load_demo(), progress=report)
 
 
 def draw(diagnosis: Diagnosis, path: Path) -> None:

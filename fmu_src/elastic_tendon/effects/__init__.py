@@ -1,11 +1,21 @@
 """The catalogue of physical effects; a new effect is its file and two lines here.
 
-An effect of the user's own comes in by `load`, or from an installed package by its id.
+An effect of the user's own comes in by `load`, or from an installed package by its id. It is
+written with the classes that are imported here from `base`, and the functions of `symbolic`.
 """
 
 from pathlib import Path
 
-from elastic_tendon.effects.base import Effect
+from elastic_tendon.effects import symbolic as symbolic
+from elastic_tendon.effects.base import Contribution as Contribution
+from elastic_tendon.effects.base import Effect as Effect
+from elastic_tendon.effects.base import FrictionBounds as FrictionBounds
+from elastic_tendon.effects.base import HalfTensions as HalfTensions
+from elastic_tendon.effects.base import Parameter as Parameter
+from elastic_tendon.effects.base import Relation as Relation
+from elastic_tendon.effects.base import Slot as Slot
+from elastic_tendon.effects.base import Spread as Spread
+from elastic_tendon.effects.base import State as State
 from elastic_tendon.effects.coulomb_friction import EFFECT as coulomb_friction
 from elastic_tendon.effects.gear_backlash import EFFECT as gear_backlash
 from elastic_tendon.effects.gravity_load import EFFECT as gravity_load

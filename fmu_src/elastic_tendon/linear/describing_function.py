@@ -102,7 +102,7 @@ def describing_function(
     deflection: float | None = None,
     load_torque: float | None = None,
     frequency: float | None = None,
-    report: Report = lambda _text, _share: None,
+    progress: Report = lambda _text, _share: None,
 ) -> DescribingFunction:
     """Equivalent stiffness and damping of the transmission over the amplitude of its deflection.
 
@@ -124,7 +124,7 @@ def describing_function(
         amplitude is then the one at which the mean torque of the tendons carries this load
     frequency : rad/s; None: the natural frequency with both tendons taut, where limit cycles live.
         Without damping, relaxation and spring mass it does not matter
-    report : told what is being done, and the share that is done
+    progress : told what is being done, and the share that is done
 
     Returns
     -------
@@ -154,7 +154,7 @@ def describing_function(
     transmission_alone = _without_joint(model)
     found = []
     for index, amplitude in enumerate(chosen):
-        report("describing function", index / len(chosen))
+        progress("describing function", index / len(chosen))
         if load is not None:
             mean = _carrying(transmission_alone, load, float(amplitude), omega, mean)
         found.append((mean, *_first_harmonic(transmission_alone, mean, float(amplitude), omega)))

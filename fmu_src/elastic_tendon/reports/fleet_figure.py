@@ -19,16 +19,8 @@ from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.reports.comparison_figures import BLACK, BLUE, PURPLE, SKY, VERMILLION, tidy
 from elastic_tendon.reports.names import shortened, verbatim
 from elastic_tendon.reports.units import shown
-from elastic_tendon.sweeps.fleet import (
-    APPEARED,
-    DRIFTED,
-    ROBOT,
-    SIGNALS,
-    UNKNOWN,
-    error_columns,
-    named,
-)
-from elastic_tendon.sweeps.task import FAILURE
+from elastic_tendon.sweeps.fleet import SIGNALS, UNKNOWN, error_columns, named
+from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT
 
 LIMIT = 30.0  # %, where the colours end
 # from the largest fall to the largest rise; the least move has a colour as well

@@ -12,17 +12,10 @@ from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.reports.tables import SURE, four_digits
 from elastic_tendon.reports.units import noise_ratio
 from elastic_tendon.sweeps.bootstrap import BootstrapInterval
-from elastic_tendon.sweeps.fleet import (
-    APPEARED,
-    DRIFTED,
-    ROBOT,
-    SIGNALS,
-    VERDICT,
-    error_columns,
-)
+from elastic_tendon.sweeps.fleet import SIGNALS, error_columns
 from elastic_tendon.sweeps.summary import Summary
 from elastic_tendon.sweeps.sweep import Swept
-from elastic_tendon.sweeps.task import FAILURE
+from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, VERDICT
 
 EXACT = "exact"  # an interval that no digit would show
 WHICH_INTERVAL = (

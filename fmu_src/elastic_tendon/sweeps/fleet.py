@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import floor, log10
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import pandas as pd
@@ -32,10 +32,11 @@ from elastic_tendon.misreadings.belief import believed
 from elastic_tendon.simulation.interpolation import Interpolation
 from elastic_tendon.sweeps.results import read_results
 from elastic_tendon.sweeps.shipped import ShippedModel
-from elastic_tendon.sweeps.task import FAILURE, RUN
+from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, RUN, TEXTS, VERDICT
 
-ROBOT, VERDICT, DRIFTED, APPEARED = "robot", "verdict", "drifted", "appeared"
-TEXTS = (ROBOT, VERDICT, DRIFTED, APPEARED, FAILURE)  # columns that hold text
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 LOW, HIGH = ".low", ".high"  # after the path of a number: ends of its 95 % interval
 UNKNOWN = "unknown"  # what has appeared where no effect of the catalogue explains it
 SIGNALS = ("joint_position", "joint_torque", "motor_torque")  # that a recording may hold
@@ -126,6 +127,17 @@ class Fleet:
         """A robot that could not be diagnosed."""
         return self._table([(run, {FAILURE: reason})])
 
+    def plot(self, table: pd.DataFrame) -> "Figure":
+        """Draw a table of results: robots down; numbers, effects and errors across.
+
+        Parameters
+        ----------
+        table : rows of this fleet, at least one
+        """
+        from elastic_tendon.reports.fleet_figure import fleet_figure
+
+        return fleet_figure(self.model.model, table)
+
     def _table(self, found: Sequence[tuple[int, Mapping[str, str | float]]]) -> pd.DataFrame:
         blank: dict[str, str | float] = dict.fromkeys((VERDICT, DRIFTED, APPEARED), "")
         blank |= dict.fromkeys(_numbers(self.model.model), np.nan)
@@ -155,7 +167,7 @@ class Fleet:
 
 def fleet(
     model: Model,
-    robots: Sequence[Robot],
+    robots: Sequence[Robot | str | Path],
     *,
     mapping: Sequence[str] = (),
     resample: float | None = None,
@@ -169,7 +181,7 @@ def fleet(
     Parameters
     ----------
     model : Model of a robot that is as it should be; its uncertainties are the prior
-    robots : of different names, see `robots_of`
+    robots : the file or the folder of each, see `robots_of`
     mapping, resample, time_shift, remove_offset, interpolation : of all files alike, see
         `measurement.read_prepared`; what lies beside a file is taken as well
     as_declared : take data as they are, even if they look read wrongly
@@ -184,8 +196,9 @@ def fleet(
     """
     if not robots:
         raise MeasurementError("a fleet has no robots; name the recordings of at least one")
-    _check_names(robots)
-    here = tuple(replace(one, data=tuple(map(_absolute, one.data))) for one in robots)
+    chosen = [one if isinstance(one, Robot) else _robot(str(one)) for one in robots]
+    _check_names(chosen)
+    here = tuple(replace(one, data=tuple(map(_absolute, one.data))) for one in chosen)
     items = tuple(_absolute(one) if Path(one).is_file() else one for one in mapping)
     preparations = [item for item in items if Path(item).is_file()]
     return Fleet(

@@ -6,7 +6,7 @@ its number and the seed, and none is kept for longer than it is used.
 
 import inspect
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, get_args
@@ -14,8 +14,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 from scipy.stats import qmc
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import SweepError
-from elastic_tendon.sweeps.factors import Array, Factor, Values
+from elastic_tendon.sweeps.factors import Array, Factor, Values, parse_factor
 
 Method = Literal["grid", "monte-carlo", "latin-hypercube", "sobol"]
 
@@ -139,6 +140,43 @@ def points(
     if count is None:
         raise SweepError(f"how many runs shall {method} draw? give their number")
     return Points(chosen, method, count, seed)
+
+
+def vary(
+    model: Model,
+    spreads: Mapping[str, str | None],
+    method: Method = "monte-carlo",
+    *,
+    runs: int | None = None,
+    seed: int = 0,
+) -> Points:
+    """Say which numbers of a model vary in a sweep, and how.
+
+    Parameters
+    ----------
+    model : Model
+    spreads : dotted path -> ``"5%"``: Gaussian, one sigma is 5 % of the value; ``"LOW:HIGH"`` or
+        ``"-5%:5%"``: uniform; ``"LOW:HIGH:COUNT"`` or ``"A,B,C"``: these values; None: Gaussian,
+        by the uncertainty that the model states. Units are those of model.toml
+    method : "grid", "monte-carlo", "latin-hypercube" or "sobol", see `Points`
+    runs : how many, 1 to 10^9; a grid has as many as its values have combinations
+    seed : 0 or more; another one draws other points
+
+    Returns
+    -------
+    Points
+
+    Raises
+    ------
+    SweepError
+        for a number that the model does not have, a spread that is none of these, or a method that
+        cannot do what is asked for
+    """
+    factors = [
+        parse_factor(model, path if spread is None else f"{path}={spread}")
+        for path, spread in spreads.items()
+    ]
+    return points(factors, method, runs, seed)
 
 
 def combinations(factors: Sequence[Factor]) -> int:

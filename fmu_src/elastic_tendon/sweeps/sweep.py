@@ -2,18 +2,23 @@
 
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
+
+import pandas as pd
 
 from elastic_tendon.errors import SweepError
 from elastic_tendon.measurement.formats.base import silent
+from elastic_tendon.result import Result
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.parts import add, alone, check_output, done_before, finish, open_parts
-from elastic_tendon.sweeps.task import Task
+from elastic_tendon.sweeps.results import read_results
+from elastic_tendon.sweeps.task import TEXTS, Task
 
 
-@dataclass(frozen=True)
-class Swept:
+@dataclass(frozen=True, repr=False)
+class Swept(Result):
     """What a sweep gave.
 
     Parameters
@@ -28,6 +33,19 @@ class Swept:
     runs: int
     failed: int
     resumed: int
+
+    def summary(self) -> str:
+        """Where the table is, and how many runs it holds."""
+        before = f", {self.resumed} of them done before" if self.resumed else ""
+        return f"{self.path}: {self.runs} runs{before}, {self.failed} failed"
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The table of results, a row for each run."""
+        return read_results(self.path, TEXTS)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As the attributes say."""
+        return asdict(self) | {"path": str(self.path)}
 
 
 def sweep(
@@ -49,7 +67,7 @@ def sweep(
 
     Parameters
     ----------
-    task : what is done, such as `Simulations`, `Bootstrap` or `Fleet`
+    task : what is done, such as `simulations` and `fleet` make it
     output : file for the results, .csv or .parquet (extra `formats`)
     workers : number of processes, or of threads where the runs are C; all cores if not given
     scheduler : address of a Dask scheduler, whose workers are used instead (extra `cluster`)

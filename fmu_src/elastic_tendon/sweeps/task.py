@@ -6,6 +6,8 @@ import pandas as pd
 
 RUN = "run"  # first column of every table of results: the number of the run, from 0
 FAILURE = "failure"  # last column: why a run failed, "" where it did not
+ROBOT, VERDICT, DRIFTED, APPEARED = "robot", "verdict", "drifted", "appeared"  # of a fleet
+TEXTS = (ROBOT, VERDICT, DRIFTED, APPEARED, FAILURE)  # columns that hold text
 
 
 class Task(Protocol):
