@@ -47,7 +47,10 @@ def export(
     own_effects: EffectOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Export a model as an FMU for co-simulation and model exchange."""
+    """Export a model as an FMU for co-simulation and model exchange.
+
+    A model with many effects of springs and tendons together compiles for minutes.
+    """
     from elastic_tendon.fmu.export import export_fmu
     from elastic_tendon.native.compiler import platforms_named
 

@@ -42,7 +42,8 @@ ShiftOption = Annotated[
     typer.Option(
         "--shift",
         metavar="SIGNAL=S",
-        help="By how many s a sensor is late, or auto to estimate it; repeatable.",
+        help="By how many s a sensor is late; auto estimates it, if the model is right: friction "
+        "looks alike; repeatable.",
     ),
 ]
 RemoveOffsetOption = Annotated[
@@ -58,7 +59,11 @@ AsDeclaredOption = Annotated[
     typer.Option("--as-declared", help="Take data as they are, even if they look read wrongly."),
 ]
 InterpolationOption = Annotated[
-    Interpolation, typer.Option(help="Of motor position and load between the samples.")
+    Interpolation,
+    typer.Option(
+        help="Of motor position and load between the samples; cubic suits smooth inputs that are "
+        "sampled slowly."
+    ),
 ]
 
 

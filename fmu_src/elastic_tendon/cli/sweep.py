@@ -185,7 +185,11 @@ def sweep(
     """Do something many times, on all cores or a cluster: simulate, refit, diagnose a fleet.
 
     A sweep that is stopped goes on where it was if you type the same command again. A run that
-    fails is recorded with the reason, and the others go on.
+    fails is recorded with the reason, and the others go on. The same seed gives the same file, with
+    any number of workers.
+
+    A cluster needs the extra cluster, a "dask scheduler" on one computer and, on each, "dask worker
+    tcp://HOST:8786 --nworkers 8 --nthreads 1".
     """
     drawn = (tuple(vary or ()), method, runs, seed)
     asked = Asked(work, tuple(data or ()), *drawn, tuple(keep or ()), trajectories)

@@ -96,7 +96,7 @@ def check(effect: object, source: Source) -> Effect:
     if not isinstance(effect, Effect):
         raise source.error(
             f"EFFECT is of type {type(effect).__name__}; an Effect of "
-            "elastic_tendon.effects.base is expected",
+            "elastic_tendon.effects is expected",
             source.line_of("EFFECT"),
         )
     declared = chain(_types(effect), _texts(effect), _names(effect), _numbers(effect))
