@@ -1,6 +1,7 @@
 """The reference site is built without a warning, is whole, and needs no network."""
 
 import importlib.util
+import json
 import re
 import subprocess
 import sys
@@ -110,6 +111,19 @@ def test_faults_of_a_site_are_found(tmp_path) -> None:
         "b.html: a.html#there is no place of that page",
         "c.css loads https://example.org/font.css",
     ]
+
+
+def test_a_notebook_becomes_text_and_code(tmp_path) -> None:
+    from site_pages.guides import from_notebook
+
+    cells = [
+        {"cell_type": "markdown", "source": ["# First steps\n", "Load a model."]},
+        {"cell_type": "code", "source": ["import elastic_tendon"]},
+    ]
+    (tmp_path / "steps.ipynb").write_text(json.dumps({"cells": cells}))
+    shown = from_notebook(tmp_path / "steps.ipynb")
+    assert shown.startswith("## First steps\nLoad a model.\n\n")
+    assert "python\nimport elastic_tendon\n" in shown
 
 
 @pytest.mark.parametrize("effect", et.effects.CATALOGUE, ids=lambda effect: effect.id)

@@ -78,7 +78,7 @@ def _measurements() -> str:
     parts = [
         "# Measurements",
         table(("signal", "kind", "columns that are found by their name"), signals),
-        _docs(find_layout),
+        from_rst((inspect.getdoc(find_layout) or "").partition("\n\nParameters")[0]),
         "## Kinds of files",
         *_formats(),
         "## How a file is read",
@@ -164,10 +164,6 @@ def _shortened(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _shortened(one) for key, one in value.items()}
     return [_shortened(one) for one in value[:LONGEST]] if isinstance(value, list) else value
-
-
-def _docs(function: Any) -> str:
-    return from_docstrings([f".. autofunction:: {function.__module__}.{function.__name__}"])
 
 
 def _classes(module: ModuleType) -> str:

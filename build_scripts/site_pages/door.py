@@ -6,8 +6,9 @@ from pathlib import Path
 from types import ModuleType
 
 import elastic_tendon as et
+from elastic_tendon import version
 from site_pages import Pages
-from site_pages.markdown import code, from_docstrings, from_rst, plain, sidebar, table
+from site_pages.markdown import code, from_docstrings, from_rst, sidebar, table
 
 PACKAGE = Path(et.__file__).parent
 GENERAL = "general"  # the page of what lives in no room
@@ -54,7 +55,7 @@ def _directive(thing: object, name: str) -> str:
         return f".. autofunction:: {name}"
     if inspect.isclass(thing):
         return f".. autoclass:: {name}\n   :members:\n   :inherited-members: {ELSEWHERE}"
-    text = (inspect.getdoc(thing) or "").replace("\n", "\n   ")
+    text = _about(thing).replace("\n", "\n   ")
     functions = vars(thing).items() if isinstance(thing, ModuleType) else ()
     inside = [
         f".. autofunction:: elastic_tendon.{name}.{function}"
@@ -65,4 +66,9 @@ def _directive(thing: object, name: str) -> str:
 
 
 def _first_line(thing: object) -> str:
-    return plain((inspect.getdoc(thing) or "").partition("\n")[0])
+    return from_rst(_about(thing).partition("\n")[0])
+
+
+def _about(thing: object) -> str:
+    """Docstring; a text has only that of the module it stands in."""
+    return inspect.getdoc(version if isinstance(thing, str) else thing) or ""

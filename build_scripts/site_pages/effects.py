@@ -36,7 +36,7 @@ def pages(folder: Path) -> Pages:
 
 
 def _draw(effect: Effect, path: Path) -> None:
-    with mpl.rc_context({"svg.hashsalt": effect.id, "font.size": 13}):
+    with mpl.rc_context({"svg.hashsalt": effect.id, "font.size": 12}):
         figure = signature_figure(signature(effect, EXAMPLE))
         figure.savefig(path, metadata={"Date": None})
 

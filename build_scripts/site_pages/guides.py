@@ -72,7 +72,7 @@ def _example(folder: Path) -> str:
     scripts = sorted(folder.glob("*.py"))
     parts = [written.read_text() if written.exists() else _from_script(folder / "run.py")]
     parts += [f"## {path.name}\n\n{code(path.read_text(), 'python')}" for path in scripts]
-    parts += [_from_notebook(path) for path in sorted(folder.glob("*.ipynb"))]
+    parts += [from_notebook(path) for path in sorted(folder.glob("*.ipynb"))]
     return "\n\n".join(parts)
 
 
@@ -85,7 +85,7 @@ def _from_script(script: Path) -> str:
     return "\n\n".join([f"# {title}", from_rst(text if rest else ""), *pictures])
 
 
-def _from_notebook(path: Path) -> str:
+def from_notebook(path: Path) -> str:
     """The cells of a notebook, its headings below that of the page."""
     cells = json.loads(path.read_text())["cells"]
     texts = [("".join(cell["source"]), cell["cell_type"]) for cell in cells]

@@ -109,7 +109,8 @@ class _Parser:
         is_word = len(name.partition("_")[0]) > 1 and not below.isdigit()
         if name in self.parameters or is_word:
             return rf"\text{{{name}}}{primes}\,"
-        subscript = rf"_{{\text{{{below}}}}}" if below else ""
+        mark = below if below.isdigit() else rf"\text{{{below}}}"
+        subscript = f"_{{{mark}}}" if below else ""
         return _GREEK.get(letter, letter) + subscript + primes + " "
 
     def _inner(self, end: str) -> str:

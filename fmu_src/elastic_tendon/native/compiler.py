@@ -1,9 +1,9 @@
 """The one compiler: zig cc from PyPI, the same for the cached library and for FMUs.
 
-For the platform that this runs on, the environment variable `OWN_COMPILER` names a gcc or clang of
-the machine's own instead, as in ``ELASTIC_TENDON_CC=gcc`` or ``ELASTIC_TENDON_CC="ccache clang"``.
-Binaries for other platforms are always zig's. An FMU made by an own compiler needs the C library of
-the machine it was made on, or a newer one.
+The environment variable ``ELASTIC_TENDON_CC`` names a gcc or clang of the machine's own instead, as
+in ``ELASTIC_TENDON_CC=gcc`` or ``ELASTIC_TENDON_CC="ccache clang"``. It serves the platform that
+this runs on; binaries for others are always zig's. An FMU that such a compiler made needs the C
+library of the machine it was made on, or a newer one.
 """
 
 import importlib.util
