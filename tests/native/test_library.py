@@ -1,6 +1,7 @@
 """The cache of compiled libraries."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -9,7 +10,7 @@ import pytest
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.errors import BuildError
-from elastic_tendon.native import library
+from elastic_tendon.native import compiler, library
 
 BASE: tuple[str, ...] = ()
 
@@ -90,4 +91,44 @@ def test_a_cache_folder_that_cannot_be_used_is_told(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("ELASTIC_TENDON_CACHE", str(tmp_path / "file"))
     with pytest.raises(BuildError, match="set ELASTIC_TENDON_CACHE to a folder that can"):
+        library.library_path(BASE)
+
+
+OWN_COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+
+
+@pytest.mark.skipif(not OWN_COMPILERS, reason="there is neither gcc nor clang")
+@pytest.mark.parametrize("command", OWN_COMPILERS)
+def test_a_compiler_of_the_machines_own_makes_a_library_of_its_own(cache, monkeypatch, command):
+    usual, *_ = _python(cache).communicate()[0].split()
+    monkeypatch.setenv(compiler.OWN_COMPILER, command)
+    own, *_ = _python(cache).communicate()[0].split()
+    assert float(own) == pytest.approx(float(usual), abs=1e-9)
+    assert len(list(cache.iterdir())) == 2
+    monkeypatch.setenv(compiler.OWN_COMPILER, f"{command} -O1")
+    assert library._cached(library._cache_key(BASE)) is None
+
+
+@pytest.mark.skipif(not OWN_COMPILERS, reason="there is neither gcc nor clang")
+def test_other_platforms_are_built_as_ever(tmp_path, monkeypatch):
+    monkeypatch.setenv(compiler.OWN_COMPILER, OWN_COMPILERS[0])
+    source = tmp_path / "answer.c"
+    source.write_text("int answer(void) { return 42; }")
+    other = next(one for one in compiler.PLATFORMS.values() if one.suffix == ".dll")
+    compiler.compile_library(source, tmp_path / "answer.dll", other)
+    assert (tmp_path / "answer.dll").read_bytes().startswith(b"MZ")
+
+
+@pytest.mark.parametrize(
+    ("command", "problem"),
+    [
+        ("no-such-cc", "the compiler no-such-cc, which ELASTIC_TENDON_CC names, cannot be started"),
+        ("false", "ELASTIC_TENDON_CC is 'false', which is no gcc or clang"),
+        ("'gcc", "which is no command: No closing quotation"),
+    ],
+)
+@pytest.mark.usefixtures("cache")
+def test_what_is_no_compiler_is_told(monkeypatch, command, problem):
+    monkeypatch.setenv(compiler.OWN_COMPILER, command)
+    with pytest.raises(BuildError, match=problem):
         library.library_path(BASE)

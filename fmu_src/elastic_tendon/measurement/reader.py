@@ -57,9 +57,9 @@ def read(
     ----------
     data : path of a file, ``"file.csv[start:end]"`` for a window; or a DataFrame with such columns
     window : first and last time that are read, s; None at an end leaves it open
-    map : signal -> ``"column[:unit][*scale][+offset]"``, such as ``{"joint_position":
-        "enc2:deg*-1"}``; or the path of a TOML file that says how to read, or of the JSON of an
-        earlier comparison. Else columns are found by their names
+    map : signal -> ``"column[:unit][*scale][+offset]"``, such as
+        ``{"joint_position": "enc2:deg*-1"}``; or the path of a TOML file that says how to read, or
+        of the JSON of an earlier comparison. Else columns are found by their names
     shift : signal -> s by which its sensor is late, or "auto": estimated by comparison
     resample : s between the samples, coarser than recorded; None: as recorded
     remove_offset : signals whose mean over the first 0.1 s becomes 0

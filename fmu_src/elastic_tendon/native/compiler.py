@@ -1,17 +1,27 @@
-"""The one compiler: zig cc from PyPI, the same for the cached library and for FMUs."""
+"""The one compiler: zig cc from PyPI, the same for the cached library and for FMUs.
+
+The environment variable ``ELASTIC_TENDON_CC`` names a gcc or clang of the machine's own instead, as
+in ``ELASTIC_TENDON_CC=gcc`` or ``ELASTIC_TENDON_CC="ccache clang"``. It serves the platform that
+this runs on; binaries for others are always zig's. An FMU that such a compiler made needs the C
+library of the machine it was made on, or a newer one.
+"""
 
 import importlib.util
+import os
 import platform
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
 from elastic_tendon.errors import BuildError
 
 RUNTIME = Path(__file__).parent / "runtime"
+OWN_COMPILER = "ELASTIC_TENDON_CC"
 
 _FLAGS = (
     "-std=c11",
@@ -27,6 +37,7 @@ _FLAGS = (
     "-Wall",
     "-Wno-unused-function",
 )
+_GCC_NAMES = {"-fno-slp-vectorize": "-fno-tree-slp-vectorize"}  # which clang understands too
 
 
 @dataclass(frozen=True)
@@ -130,6 +141,50 @@ def toolchain() -> str:
     return f"{tools} {' '.join(_FLAGS)}"
 
 
+def own_compiler() -> str:
+    """Command and version of the compiler in `OWN_COMPILER`; "" where zig is used."""
+    command = _own_command()
+    return f"{shlex.join(command)} {_version_of(command)}" if command else ""
+
+
+def _own_command() -> tuple[str, ...]:
+    text = os.environ.get(OWN_COMPILER, "")
+    try:
+        return tuple(shlex.split(text, posix=os.name != "nt"))
+    except ValueError as error:
+        raise BuildError(f"{OWN_COMPILER} is {text!r}, which is no command: {error}") from None
+
+
+@lru_cache
+def _version_of(command: tuple[str, ...]) -> str:
+    run = _run([*command, "-v"])
+    if run.returncode != 0:
+        raise BuildError(f"{OWN_COMPILER} is {shlex.join(command)!r}, which is no gcc or clang")
+    return run.stderr
+
+
+def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    """Run a compiler; BuildError where it is not there."""
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError as error:
+        if command[0] == sys.executable:
+            raise BuildError(f"the compiler cannot be started: {error.strerror}") from error
+        raise BuildError(
+            f"the compiler {command[0]}, which {OWN_COMPILER} names, cannot be started: "
+            f"{error.strerror}; name another, or unset it to use the one that is installed with "
+            "elastic-tendon"
+        ) from error
+
+
+def _compile_command(target: Platform) -> list[str]:
+    """Compiler and flags for a platform."""
+    own = _own_command()
+    if own and target == host_platform():
+        return [*own, *(_GCC_NAMES.get(flag, flag) for flag in _FLAGS)]
+    return [*(sys.executable, "-m", "ziglang", "cc", "-target", target.target), *_FLAGS]
+
+
 def fmi_headers() -> Path:
     """Folder of the FMI standard's C headers, which come with fmpy (it is not imported)."""
     found = importlib.util.find_spec("fmpy")
@@ -158,16 +213,12 @@ def compile_library(
     """
     folders = (source.parent, RUNTIME, fmi_headers(), *include)
     command = [
-        *(sys.executable, "-m", "ziglang", "cc", "-target", target.target),
-        *_FLAGS,
+        *_compile_command(target),
         *(f"-I{folder}" for folder in folders),
         *(str(source), "-o", str(output)),
         *_link_flags(output),
     ]
-    try:
-        run = subprocess.run(command, capture_output=True, text=True, check=False)
-    except OSError as error:
-        raise BuildError(f"the compiler cannot be started: {error.strerror}") from error
+    run = _run(command)
     if run.returncode != 0:
         errors = [line for line in run.stderr.splitlines() if "error" in line]
         raise BuildError(

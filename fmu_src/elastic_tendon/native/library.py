@@ -116,8 +116,9 @@ def structure_key(effect_ids: tuple[str, ...]) -> str:
 
 
 def _cache_key(effect_ids: tuple[str, ...]) -> str:
-    """Key of this platform's library: machines of several kinds may share a folder."""
-    content = f"{structure_key(effect_ids)} {compiler.host_platform().target}"
+    """Key of the library of this platform and compiler: machines of several kinds may share one."""
+    platform, own = compiler.host_platform().target, compiler.own_compiler()
+    content = " ".join(part for part in (structure_key(effect_ids), platform, own) if part)
     return hashlib.sha256(content.encode()).hexdigest()[:32]
 
 
