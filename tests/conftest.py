@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -9,6 +10,18 @@ import pytest
 # where several tests run at once
 for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+# those that take longest begin first: else the last of them keeps one worker busy and the others
+# wait
+LONGEST_FIRST = (
+    "test_readme.py",
+    "hidden_effect/test_hidden_effect.py",
+    "test_real_data.py",
+    "app/test_app_walk.py",
+    "fmu/test_packing.py",
+    "fmu/test_platforms.py",
+    "test_examples.py",
+)
 
 pytest_plugins = ["recorded_machines"]  # recordings of the independent simulator, for all tests
 
@@ -22,3 +35,10 @@ def _learned_effects_are_forgotten() -> Iterator[None]:
     for name in [one for one in BY_ID if one.startswith("learned_")]:
         del BY_ID[name]
         BY_ID._sources.pop(name)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Long files first, all else in the order in which it was collected."""
+    folder = Path(__file__).parent
+    place = {folder / name: index for index, name in enumerate(LONGEST_FIRST)}
+    items.sort(key=lambda item: place.get(item.path, len(place)))

@@ -770,3 +770,20 @@ def test_all_bins_shows_more_and_80_columns_suffice(run, recording: str) -> None
         shown[options] = result.stdout
     assert "Joint position: " in shown[()]
     assert len(shown["--all-bins",].splitlines()) > len(shown[()].splitlines())
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.id)
+def test_add_writes_json_whatever_the_effect(run, recording: str, effect) -> None:
+    """A short stretch suffices: the numbers mean little, but there are all kinds of them."""
+    result = run(
+        *("add", MODEL, effect.id, f"{recording}[0:0.4]"),
+        *("-o", "new.toml", "--json", "a.json"),
+    )
+    assert result.exit_code == 0, result.stderr
+    content = json.loads(Path("a.json").read_text())
+    assert content["effects"] == [effect.id]
+    assert [rung["added"] for rung in content["ladder"]] == [None, None, effect.id]
+    fitted = {one["path"]: one for one in content["parameters"]}
+    assert {f"effects.{effect.id}.{one.name}" for one in effect.parameters} <= fitted.keys()
+    assert {type(one["determined"]) for one in fitted.values()} == {bool}
+    assert content["model"]["effects"].keys() == {effect.id}

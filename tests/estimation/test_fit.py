@@ -6,7 +6,13 @@ import pytest
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison import residuals
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.estimation.determinability import find_open_directions
+from elastic_tendon.estimation.determinability import (
+    CONFIDENCE,
+    Estimate,
+    OpenDirections,
+    _ratios,
+    find_open_directions,
+)
 from elastic_tendon.estimation.fit import fit
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.simulate import sensitivities, simulate
@@ -183,3 +189,22 @@ def test_scale_and_trade_and_silence_together() -> None:
 def test_determined_numbers_are_not_open() -> None:
     found = find_open_directions(directions(ALPHA, BETA), np.array([5.0, 0.0]), ["a", "b"])
     assert found.all() == set()
+
+
+@pytest.mark.parametrize("value", [-0.4, 0.4])
+def test_the_interval_of_a_signed_ratio_holds_it(value: float) -> None:
+    """As any of a number that may be negative; one that may not has no interval below zero."""
+    model = load_model("biorob_x4_joint_3")
+    model = model.with_effect("gravity_load", {"torque": 0.5, "angle": value})
+    paths = ("link.inertia", "link.damping", "effects.gravity_load.angle")
+    estimates = tuple(
+        Estimate(path, "N.m.s/rad", 0.1, 0.1, 1.0, (0.0, 1.0), False) for path in paths
+    )
+    scaled = OpenDirections(silent=(), scaled=paths, traded=())
+    found = _ratios(model, estimates, np.diag([0.0, 1.0, 0.04**2]), scaled)
+    damping, signed = (one for one in found if one.name != "K/J")
+    assert signed.value == pytest.approx(value / 0.03)
+    half = CONFIDENCE * 0.04 / 0.03
+    assert signed.interval == pytest.approx((signed.value - half, signed.value + half))
+    assert damping.interval[0] == 0.0 < damping.value < damping.interval[1]
+    assert damping.unit == "1/s"

@@ -1,4 +1,4 @@
-"""FMUs of the tests, exported once.
+"""FMUs of the tests, exported once for all workers.
 
 Tests see FMI 2.0; where a module or a test is marked with `fmu_cases.BOTH` or `fmu_cases.FMI3`, the
 same fixtures give the FMUs of these versions.
@@ -9,6 +9,7 @@ from fmu_cases import MODELS, PAPER_AND_EFFECTS
 
 from elastic_tendon.fmu.export import export_fmu
 from fmu_driver import Fmu
+from made_once import made_once
 
 
 @pytest.fixture(scope="session", params=PAPER_AND_EFFECTS)
@@ -30,10 +31,33 @@ def exported(tmp_path_factory):
 
     def get(name, version):
         if (name, version) not in made:
-            folder = tmp_path_factory.mktemp(name)
-            path = export_fmu(MODELS[name], folder / "x.fmu", fmi_version=version)
-            made[name, version] = Fmu(path, folder / "unpacked")
+            folder = made_once(
+                tmp_path_factory,
+                f"{name}-fmi{version}",
+                lambda folder: export_fmu(MODELS[name], folder / "x.fmu", fmi_version=version),
+            )
+            unpacked = tmp_path_factory.mktemp(name) / "unpacked"
+            made[name, version] = Fmu(folder / "x.fmu", unpacked)
         return made[name, version]
+
+    return get
+
+
+@pytest.fixture(scope="session")
+def complete(tmp_path_factory):
+    """Path of the base model's FMU for all platforms and with its sources, by version of FMI."""
+
+    def get(version):
+        def make(folder):
+            export_fmu(
+                MODELS["base"],
+                folder / "x.fmu",
+                fmi_version=version,
+                platforms="all",
+                source=True,
+            )
+
+        return made_once(tmp_path_factory, f"complete-fmi{version}", make) / "x.fmu"
 
     return get
 

@@ -51,12 +51,10 @@ def version(request):
 
 
 @pytest.fixture(scope="module")
-def fmu(version, tmp_path_factory):
+def fmu(version, complete, tmp_path_factory):
     """An FMU with everything that one can have, exported and unpacked."""
     folder = tmp_path_factory.mktemp(f"fmi{version}")
-    path = export_fmu(
-        MODELS["base"], folder / "x.fmu", fmi_version=version, platforms="all", source=True
-    )
+    path = Path(shutil.copy(complete(version), folder))
     with zipfile.ZipFile(path) as archive:
         archive.extractall(folder / "unpacked")
     return path

@@ -255,7 +255,7 @@ def _version(document: Document, title: str, found: Answer) -> Version:
         parent=document.current,
         title=title,
         added=found.added,
-        model=found.result.model.to_toml(),
+        model=named_after(document.path()[0].loaded(), found.result.model).to_toml(),
         effective=found.result.findings.effective,
         fitted_to=document.data_key(),
     )

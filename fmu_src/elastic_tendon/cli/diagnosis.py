@@ -46,6 +46,7 @@ from elastic_tendon.cli.shared import (
     check_page,
     command_line,
     load,
+    made_by,
     notice,
     output,
     progress,
@@ -290,15 +291,11 @@ def _text(path: Path | None) -> str | None:
 
 def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
     """Comments for the head of a model.toml: what made it, from what, and what was found."""
-    from importlib.metadata import version
-
     from elastic_tendon.reports.diagnosis_tables import verdict_sentences
     from elastic_tendon.reports.provenance import comments
 
     lines = [
-        f"made by elastic-tendon {version('elastic-tendon')}: {command_line()}",
-        f"fitted: {', '.join(fitted)}",
-        *([f"held out: {', '.join(heldout)}"] if heldout else []),
+        *made_by(fitted, heldout),
         f"verdict: {found.verdict}",
         f"added: {', '.join(found.added) or 'nothing'}",
         *verdict_sentences(found),

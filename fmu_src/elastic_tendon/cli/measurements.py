@@ -32,6 +32,7 @@ from elastic_tendon.cli.shared import (
     command_line,
     load,
     load_effects,
+    made_by,
     notice,
     output,
     progress,
@@ -201,12 +202,16 @@ def add(
         _add_typical(loaded, wanted, out, bool(validate or json_file or plot), force)
         return
     from elastic_tendon.estimation.add import add as add_to
+    from elastic_tendon.reports.provenance import comments
 
     with progress() as report:
         measurements = reading.all(loaded, data, report)
         heldout = reading.all(loaded, validate or [], report)
         addition = add_to(loaded, wanted, measurements, heldout, report)
-    write_text(out, addition.model.to_toml(), force=force)
+    made = made_by((one.name for one in measurements), (one.name for one in heldout))
+    added = [one for one in wanted if one in addition.model.effects]
+    lines = [*made, f"added: {', '.join(added) or 'nothing'}"]
+    write_text(out, comments(lines) + addition.model.to_toml(), force=force)
     save_json(addition.to_dict(), json_file, force)
     if plot is not None:
         from elastic_tendon.reports.comparison_figures import story
@@ -236,10 +241,12 @@ def _add_typical(
     model: "Model", wanted: "Sequence[str]", out: Path, more: bool, force: bool
 ) -> None:
     from elastic_tendon.estimation.add import add_typical
+    from elastic_tendon.reports.provenance import comments
 
     if more:
         raise typer.BadParameter("--validate, --json and --plot need DATA to fit")
-    write_text(out, add_typical(model, wanted).to_toml(), force=force)
+    lines = [*made_by(), f"added: {', '.join(wanted)}, at typical values; nothing was fitted"]
+    write_text(out, comments(lines) + add_typical(model, wanted).to_toml(), force=force)
     names = f"{' and '.join(wanted)} {'is' if len(wanted) == 1 else 'are'}"
     output.print(
         f"{names} in {out} at typical values for such an actuator; nothing was fitted. "

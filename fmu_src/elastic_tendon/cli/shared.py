@@ -164,6 +164,22 @@ def command_line() -> str:
     return shlex.join(["elastic-tendon", *sys.argv[1:]])
 
 
+def made_by(fitted: Iterable[str] = (), heldout: Iterable[str] = ()) -> list[str]:
+    """First lines of what stands at the head of a model.toml, see `reports.provenance`.
+
+    Parameters
+    ----------
+    fitted, heldout : names of the recordings
+    """
+    from importlib.metadata import version
+
+    lines = [f"made by elastic-tendon {version('elastic-tendon')}: {command_line()}"]
+    for words, names in (("fitted", fitted), ("held out", heldout)):
+        if listed := ", ".join(names):
+            lines.append(f"{words}: {listed}")
+    return lines
+
+
 def sources(
     model: str,
     read: "Mapping[str, Sequence[Measurement]]",

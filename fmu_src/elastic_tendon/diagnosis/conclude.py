@@ -52,7 +52,7 @@ from elastic_tendon.diagnosis.verdict import (
     unexplained,
     verdict_of,
 )
-from elastic_tendon.estimation.add import with_estimates
+from elastic_tendon.estimation.add import named_after, with_estimates
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import AS_GIVEN, Step, climb
 from elastic_tendon.measurement import Measurement
@@ -225,6 +225,7 @@ def conclude(
     shaped = no_chance(remaining)
     matter = () if verdict == "adequate" else changed
     different = _different(found.alike)
+    improved = with_estimates(answer.result.model, answer.result.findings.estimates)
     sure = certainty(search, answer, found.alike, explained=verdict != "unexplained" and not shaped)
     return Diagnosis(
         verdict=verdict,
@@ -244,7 +245,7 @@ def conclude(
         ),
         notes=(*notes, *_notes(answer, [*small, *(p for p in changed if p not in matter)])),
         given=data.unsettled(data.given),
-        model=data.unsettled(with_estimates(answer.result.model, answer.result.findings.estimates)),
+        model=named_after(data.given, data.unsettled(improved)),
         added=_in_order_added(found),
         certainty=sure,
         parameters_changed=matter,

@@ -46,3 +46,27 @@ def base_exponents(unit: str) -> dict[str, int]:
     exponents = _factors(above)
     exponents.subtract(_factors(below or "1"))
     return {base: exponents[base] for base in BASE_UNITS if exponents[base] != 0}
+
+
+def quotient(unit: str, divisor: str) -> str:
+    """Unit of a quotient in SI base units, radians left out as the 1 that they are.
+
+    So ``N.m.s/rad`` over ``kg.m2`` is ``1/s``.
+
+    Raises
+    ------
+    BuildError
+        see `base_exponents`
+    """
+    exponents = Counter(base_exponents(unit))
+    exponents.subtract(base_exponents(divisor))
+    above, below = (
+        [
+            f"{base}{size if size > 1 else ''}"
+            for base in BASE_UNITS
+            if base != "rad" and (size := sign * exponents[base]) > 0
+        ]
+        for sign in (1, -1)
+    )
+    divided = ".".join(below) if len(below) < 2 else f"({'.'.join(below)})"
+    return "/".join([".".join(above) or "1", *([divided] if below else [])])

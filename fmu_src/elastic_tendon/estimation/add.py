@@ -101,12 +101,13 @@ def add_typical(model: Model, effect_ids: str | Sequence[str]) -> Model:
     ------
     ModelError : no such effect, or one that the model has already or cannot take
     """
+    extended = model
     for effect_id in _listed(effect_ids):
-        check_welcome(model, effect_id)
+        check_welcome(extended, effect_id)
         parameters = effects.BY_ID[effect_id].parameters
-        typical = {parameter.name: _typical(model, parameter) for parameter in parameters}
-        model = model.with_effect(effect_id, typical)
-    return model
+        typical = {parameter.name: _typical(extended, parameter) for parameter in parameters}
+        extended = extended.with_effect(effect_id, typical)
+    return named_after(model, extended)
 
 
 def add(
@@ -235,7 +236,7 @@ class _Way:
         last = self.fits[-1]
         return Addition(
             effect_ids=wanted,
-            model=with_estimates(last.model, last.findings.estimates),
+            model=named_after(self.given, with_estimates(last.model, last.findings.estimates)),
             steps=tuple(self.steps),
             ladder=climb(self.steps),
             fits=tuple(self.fits),
@@ -258,6 +259,16 @@ def with_estimates(model: Model, estimates: Sequence[Estimate]) -> Model:
     }
     tree = model.model_dump()
     return parse_model(tree | {"uncertainty": tree["uncertainty"] | updated}, model.name)
+
+
+def named_after(given: Model, improved: Model) -> Model:
+    """The improved model, called as the one given and by the effects that it has beyond that.
+
+    With Coulomb friction added, "arm" becomes "arm + coulomb friction".
+    """
+    added = [one for one in improved.effect_ids if one not in given.effect_ids]
+    name = " + ".join([given.name, *(one.replace("_", " ") for one in added)])
+    return improved.model_copy(update={"name": name})
 
 
 def effect_by_id(effect_id: str) -> Effect:

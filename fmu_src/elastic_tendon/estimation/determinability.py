@@ -16,6 +16,7 @@ from scipy.stats import t as student
 
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time, stack
+from elastic_tendon.effects.units import quotient
 from elastic_tendon.estimation.coordinates import SPRINGS
 from elastic_tendon.estimation.problem import Problem, Sigmas
 from elastic_tendon.estimation.stretches import (
@@ -319,12 +320,14 @@ def _ratios(
     values = model.values()
     square = values["transmission.joint_pulley_radius"] ** 2
     stiffness = {f"{one}.stiffness": square * values[f"{one}.parallel"] for one in SPRINGS}
+    declared = {one.path: one for one in quantities(model.effect_ids)}
     numerators = [("K/J", "1/s2", stiffness)]
     traded = {path for group in found.traded for path in group}
     for estimate in estimates:
         path = estimate.path
         if path in found.scaled and path not in {INERTIA, *stiffness, *traded}:
-            numerators.append((f"{path}/J", f"{estimate.unit}/(kg.m2)", {path: 1.0}))
+            unit = quotient(estimate.unit, declared[INERTIA].unit)
+            numerators.append((f"{path}/J", unit, {path: 1.0}))
     ratios = []
     for name, unit, weights in numerators:
         value = sum(weight * values[path] for path, weight in weights.items()) / values[INERTIA]
@@ -332,7 +335,11 @@ def _ratios(
         gradient[paths.index(INERTIA)] = -value
         gradient /= values[INERTIA]
         half = CONFIDENCE * float(np.sqrt(gradient @ covariance @ gradient))
-        ratios.append(Ratio(name, unit, value, (max(value - half, 0.0), value + half)))
+        # what no number above may be, below or above zero, the ratio is not either: J is positive
+        low = 0.0 if all(declared[path].lower >= 0.0 for path in weights) else -np.inf
+        high = 0.0 if all(declared[path].upper <= 0.0 for path in weights) else np.inf
+        interval = (max(value - half, low), min(value + half, high))
+        ratios.append(Ratio(name, unit, value, interval))
     return tuple(ratios)
 
 
