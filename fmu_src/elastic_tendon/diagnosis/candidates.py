@@ -79,7 +79,8 @@ def sensible(
 
     A link without inertia or a spring without stiffness is no finding, whatever its prior's tail
     allows. A lighter mass or a softer bristle, of effects that are structurally absent at their
-    null, would only be invisible, and slow to simulate. A stop in the middle of the motion is none.
+    null, would only be invisible, and slow to simulate. A stop in the middle of the motion is none,
+    nor is one that only damps.
     """
     values = model.values()
     limits = {}
@@ -89,7 +90,10 @@ def sensible(
     for effect in map(effects.BY_ID.__getitem__, effect_ids):
         for one in effect.parameters:
             path = f"effects.{effect.id}.{one.name}"
-            if effect.singular_null and not one.shape and not is_damping(one):
+            held = effect.singular_null or any(
+                beside.spread is Spread.JOINT_RANGE for beside in effect.parameters
+            )
+            if held and not one.shape and not is_damping(one):
                 limits[path] = (one.null + LEAST * typical_value(model, one), np.inf)
             elif one.spread is Spread.JOINT_RANGE:
                 end, inward = _end(one, measurements)

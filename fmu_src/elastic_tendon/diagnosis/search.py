@@ -22,6 +22,7 @@ from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
+    AUDIBLE,
     DECISIVE,
     MUCH,
     WORSE_ELSEWHERE,
@@ -65,6 +66,7 @@ LOOKED, FOLLOWED = 6, 3  # sets with one more effect that are estimated, from ea
 REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
 EQUALS = 2  # ... and those that promise about as much with no more parameters
 ABOUT = 50.0  # evidence by which these may seem worse on the screen
+WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 HELDOUT_AT_NOISE = 1.5  # `AT_NOISE` on held-out recordings
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
@@ -163,6 +165,7 @@ class Search(Refits):
         self._screen_singles(ids, None)
         better_base = self._better_base()
         self._refit_in_turn(self._best_single())
+        self._better_law()
         if not self._at_noise():
             if better_base:
                 self._screen_singles(ids, self.estimates[()].values)
@@ -173,7 +176,12 @@ class Search(Refits):
                 break
             if self._hop():
                 continue
-            if not (self._doubted() or self._better_addition() or self._better_single()):
+            if not (
+                self._better_law()
+                or self._doubted()
+                or self._better_addition()
+                or self._better_single()
+            ):
                 return
 
     def base(self) -> None:
@@ -375,9 +383,11 @@ class Search(Refits):
         self._take(laws, self._at_once(work))
 
     def _beside(self, simple: Answer, added: Set, check: Check) -> Answer:
-        (law,) = set(added) - set(simple.added)
+        (law,), (own,) = set(added) - set(simple.added), set(simple.added) - set(added)
         values = starts(self.data.given, effects.BY_ID[law], self.data.fitted, UNSEEN_SHARES)
-        models = self._models_beside(simple, added, law, values)
+        known = simple.values(own)
+        alike = {name: known[name] for name in _parameters_of(law) if name in known}
+        models = self._models_beside(simple, added, law, ({**one, **alike} for one in values))
         effort = self._effort(models)
         return refit(self.data.given, added, self.data.fitted, models, effort, check)
 
@@ -461,6 +471,20 @@ class Search(Refits):
             self._refit(likely[:REFITTED], "refitting what was passed by")
         return self.answer is not answer
 
+    def _better_law(self) -> bool:
+        """Where anything audible is left: richer laws of what was found, from its parameters.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer = self.answer
+        white = self.evidence.facts([answer]) > WHITE * len(answer.floored)
+        if self._tired or white or answer.mean_square < 1.0 + AUDIBLE**2:
+            return False
+        self._take_beside(answer, list(richer(answer.added)), "trying other laws")
+        return self.answer.added != answer.added
+
     def _better_addition(self) -> bool:
         """Where much is left: additions, the likeliest first, whatever the torque screen says.
 
@@ -472,10 +496,6 @@ class Search(Refits):
         if self._tired or answer.mean_square < MUCH or answer.added in self._exhausted:
             return False
         self._exhausted.add(answer.added)
-        laws = [near for near in richer(answer.added) if near not in self.answers]
-        self._take_beside(answer, laws, "trying other laws")
-        if self._at_noise():
-            return True
         words = "trying every addition"
         # a look at what swings may take all that is left
         quick = [one for one in self.data.candidates if not (self._weary and swings(one))]
@@ -769,6 +789,10 @@ class Search(Refits):
         answer = self.answer
         heldout = self.evidence.heldout_square(answer)
         return answer.mean_square < AT_NOISE and heldout < HELDOUT_AT_NOISE
+
+
+def _parameters_of(effect_id: str) -> list[str]:
+    return [parameter.name for parameter in effects.BY_ID[effect_id].parameters]
 
 
 def _turned(coordinates: Coordinates, vector: Array) -> Array:
