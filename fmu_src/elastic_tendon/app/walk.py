@@ -15,6 +15,7 @@ from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.result import Diagnosis, Round
+from elastic_tendon.estimation.add import named_after
 from elastic_tendon.estimation.ladder import REFIT, Rung, Step, climb
 from elastic_tendon.native.library import library_path
 from elastic_tendon.simulation.signature import Signature, signature
