@@ -370,7 +370,12 @@ def wrong_case(order: Order) -> Case:
 
 
 def two_case(order: Order) -> Case:
-    """Two effects, each as strong alone as ordered, beside the noise of the first."""
+    """Two effects, each as strong alone as ordered, beside the noise of the first.
+
+    Raises
+    ------
+    UnreachableError : one of them does not show beside the other, as a stop that is never reached
+    """
     machine, rng = machine_of(order), generator(order, "effect")
     sizes = machines.sizes_of(machine.tree)
     found: list[Tuned] = []
@@ -379,8 +384,14 @@ def two_case(order: Order) -> Case:
         fixed = found[0].noise if found else None
         found.append(tuned(order, machine, hidden, rng, fixed))
     together = [pair for one in found for pair in one.truth["effects"].items()]
-    truth = with_effects(machine.tree, together)
-    return assembled(order, machine, truth, found[0].noise, min(one.ratio for one in found))
+    truth, noise = with_effects(machine.tree, together), found[0].noise
+    player = Player(recorded_inputs(machine, truth))
+    whole = player.run(truth, machine.start).joint_position
+    for effect, rest in zip(order.effects, reversed(found), strict=True):
+        shown = whole - player.run(rest.truth, machine.start).joint_position
+        if np.sqrt(np.mean(shown**2)) < noise.sigma:
+            raise UnreachableError(f"{order.name}: beside the other, {effect} does not show")
+    return assembled(order, machine, truth, noise, min(one.ratio for one in found))
 
 
 @dataclass(frozen=True)

@@ -141,8 +141,9 @@ def rich(kind: str, tree: Tree, seed: int, limits: Limits, duration: float) -> E
 
 
 def swept(seed: int, limits: Limits) -> Experiment:
-    """Two slow sines of the load up to near its limit, after a slow move of the motor."""
-    sweep = slow_sweep(seed, replace(limits, torque=0.95 * limits.torque), 20.0)
+    """Two slow sines of the load, up to near its limit or less, after a slow move of the motor."""
+    share = np.random.default_rng(seed).uniform(0.75, 0.95)
+    sweep = slow_sweep(seed, replace(limits, torque=share * limits.torque), 20.0)
     return replace(sweep, motor_position=smooth_step(0.0, 19.0, 0.3))
 
 

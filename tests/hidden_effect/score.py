@@ -369,10 +369,13 @@ def calibration(results: Sequence[Result]) -> list[Figure]:
 
 
 def is_there(result: Result, effect: str) -> bool:
-    """Whether an effect, or one that explains the noise-free data as well, is in the machine."""
+    """Whether an effect, or one that explains the noise-free data as well, is in the machine; a
+    certainty is that of the effect or of what the tool says these data do not tell from it."""
     if result.family == "outside":
         return False
-    return any(effect in true_class(result, one) for one in result.effects)
+    said = [group for group in result.diagnosis["indistinguishable"] if effect in group]
+    meant = {effect}.union(*said)
+    return any(meant & true_class(result, one) for one in result.effects)
 
 
 def times(results: Sequence[Result]) -> list[Figure]:

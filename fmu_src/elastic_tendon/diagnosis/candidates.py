@@ -102,6 +102,21 @@ def sensible(
     return limits
 
 
+def stops_shown(
+    model: Model, fitted: Sequence[Measurement], heldout: Sequence[Measurement]
+) -> dict[str, float]:
+    """Stops that fitted recordings never reach, where held-out ones go farther and seem to end:
+    dotted path -> rad."""
+    found = {}
+    for effect_id, values in model.effects.items():
+        for one in effects.BY_ID[effect_id].parameters:
+            if one.spread is Spread.JOINT_RANGE:
+                (end, inward), (farther, across) = _end(one, fitted), _end(one, heldout)
+                if max((values[one.name] - end) * inward, (farther - end) * inward) < 0.0:
+                    found[f"effects.{effect_id}.{one.name}"] = farther + MARGINS[0] * across
+    return found
+
+
 def is_damping(parameter: Parameter) -> bool:
     """Whether a parameter damps, so that none of it is nothing singular."""
     return parameter.name.endswith("damping")

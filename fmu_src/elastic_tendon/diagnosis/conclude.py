@@ -226,7 +226,8 @@ def conclude(
     matter = () if verdict == "adequate" else changed
     different = _different(found.alike)
     improved = with_estimates(answer.result.model, answer.result.findings.estimates)
-    sure = certainty(search, answer, found.alike, explained=verdict != "unexplained" and not shaped)
+    explained = verdict != "unexplained" and not shaped and not elsewhere
+    sure = certainty(search, answer, found.alike, explained=explained)
     return Diagnosis(
         verdict=verdict,
         sentence=sentence_of(

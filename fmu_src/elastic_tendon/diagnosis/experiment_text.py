@@ -61,19 +61,17 @@ def experiment_text(
     return " ".join([*sentences, *_cautions(limits, inputs), _separation(separated)])
 
 
-def undecidable_text(ids: Sequence[str], models: Sequence[Model], wider: Limits | None) -> str:
-    """Say that no experiment was found, why where the catalogue knows it, and what would help.
+def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
+    """Say that no experiment was found, and why where the catalogue knows it.
 
     Parameters
     ----------
     ids : of the answers
     models : fitted with them
-    wider : limits within which an experiment would decide; None: there are none
     """
     sentences = [
-        f"No motion within the limits of the actuator and of what was recorded tells "
-        f"{' and '.join(ids)} apart by clearly more than the noise: with other numbers either "
-        "explains what the other predicts."
+        f"No motion within the limits of the actuator tells {' and '.join(ids)} apart by clearly "
+        "more than the noise: with other numbers either explains what the other predicts."
     ]
     reasons = {
         alias.when
@@ -82,14 +80,7 @@ def undecidable_text(ids: Sequence[str], models: Sequence[Model], wider: Limits 
         for alias in effects.BY_ID[effect_id].aliases
         if effect_id in ids and set(alias.of) & set(ids)
     }
-    if wider is not None:
-        assert wider.load is not None  # as a widened one has it
-        sentences.append(
-            f"Recordings with the motor between {wider.motor.low:.3g} and {wider.motor.high:.3g} "
-            f"rad at up to {wider.motor.rate:.3g} rad/s, and known loads between "
-            f"{wider.load.low:.3g} and {wider.load.high:.3g} N·m, could."
-        )
-    elif reasons:
+    if reasons:
         sentences.append(f"They are the same wherever {'; '.join(sorted(reasons))}.")
     return " ".join(sentences)
 

@@ -5,22 +5,26 @@ from contextlib import suppress
 
 import numpy as np
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array, noise_floors, stack
+from elastic_tendon.diagnosis.candidates import stops_shown
 from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.fit import FitResult
 from elastic_tendon.estimation.problem import Problem, Sigmas
 from elastic_tendon.measurement import Measurement
 
-REACHES = (1.0, 0.3)  # shares of the step that are tried
+EVALUATIONS, TOLERANCE = 30, 1e-3  # of the errors, and fall of the cost at which the move ends
+AT_NOISE = 1.02  # mean square that no move has to lower
 
 
 def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Array:
     """Errors on held-out recordings, as the fit predicts them with what it leaves open.
 
     The fitted recordings may hardly show a parameter on which others depend; that is no failure of
-    the law. So parameters move by one step of Gauss and Newton, with what the fit says of them as
-    their prior, and the cost of the move counts as errors do: what the fit has determined stays.
-    Each recording gives its initial state on its first 0.1 s.
+    the law. So parameters are fitted again, with what the fit says of them as their prior, and the
+    cost of the move counts as errors do: what the fit has determined stays. Each recording gives
+    its initial state on its first 0.1 s.
 
     Parameters
     ----------
@@ -34,36 +38,47 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     problem = Problem(result.problem.coordinates, tuple(recordings))
     floors = tuple(map(noise_floors, recordings))
     try:
-        start = problem.start(result.model)
-        best = stack(problem.errors(start), floors)
+        errors = stack(problem.errors(problem.start(result.model)), floors)
     except ElasticTendonError:
         return np.array([np.inf])
-    unmoved = best
-    for share in REACHES:
+    if _square(errors) < AT_NOISE * len(errors):
+        return errors
+    shown = stops_shown(result.model, result.problem.measurements, recordings)
+    for values in [{}, shown] if shown else [{}]:
         with suppress(ElasticTendonError, np.linalg.LinAlgError):
-            moved, costly = _moved(result, problem, start, share)
-            best = min(best, costly * stack(problem.errors(moved), floors), key=_square)
-        if best is not unmoved:
-            break
-    return best
+            moved, costly = _moved(result, problem, result.model.with_values(values))
+            errors = min(errors, costly * stack(problem.errors(moved), floors), key=_square)
+    return errors
 
 
-def _moved(result: FitResult, problem: Problem, start: Array, share: float) -> tuple[Array, float]:
-    """Vector of the held-out problem after a share of the step, and the factor by which errors
-    there grow when the cost of the move is among them."""
+def _moved(result: FitResult, problem: Problem, model: Model) -> tuple[Array, float]:
+    """Vector of the held-out problem with its parameters fitted again, from a model on, and the
+    factor by which errors there grow when the cost of the move is among them."""
     count = len(problem.coordinates.paths)
     sigmas = _sigmas(result, problem.measurements)
-    errors = stack(problem.errors(start), sigmas)
-    slopes = problem.data_jacobian(start, sigmas)[:, :count]
-    slopes = slopes @ problem.coordinates.derivatives(start[:count])
-    known = _information(result)
-    step = np.linalg.solve(slopes.T @ slopes + known, slopes.T @ errors)
+    values, vectors = np.linalg.eigh(_information(result))
+    known = (vectors * np.sqrt(np.maximum(values, 0.0))).T
     lower, upper = problem.bounds()
-    numbers = np.clip(start[:count] - share * step, lower[:count], upper[:count])
-    moved = problem.start(problem.coordinates.model(numbers))
-    left = _square(stack(problem.errors(moved), sigmas))
-    move = numbers - start[:count]
-    return moved, float(np.sqrt(1.0 + move @ known @ move / max(left, 1e-300)))
+    fitted = result.problem.numbers(result.vector)
+
+    def vector(numbers: Array) -> Array:
+        return problem.start(problem.coordinates.model(numbers))
+
+    def residuals(numbers: Array) -> Array:
+        moved = known @ (numbers - fitted)
+        try:
+            return np.concatenate([stack(problem.errors(vector(numbers)), sigmas), moved])
+        except ElasticTendonError:
+            return np.array([np.inf])
+
+    def jacobian(numbers: Array) -> Array:
+        slopes = problem.data_jacobian(vector(numbers), sigmas)[:, :count]
+        return np.vstack([slopes @ problem.coordinates.derivatives(numbers), known])
+
+    start, bounds = problem.numbers(problem.start(model)), (lower[:count], upper[:count])
+    numbers, _ = descend(residuals, jacobian, start, bounds, EVALUATIONS, TOLERANCE)
+    move, left = known @ (numbers - fitted), _square(residuals(numbers)[:-count])
+    return vector(numbers), float(np.sqrt(1.0 + move @ move / max(left, 1e-300)))
 
 
 def _information(result: FitResult) -> Array:

@@ -17,7 +17,7 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.excitation import RATE
 
 BEYOND_RECORDED = 1.5  # times the range and the speed that were recorded
-WIDER = 3.0  # times what a further experiment may do: in search of what the machine would need
+WIDER = 3.0  # times that, where nothing less decides
 LOADING_TIME = 0.5  # s from the lowest to the highest load where no rate is known
 MARGIN = 0.9  # share of the deflection (16) that is used; the springs' numbers are uncertain
 SPEED_WINDOW = 0.05  # s over which a speed is taken, so that the encoder's noise is not one

@@ -85,7 +85,11 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
 
 
 def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
-    """The answer, then the refitted sets that these data cannot tell from it; none without any."""
+    """The answer, then the refitted sets that these data cannot tell from it; none without any.
+
+    Of a difference that does not decide, chance alone makes up to twice as much; a law with more
+    parameters that gains nothing is no such rival.
+    """
     others = [
         part
         for part in search.allowed
@@ -93,7 +97,9 @@ def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
     ]
     values = search.evidence.of([answer, *others])
     alike = tuple(
-        part for part, value in zip(others, values[1:], strict=True) if value < values[0] + DECISIVE
+        part
+        for part, value in zip(others, values[1:], strict=True)
+        if value < values[0] + DECISIVE * (2.0 if part.complexity <= answer.complexity else 1.0)
     )
     return (answer, *alike) if alike and answer.added else ()
 
