@@ -25,6 +25,8 @@ SIGNIFICANT = 0.02  # probability by chance, of all signals together
 # of the noise floor: what explains less than this RMS is no effect, but what solving leaves, or
 # noise of the motor's encoder, which shows where the motor turns
 AUDIBLE = 0.7
+# ... and less sure may be what is larger than nobody wants to hear of
+LOUD, LIKELY = 1.5, 0.1
 RARELY = 10.0  # times less often than anything else a load comes once, of which nobody knows
 # times the noise floor: nobody would call a model adequate, whatever disturbs the machine
 OVERWHELMING = 20.0
@@ -114,8 +116,10 @@ def regress(result: FitResult, report: Report = lambda _text, _share: None) -> R
 
 def _significant(p_value: float, error: float, noise: float, explains: float) -> bool:
     """By more than chance and large enough to be an effect; or too large to be a disturbance."""
-    surely = p_value <= SIGNIFICANT and explains * error > AUDIBLE**2 * noise
-    return bool(surely or error > OVERWHELMING**2 * noise)
+    explained = explains * error / noise
+    surely = p_value <= SIGNIFICANT and explained > AUDIBLE**2
+    loudly = p_value <= LIKELY and explained > LOUD**2
+    return bool(surely or loudly or error > OVERWHELMING**2 * noise)
 
 
 def _loudness(motions: Sequence[Motion], name: str) -> tuple[float, float]:

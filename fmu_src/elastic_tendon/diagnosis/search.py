@@ -29,6 +29,7 @@ from elastic_tendon.diagnosis.evidence import (
     Evidence,
     worth_hearing,
 )
+from elastic_tendon.diagnosis.lack_of_fit import regress
 from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, MOST_WORK, Check, Progress, Refits
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import (
@@ -74,6 +75,9 @@ CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no
 # times by which the mean square falls for what is no chance: without held-out recordings, on these
 SURELY, SURELY_HELDOUT = 3.0, 2.0
 MOST_ROUNDS, MOST_REFITS = 8, 20
+# probability by chance above which what is left is a disturbance: 0.24 and more of those of
+# development seeds, 0.07 and less of what a missing effect leaves
+DISTURBANCE = 0.2
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
 # refits from around an answer: how many, how many in vain, how far in standard deviations, and how
 # far at the most, in those of the prior
@@ -116,6 +120,8 @@ class Search(Refits):
     _exhausted: set[Set] = field(default_factory=set)
     _passed: set[Set] = field(default_factory=set)
     _hopped: dict[Set, Answer] = field(default_factory=dict)
+    # probability that chance alone makes what an answer leaves depend on the state so
+    _by_chance: dict[Set, tuple[Answer, float]] = field(default_factory=dict)
     # additions that swing, as they were looked at last: beside which answer, and starts
     _looked: dict[Set, tuple[Answer, list[tuple[float, Model]]]] = field(default_factory=dict)
 
@@ -166,13 +172,15 @@ class Search(Refits):
         better_base = self._better_base()
         self._refit_in_turn(self._best_single())
         self._better_law()
+        if self._disturbed():
+            return
         if not self._at_noise():
             if better_base:
                 self._screen_singles(ids, self.estimates[()].values)
             self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
         for _ in range(MOST_ROUNDS):
             self._follow_neighbours()
-            if self._tired:
+            if self._tired or self._disturbed():
                 break
             if self._hop():
                 continue
@@ -448,6 +456,17 @@ class Search(Refits):
     def _from(self, added: Set, start: Model, check: Check) -> Answer:
         return refit(self.data.given, added, self.data.fitted, [start], HOPPING, check)
 
+    def _disturbed(self) -> bool:
+        """Whether much is left that does not depend on the state of the machine at all, as a
+        disturbance that nobody recorded: no effect explains it."""
+        answer = self.answer
+        if answer.mean_square < MUCH or all(one.static for one in self.data.fitted):
+            return False
+        if answer.added not in self._by_chance or self._by_chance[answer.added][0] is not answer:
+            found = regress(answer.result, self.progress).found.values()
+            self._by_chance[answer.added] = answer, min(part.p_value for part in found)
+        return self._by_chance[answer.added][1] > DISTURBANCE
+
     def _better_detour(self) -> bool:
         """Where much is left: additions to the best sets of fewer effects, which the way to the
         answer may have passed by.
@@ -457,7 +476,7 @@ class Search(Refits):
         whether the best has changed
         """
         answer = self.answer
-        if answer.mean_square < MUCH:
+        if answer.mean_square < MUCH or self._disturbed():
             return False
         fewer = [part for part in self.allowed if len(part.added) < len(answer.added)]
         values = dict(zip((part.added for part in fewer), self.evidence.of(fewer), strict=True))

@@ -19,8 +19,8 @@ from elastic_tendon.diagnosis.result import RecordingSummary, Remaining, Verdict
 from elastic_tendon.estimation.determinability import Estimate
 
 LEFT = 1.5  # times the noise, up to which nobody wants to hear of what is left
-TOO_LARGE = 5.0  # times the noise: no disturbance that a model need not know
-ELSEWHERE = 3.0  # times the error on fitted recordings, that one on a held-out one may have
+# times the noise, and the error on fitted recordings, that one on a held-out one may have
+ELSEWHERE, MORE_THAN_FITTED = 5.0, 3.0
 FALSE_SHIFTS = 0.05  # of any parameter, where none is wrong
 SURELY, PROBABLY = 0.99, 0.9  # probabilities from which these words are used
 
@@ -55,11 +55,10 @@ def remaining_of(
     for name in after:
         ratio, left, result = after[name] / noise[name], excess(after, name), lack.get(name)
         share = left / max(excess(before, name), 1e-300) if left else 0.0
-        surely = ratio > (LEFT if result is None else TOO_LARGE)
         found[name] = Remaining(
             noise_ratio=ratio,
             share_of_initial=share,
-            significant=bool(surely or (result is not None and result.significant)),
+            significant=bool(ratio > LEFT if result is None else result.significant),
             matters=bool(ratio > LEFT and share > relevance**2),
             p_value=None if result is None else result.p_value,
         )
@@ -158,7 +157,7 @@ def fails_elsewhere(
     usual = fitted.noise_ratio()
     for file in heldout.files if heldout is not None else ():
         for name, error in file.signals.items():
-            most = max(TOO_LARGE, ELSEWHERE * usual.get(name, 1.0))
+            most = max(ELSEWHERE, MORE_THAN_FITTED * usual.get(name, 1.0))
             if error.noise_ratio > most and file.measurement.name not in explained:
                 return file.measurement.name
     return ""
