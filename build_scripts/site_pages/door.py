@@ -12,7 +12,7 @@ from site_pages.markdown import code, from_docstrings, from_rst, sidebar, table
 
 PACKAGE = Path(et.__file__).parent
 GENERAL = "general"  # the page of what lives in no room
-ELSEWHERE = "BaseModel, StateSpace, Exception, Enum"  # whose members others document
+ELSEWHERE = "BaseModel, StateSpace, Exception, Enum, int"  # whose members others document
 
 
 def pages() -> Pages:

@@ -29,7 +29,8 @@ SKIPPED = shutil.ignore_patterns("__pycache__", "logs", "*.fmu")
 
 def readme() -> Pages:
     """The beginning of README.md as start page, and a page for each of its sections."""
-    start, *sections = re.split(r"^## ", (ROOT / "README.md").read_text(), flags=re.MULTILINE)
+    text = _linked_to_pages((ROOT / "README.md").read_text())
+    start, *sections = re.split(r"^## ", text, flags=re.MULTILINE)
     titles = [section.partition("\n")[0] for section in sections]
     named = [f"guide_{_slug(title)}" for title in titles]
     lists = sidebar(named, "Guide") + sidebar(REFERENCE, "Reference") + sidebar(ABOUT, "About")
@@ -37,6 +38,13 @@ def readme() -> Pages:
     for name, title, section in zip(named, titles, sections, strict=True):
         own = _set_up() if title == "Set up" else ""
         yield f"{name}.md", f"# {section}\n{own}"
+
+
+def _linked_to_pages(text: str) -> str:
+    """The text with links to folders and files of the project led to the pages made of them."""
+    text = re.sub(r"\]\(examples/(\w+)\)", r"](examples/\1/README.md)", text)
+    text = text.replace("](examples)", "](examples/index.md)")
+    return re.sub(r"\]\(fmu_src/(\w+\.md)\)", r"](\1)", text)
 
 
 def _set_up() -> str:
@@ -68,9 +76,12 @@ def examples(folder: Path) -> Pages:
 
 
 def _example(folder: Path) -> str:
-    written = folder / "README.md"
+    written, script = folder / "README.md", folder / "run.py"
     scripts = sorted(folder.glob("*.py"))
-    parts = [written.read_text() if written.exists() else _from_script(folder / "run.py")]
+    if written.exists():
+        parts = [written.read_text()]
+    else:
+        parts = [_from_script(script) if script.exists() else f"# {folder.name.capitalize()}"]
     parts += [f"## {path.name}\n\n{code(path.read_text(), 'python')}" for path in scripts]
     parts += [from_notebook(path) for path in sorted(folder.glob("*.ipynb"))]
     return "\n\n".join(parts)

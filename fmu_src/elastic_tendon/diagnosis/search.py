@@ -75,9 +75,8 @@ CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no
 # times by which the mean square falls for what is no chance: without held-out recordings, on these
 SURELY, SURELY_HELDOUT = 3.0, 2.0
 MOST_ROUNDS, MOST_REFITS = 8, 20
-# probability by chance above which what is left is a disturbance: 0.24 and more of those of
-# development seeds, 0.07 and less of what a missing effect leaves
-DISTURBANCE = 0.2
+# of a disturbance: largest mean square, probability by chance and share that the best term explains
+LARGEST, CHANCY, EXPLAINED = 100.0, 0.2, 0.25
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
 # refits from around an answer: how many, how many in vain, how far in standard deviations, and how
 # far at the most, in those of the prior
@@ -120,8 +119,8 @@ class Search(Refits):
     _exhausted: set[Set] = field(default_factory=set)
     _passed: set[Set] = field(default_factory=set)
     _hopped: dict[Set, Answer] = field(default_factory=dict)
-    # probability that chance alone makes what an answer leaves depend on the state so
-    _by_chance: dict[Set, tuple[Answer, float]] = field(default_factory=dict)
+    # answers, and whether what they leave does not depend on the state
+    _shapeless: dict[Set, tuple[Answer, bool]] = field(default_factory=dict)
     # additions that swing, as they were looked at last: beside which answer, and starts
     _looked: dict[Set, tuple[Answer, list[tuple[float, Model]]]] = field(default_factory=dict)
 
@@ -460,12 +459,15 @@ class Search(Refits):
         """Whether much is left that does not depend on the state of the machine at all, as a
         disturbance that nobody recorded: no effect explains it."""
         answer = self.answer
-        if answer.mean_square < MUCH or all(one.static for one in self.data.fitted):
+        timed = not any(one.static for one in self.data.fitted)
+        if not (timed and MUCH < answer.mean_square < LARGEST):
             return False
-        if answer.added not in self._by_chance or self._by_chance[answer.added][0] is not answer:
+        known, disturbed = self._shapeless.get(answer.added, (None, False))
+        if known is not answer:
             found = regress(answer.result, self.progress).found.values()
-            self._by_chance[answer.added] = answer, min(part.p_value for part in found)
-        return self._by_chance[answer.added][1] > DISTURBANCE
+            disturbed = all(one.p_value > CHANCY and one.explains < EXPLAINED for one in found)
+            self._shapeless[answer.added] = answer, disturbed
+        return disturbed
 
     def _better_detour(self) -> bool:
         """Where much is left: additions to the best sets of fewer effects, which the way to the
