@@ -41,6 +41,7 @@ from elastic_tendon.diagnosis.sets import in_order, model_with
 from elastic_tendon.diagnosis.torque_screen import revealing
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.diagnosis.verdict import (
+    LEFT,
     changed_parameters,
     contradicting_of,
     fails_elsewhere,
@@ -226,7 +227,9 @@ def conclude(
     matter = () if verdict == "adequate" else changed
     different = _different(found.alike)
     improved = with_estimates(answer.result.model, answer.result.findings.estimates)
-    explained = verdict != "unexplained" and not shaped and not elsewhere
+    # parameters that the fit leaves open may be all that is wrong elsewhere
+    met = not elsewhere or search.evidence.heldout_square(answer) < LEFT**2
+    explained = verdict != "unexplained" and not shaped and met
     sure = certainty(search, answer, found.alike, explained=explained)
     return Diagnosis(
         verdict=verdict,

@@ -369,7 +369,8 @@ class Search(Refits):
 
     def _lead_back(self) -> None:
         """Laws that do worse than a simpler one of the same thing, which they need not, begin
-        beside its parameters."""
+        beside its parameters; and simpler ones that fail on held-out data where the answer does
+        not, beside the answer's."""
         simple = self.answer
         misled = [
             added
@@ -380,6 +381,11 @@ class Search(Refits):
         ]
         self._take_beside(simple, misled, "refitting again")
         laws = [added for added in simpler(self.answer.added) if added in self.answers]
+        most = HELDOUT_AT_NOISE * self.evidence.heldout_square(self.answer)
+        failing = [
+            added for added in laws if self.evidence.heldout_square(self.answers[added]) > most
+        ]
+        self._take_beside(self.answer, failing, "refitting again")
         if laws and self._could_win(self.answer.added):
             closest = self.answers[min(laws, key=self._left)]
             self._take_beside(closest, [self.answer.added], "refitting again")
@@ -390,11 +396,17 @@ class Search(Refits):
         self._take(laws, self._at_once(work))
 
     def _beside(self, simple: Answer, added: Set, check: Check) -> Answer:
-        (law,), (own,) = set(added) - set(simple.added), set(simple.added) - set(added)
-        values = starts(self.data.given, effects.BY_ID[law], self.data.fitted, UNSEEN_SHARES)
-        known = simple.values(own)
-        alike = {name: known[name] for name in _parameters_of(law) if name in known}
-        models = self._models_beside(simple, added, law, ({**one, **alike} for one in values))
+        (law,), (own,) = (
+            map(effects.BY_ID.__getitem__, set(one) - set(other))
+            for one, other in ((added, simple.added), (simple.added, added))
+        )
+        known = simple.values(own.id)
+        alike = {one.name: known[one.name] for one in law.parameters if one.name in known}
+        shares = UNSEEN_SHARES
+        if len(law.parameters) < len(own.parameters) and law.strength.unit == own.strength.unit:
+            alike[law.strength.name], shares = known[own.strength.name], (1.0,)
+        values = starts(self.data.given, law, self.data.fitted, shares)
+        models = self._models_beside(simple, added, law.id, ({**one, **alike} for one in values))
         effort = self._effort(models)
         return refit(self.data.given, added, self.data.fitted, models, effort, check)
 
@@ -810,10 +822,6 @@ class Search(Refits):
         answer = self.answer
         heldout = self.evidence.heldout_square(answer)
         return answer.mean_square < AT_NOISE and heldout < HELDOUT_AT_NOISE
-
-
-def _parameters_of(effect_id: str) -> list[str]:
-    return [parameter.name for parameter in effects.BY_ID[effect_id].parameters]
 
 
 def _turned(coordinates: Coordinates, vector: Array) -> Array:
