@@ -402,7 +402,7 @@ class Search(Refits):
         )
         known = simple.values(own.id)
         alike = {one.name: known[one.name] for one in law.parameters if one.name in known}
-        shares = UNSEEN_SHARES
+        shares: tuple[float, ...] = UNSEEN_SHARES
         if len(law.parameters) < len(own.parameters) and law.strength.unit == own.strength.unit:
             alike[law.strength.name], shares = known[own.strength.name], (1.0,)
         values = starts(self.data.given, law, self.data.fitted, shares)
