@@ -101,13 +101,26 @@ def test_a_missing_effect_that_only_held_out_data_show_stays(effect_id: str) -> 
     result, heldout = fitted(truth), recorded(truth, FAST, 2)
     assert mean_square(errors_at_the_fit(result, *result.problem.measurements)) < 1.2
     left = mean_square(heldout_errors(result, [heldout]))
-    assert 10.0 < left <= mean_square(errors_at_the_fit(result, heldout))
+    known = refit(GIVEN, (effect_id,), result.problem.measurements, [truth], QUICK).result
+    assert mean_square(heldout_errors(known, [heldout])) < 1.2
+    # other parameters may take over some of it, within what the fit says of them
+    assert 5.0 < left <= mean_square(errors_at_the_fit(result, heldout))
 
 
 def test_a_missing_effect_that_all_data_show_stays() -> None:
     truth = typical_model("coulomb_friction")
     left = heldout_errors(fitted(truth), [recorded(truth, FAST, 2)])
     assert mean_square(left) > 100.0
+
+
+def test_a_stop_that_only_held_out_data_reach_is_found_there() -> None:
+    ends = {"lower": -0.9, "upper": 0.9, "stiffness": 300.0, "damping": 0.3}
+    truth = GIVEN.with_effect("joint_stop", ends)
+    slow, fast = recorded(truth, (0.15, 0.5), 1), recorded(truth, FAST, 2)
+    assert np.ptp(slow.signals["joint_position"]) < 1.0 < np.ptp(fast.signals["joint_position"])
+    result = refit(GIVEN, ("joint_stop",), [slow], effort=QUICK).result
+    assert mean_square(errors_at_the_fit(result, fast)) > 20.0
+    assert mean_square(heldout_errors(result, [fast])) < 1.2
 
 
 def test_a_model_that_cannot_follow_errs_without_end(right, fast) -> None:

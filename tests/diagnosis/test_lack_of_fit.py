@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, _significant, regress
 from elastic_tendon.estimation.fit import fit
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.simulate import simulate
@@ -56,3 +56,18 @@ def test_a_disturbance_is_not_significant() -> None:
     frequencies, phases = rng.uniform(0.3, 4.0, 30), rng.uniform(0.0, 2.0 * np.pi, 30)
     waves = np.cos(2.0 * np.pi * np.outer(TIME, frequencies) + phases).sum(axis=1)
     assert not found_with(0.01 * waves, white()).significant
+
+
+@pytest.mark.parametrize(
+    ("p_value", "ratio", "explains", "significant"),
+    [
+        (0.01, 1.1, 0.5, True),  # surely, and heard
+        (0.01, 1.1, 0.1, False),  # surely, and too little
+        (0.07, 1.5, 0.5, False),  # not surely, and little
+        (0.07, 3.5, 0.5, True),  # not surely, and much
+        (0.3, 8.0, 0.2, False),  # as a disturbance
+        (0.3, 21.0, 0.2, True),  # larger than any
+    ],
+)
+def test_the_more_is_left_the_less_sure_it_has_to_be(p_value, ratio, explains, significant) -> None:
+    assert _significant(p_value, ratio**2, 1.0, explains) is significant

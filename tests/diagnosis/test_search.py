@@ -30,8 +30,9 @@ from elastic_tendon.diagnosis.sets import (
 )
 from elastic_tendon.errors import BuildError, ModelError, SimulationError
 from elastic_tendon.estimation.fit import QUICK
+from elastic_tendon.simulation.simulate import simulate
 from recorded_machines import FRICTION
-from smooth_motion import GIVEN, played, typical_model
+from smooth_motion import DURATION, GIVEN, played, typical_model
 
 COULOMB, GRAVITY, DRAG = ("coulomb_friction",), ("gravity_load",), ("quadratic_drag",)
 FEW = Options(only=(*COULOMB, *GRAVITY, *DRAG))
@@ -466,6 +467,32 @@ def test_where_much_is_left_sets_that_were_passed_by_are_grown(monkeypatch) -> N
     search._passed.clear()
     monkeypatch.setattr(search, "_looks", None)  # no look, where nothing is left
     assert not search._better_detour()
+
+
+def disturbed(truth: Model) -> Search:
+    """A search beside a random load of which nobody knows."""
+    run = played(truth, DURATION)
+    rng = np.random.default_rng(5)
+    frequencies, phases = rng.uniform(0.3, 4.0, 30), rng.uniform(0.0, 2.0 * np.pi, 30)
+    waves = np.cos(2.0 * np.pi * np.outer(run.time, frequencies) + phases).sum(axis=1)
+    shaken = simulate(truth, run.time, run.motor, run.load + 0.01 * waves)
+    recording = run.recording(NOISE)
+    signals = {"joint_position": recording.signals["joint_position"]}
+    signals["joint_position"] += shaken["joint_position"] - run.joint(run.time)
+    data = data_of(GIVEN, [replace(recording, signals=signals)], [], FEW)
+    search = Search.of(data, silent)
+    search.base()
+    return search
+
+
+def test_where_only_a_disturbance_is_left_nothing_else_is_tried(monkeypatch) -> None:
+    search = disturbed(GIVEN)
+    assert search.answer.mean_square > 4.0
+    assert search._disturbed()
+    monkeypatch.setattr(search, "_follow_neighbours", None)
+    search.run()
+    assert search.answer.added == ()
+    assert not disturbed(typical_model(*COULOMB))._disturbed()
 
 
 def test_where_nothing_is_left_only_fewer_parameters_could_win(ended, monkeypatch) -> None:

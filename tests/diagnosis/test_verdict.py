@@ -117,9 +117,8 @@ def test_what_is_left_is_counted_above_the_noise() -> None:
     assert remaining(5.0, 0.9).share_of_initial == 0.0
 
 
-def test_it_is_significant_by_its_state_or_by_its_size() -> None:
-    assert not remaining(100.0, verdict.TOO_LARGE - 0.1).significant
-    assert remaining(100.0, verdict.TOO_LARGE + 0.1).significant
+def test_it_is_significant_where_it_depends_on_the_state() -> None:
+    assert not remaining(100.0, 10.0).significant
     assert remaining(100.0, 2.0, significant=True).significant
 
 
@@ -153,7 +152,7 @@ def test_nothing_is_hidden_from_who_did_not_ask_for_it(options, matters) -> None
 
 
 def test_an_error_of_any_size_is_left_where_nothing_helped() -> None:
-    found = remaining(50.0, 50.0)
+    found = remaining(50.0, 50.0, significant=True)
     assert found.share_of_initial == pytest.approx(1.0)
     assert found.significant
     assert found.matters
