@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, _significant, regress
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, _is_significant, regress
 from elastic_tendon.estimation.fit import fit
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.simulate import simulate
@@ -70,4 +70,5 @@ def test_a_disturbance_is_not_significant() -> None:
     ],
 )
 def test_the_more_is_left_the_less_sure_it_has_to_be(p_value, ratio, explains, significant) -> None:
-    assert _significant(p_value, ratio**2, 1.0, explains) is significant
+    found = LackOfFit(p_value, False, (), explains)
+    assert _is_significant(found, ratio**2, 1.0) is significant

@@ -14,8 +14,11 @@ from elastic_tendon.estimation.fit import FitResult
 from elastic_tendon.estimation.problem import Problem, Sigmas
 from elastic_tendon.measurement import Measurement
 
-EVALUATIONS, TOLERANCE = 30, 1e-3  # of the errors, and fall of the cost at which the move ends
+# evaluations of the errors, and fall of the cost at which the move ends: what differs smoothly is
+# met by a step or two; who goes on has to explain all, or it would only be fitted to these data
+FEW, MANY, TOLERANCE = 3, 30, 1e-3
 AT_NOISE = 1.02  # mean square that no move has to lower
+EXPLAINED = 2.0  # ... and that a long one has to reach
 
 
 def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Array:
@@ -44,14 +47,21 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     if _square(errors) < AT_NOISE * len(errors):
         return errors
     shown = stops_shown(result.model, result.problem.measurements, recordings)
-    for values in [{}, shown] if shown else [{}]:
+    for values, evaluations in (({}, FEW), ({}, MANY), (shown, MANY)):
         with suppress(ElasticTendonError, np.linalg.LinAlgError):
-            moved, costly = _moved(result, problem, result.model.with_values(values))
-            errors = min(errors, costly * stack(problem.errors(moved), floors), key=_square)
+            start = result.model.with_values(values)
+            moved, costly = _moved(result, problem, start, evaluations)
+            found = costly * stack(problem.errors(moved), floors)
+            if evaluations == FEW or _square(found) < EXPLAINED * len(found):
+                errors = min(errors, found, key=_square)
+        if _square(errors) < EXPLAINED * len(errors):
+            break
     return errors
 
 
-def _moved(result: FitResult, problem: Problem, model: Model) -> tuple[Array, float]:
+def _moved(
+    result: FitResult, problem: Problem, model: Model, evaluations: int
+) -> tuple[Array, float]:
     """Vector of the held-out problem with its parameters fitted again, from a model on, and the
     factor by which errors there grow when the cost of the move is among them."""
     count = len(problem.coordinates.paths)
@@ -76,7 +86,7 @@ def _moved(result: FitResult, problem: Problem, model: Model) -> tuple[Array, fl
         return np.vstack([slopes @ problem.coordinates.derivatives(numbers), known])
 
     start, bounds = problem.numbers(problem.start(model)), (lower[:count], upper[:count])
-    numbers, _ = descend(residuals, jacobian, start, bounds, EVALUATIONS, TOLERANCE)
+    numbers, _ = descend(residuals, jacobian, start, bounds, evaluations, TOLERANCE)
     move, left = known @ (numbers - fitted), _square(residuals(numbers)[:-count])
     return vector(numbers), float(np.sqrt(1.0 + move @ move / max(left, 1e-300)))
 

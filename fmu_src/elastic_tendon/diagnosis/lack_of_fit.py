@@ -1,7 +1,7 @@
 """What remains of the error: does it depend on the state of the machine?"""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,8 +28,12 @@ AUDIBLE = 0.7
 # ... and less sure may be what is larger than nobody wants to hear of
 LOUD, LIKELY = 1.5, 0.1
 RARELY = 10.0  # times less often than anything else a load comes once, of which nobody knows
-# times the noise floor: nobody would call a model adequate, whatever disturbs the machine
+# times the noise floor: much of what remains, unless nothing tells it from a disturbance, ...
+TOO_LARGE = 5.0
+# ... and nobody would call a model adequate, whatever disturbs the machine
 OVERWHELMING = 20.0
+# a disturbance: more probable by chance, and less of it predicted on unseen stretches
+CHANCY, EXPLAINED = 0.2, 0.25
 # correlations above those of chance by so many standard deviations are memory
 REMEMBERED = 4.0
 TRIED = (10, 20)  # blocks, in search of what is memory and what is a missing effect
@@ -47,6 +51,11 @@ class LackOfFit:
     significant: bool
     variables: tuple[str, ...]
     explains: float
+
+    @property
+    def shapeless(self) -> bool:
+        """Whether nothing tells it from a disturbance that nobody recorded."""
+        return self.p_value > CHANCY and self.explains < EXPLAINED
 
 
 @dataclass(frozen=True)
@@ -105,21 +114,19 @@ def regress(result: FitResult, report: Report = lambda _text, _share: None) -> R
     for signal, name in enumerate(rows.names):
         p_value = min(1.0, float(chances[signal]))
         best, explains = int(np.argmax(gains[:, signal])), max(0.0, float(gains[:, signal].max()))
-        found[name] = LackOfFit(
-            p_value=p_value,
-            significant=_significant(p_value, *_loudness(motions, name), explains),
-            variables=terms[best].variables,
-            explains=explains,
-        )
+        lack = LackOfFit(p_value, False, terms[best].variables, explains)
+        judged = _is_significant(lack, *_loudness(motions, name))
+        found[name] = replace(lack, significant=judged)
     return Regression(motions, tuple(terms), tuple(products), gains, found)
 
 
-def _significant(p_value: float, error: float, noise: float, explains: float) -> bool:
+def _is_significant(found: LackOfFit, error: float, noise: float) -> bool:
     """By more than chance and large enough to be an effect; or too large to be a disturbance."""
-    explained = explains * error / noise
-    surely = p_value <= SIGNIFICANT and explained > AUDIBLE**2
-    loudly = p_value <= LIKELY and explained > LOUD**2
-    return bool(surely or loudly or error > OVERWHELMING**2 * noise)
+    explained, ratio = found.explains * error / noise, np.sqrt(error / noise)
+    surely = found.p_value <= SIGNIFICANT and explained > AUDIBLE**2
+    loudly = found.p_value <= LIKELY and explained > LOUD**2
+    large = ratio > TOO_LARGE and not found.shapeless
+    return bool(surely or loudly or large or ratio > OVERWHELMING)
 
 
 def _loudness(motions: Sequence[Motion], name: str) -> tuple[float, float]:

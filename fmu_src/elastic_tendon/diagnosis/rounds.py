@@ -87,8 +87,8 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
 def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
     """The answer, then the refitted sets that these data cannot tell from it; none without any.
 
-    Of a difference that does not decide, chance alone makes up to twice as much; a law with more
-    parameters that gains nothing is no such rival.
+    Of a difference that does not decide, chance alone makes up to twice as much: so much may be
+    between an effect and one in its place that has no more parameters.
     """
     others = [
         part
@@ -99,9 +99,16 @@ def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
     alike = tuple(
         part
         for part, value in zip(others, values[1:], strict=True)
-        if value < values[0] + DECISIVE * (2.0 if part.complexity <= answer.complexity else 1.0)
+        if value < values[0] + DECISIVE * (2.0 if _in_its_place(answer, part) else 1.0)
     )
     return (answer, *alike) if alike and answer.added else ()
+
+
+def _in_its_place(answer: Answer, part: Answer) -> bool:
+    """Whether one effect of the answer has another in its place, with no more parameters."""
+    new = set(part.added) - set(answer.added)
+    same_size = len(part.added) == len(answer.added)
+    return same_size and len(new) == 1 and part.complexity <= answer.complexity
 
 
 def rmse_of(answer: Answer) -> dict[str, float]:

@@ -75,8 +75,7 @@ CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no
 # times by which the mean square falls for what is no chance: without held-out recordings, on these
 SURELY, SURELY_HELDOUT = 3.0, 2.0
 MOST_ROUNDS, MOST_REFITS = 8, 20
-# of a disturbance: largest mean square, probability by chance and share that the best term explains
-LARGEST, CHANCY, EXPLAINED = 100.0, 0.2, 0.25
+LARGEST = 100.0  # mean square of a disturbance that ends the search
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
 # refits from around an answer: how many, how many in vain, how far in standard deviations, and how
 # far at the most, in those of the prior
@@ -477,7 +476,7 @@ class Search(Refits):
         known, disturbed = self._shapeless.get(answer.added, (None, False))
         if known is not answer:
             found = regress(answer.result, self.progress).found.values()
-            disturbed = all(one.p_value > CHANCY and one.explains < EXPLAINED for one in found)
+            disturbed = all(lack.shapeless for lack in found)
             self._shapeless[answer.added] = answer, disturbed
         return disturbed
 
