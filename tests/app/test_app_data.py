@@ -73,13 +73,13 @@ def test_a_file_is_mended_on_the_page(tmp_path: Path) -> None:
 
 
 def test_what_looks_misread_can_be_taken_as_declared(tmp_path: Path) -> None:
-    source = GOOD.model_copy(update={"mapping": ("joint_position=joint_position_rad:deg",)})
+    source = GOOD.changed(mapping=("joint_position=joint_position_rad:deg",))
     session = opened(tmp_path, source)
     known = seen(session, source)
     assert known.sentence().endswith("; if the file is right, add --as-declared")
     assert '"as_declared"' in "".join(map(str, form_of(known).structure))
     assert [one.items for one in known.offers()] == [("joint_position=joint_position_rad:rad",)]
-    insisted = source.model_copy(update=dict(changes(known, "as_declared", "", ["yes"])))
+    insisted = source.changed(**changes(known, "as_declared", "", ["yes"]))
     session.change(lambda document: document.with_sources([insisted]))
     compute(session)
     known = seen(session, insisted)

@@ -5,6 +5,7 @@ from pydantic import ValidationError
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import Document, Source, Version, from_browser, new_document
+from elastic_tendon.errors import MeasurementError
 
 MODEL = load_model("biorob_x4_joint_3")
 HEAVIER = MODEL.with_values({"link.inertia": 0.04})
@@ -55,14 +56,15 @@ def test_a_name_is_kept() -> None:
 
 
 def test_the_browser_brings_back_what_it_was_given() -> None:
-    document = grown().with_source("a", window=(1.0, None), role="split", split=3.0)
+    read = {"mapping": ("time=t",), "time_shift": {"joint_position": "auto"}, "resample": 0.01}
+    document = grown().with_source("a", window=(1.0, None), role="split", split=3.0, **read)
     assert from_browser({"document": document.model_dump_json()}) == document
 
 
 @pytest.mark.parametrize("change", [{"role": "judge"}, {"resample": -1.0}, {"path": "/etc"}])
 def test_a_source_takes_nothing_unknown(change: dict[str, object]) -> None:
     document = grown()
-    with pytest.raises(ValidationError):
+    with pytest.raises((ValidationError, MeasurementError)):
         document.with_source("a", **change)
 
 

@@ -7,9 +7,14 @@ import pytest
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.columns import Layout, find_layout
 from elastic_tendon.measurement.formats import Group
+from elastic_tendon.measurement.options import ReadOptions
 from elastic_tendon.measurement.preparation import Preparation
 
 BASE = ("time_s", "motor_position_rad")
+
+
+def prepared(*mapping: str) -> Preparation:
+    return ReadOptions(mapping).over(Preparation())
 
 
 def layout(
@@ -17,7 +22,7 @@ def layout(
 ) -> Layout:
     """Layout of a table with time and motor position beside these columns."""
     group = Group("", (*BASE, *columns), units or {})
-    return find_layout([group], Preparation().merged(items), "run.csv")
+    return find_layout([group], prepared(*items), "run.csv")
 
 
 def joint(found: Layout) -> tuple[str, float, str | None]:
@@ -138,7 +143,7 @@ GROUPS = (
 
 
 def test_signals_of_several_groups_have_their_own_time() -> None:
-    preparation = Preparation().merged(["joint_position=joint/position:deg"])
+    preparation = prepared("joint_position=joint/position:deg")
     found = find_layout(GROUPS, preparation, "run.mf4")
     assert {group: column.name for group, column in found.times.items()} == {
         "motor": "time_s",
@@ -148,7 +153,7 @@ def test_signals_of_several_groups_have_their_own_time() -> None:
 
 
 def test_time_mapped_in_one_group_is_found_by_name_in_the_others() -> None:
-    preparation = Preparation().merged(["joint_position=joint/position", "time=joint/stamp:ms"])
+    preparation = prepared("joint_position=joint/position", "time=joint/stamp:ms")
     found = find_layout(GROUPS, preparation, "run.mf4")
     assert found.times["joint"].label == "joint/stamp"
     assert found.times["joint"].factor == 1e-3
@@ -165,7 +170,7 @@ def test_time_mapped_in_one_group_is_found_by_name_in_the_others() -> None:
 )
 def test_groups_in_doubt(items: tuple[str, ...], fragment: str) -> None:
     with pytest.raises(MeasurementError, match=fragment):
-        find_layout(GROUPS, Preparation().merged(items), "run.mf4")
+        find_layout(GROUPS, prepared(*items), "run.mf4")
 
 
 def test_deflection_and_torque_without_time_are_a_static_curve() -> None:
@@ -214,7 +219,7 @@ def test_unit_that_nobody_says_is_noted_as_assumed() -> None:
 @pytest.mark.parametrize("name", ["data[1]", "position[motor]"])
 def test_brackets_of_a_place_are_no_unit(name: str) -> None:
     group = Group("", (*BASE, name), bracketed_units=False)
-    found = find_layout([group], Preparation().merged([f"joint_position={name}"]), "run.mcap")
+    found = find_layout([group], prepared(f"joint_position={name}"), "run.mcap")
     assert joint(found) == (name, 1.0, "rad")
 
 

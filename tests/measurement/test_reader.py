@@ -17,6 +17,7 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import (
     Measurement,
     Preparation,
+    ReadOptions,
     read_measurement,
     read_measurements,
     read_prepared,
@@ -28,6 +29,10 @@ from elastic_tendon.measurement.recording import Array
 
 HEADER = "time_s,motor_position_rad,joint_position_rad"
 ROWS = [f"{0.01 * i:.2f},{0.1 * i:.1f},{0.2 * i:.1f}" for i in range(12)]
+
+
+def mapped(*mapping: str) -> ReadOptions:
+    return ReadOptions(mapping=mapping)
 
 
 @pytest.fixture
@@ -76,7 +81,7 @@ def test_units_by_suffix(write) -> None:
 
 def test_map_takes_sign_scale_and_offset(write) -> None:
     lines = [HEADER.replace("joint_position_rad", "enc 2"), *ROWS]
-    run = read_measurement(write(*lines), ["joint_position=enc 2*-2+1"])
+    run = read_measurement(write(*lines), mapped("joint_position=enc 2*-2+1"))
     assert run.signals["joint_position"][1] == pytest.approx(1.0 - 2.0 * 0.2)
 
 
@@ -161,7 +166,7 @@ def test_bad_window(write, window: str, fragment: str) -> None:
 
 def test_mapped_column_must_exist(write) -> None:
     with pytest.raises(MeasurementError, match="there is no column enc"):
-        read_measurement(write(HEADER, *ROWS), ["joint_position=enc"])
+        read_measurement(write(HEADER, *ROWS), mapped("joint_position=enc"))
 
 
 def test_trailing_blank_lines_are_no_samples(write) -> None:
@@ -274,7 +279,7 @@ def test_comparison_of_an_earlier_run_replays_every_piece(tmp_path: Path) -> Non
     ]
     earlier = tmp_path / "earlier.json"
     written_comparison(earlier, found)
-    again = read_prepared(data, [str(earlier)])
+    again = read_prepared(data, mapped(str(earlier)))
     assert len(again) == len(found)
     for one, other in zip(again, found, strict=True):
         assert_same_samples(one, other)
@@ -286,14 +291,14 @@ def test_files_of_one_name_are_told_apart_by_their_paths(tmp_path: Path) -> None
         (tmp_path / folder).mkdir()
         frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": column})
         data = saved(tmp_path / folder, frame)
-        found += read_prepared(data, [f"joint_position={column}"])
+        found += read_prepared(data, mapped(f"joint_position={column}"))
     earlier = written_comparison(tmp_path / "earlier.json", found)
     for measurement in found:
-        (again,) = read_prepared(measurement.source, [earlier])
+        (again,) = read_prepared(measurement.source, mapped(earlier))
         assert_same_samples(again, measurement)
     moved = saved(tmp_path, table(0.01 * np.arange(50)))
     with pytest.raises(MeasurementError, match=r"several files called run.csv \(.*a.run.csv, .*b"):
-        read_prepared(moved, [earlier])
+        read_prepared(moved, mapped(earlier))
 
 
 def test_window_of_pieces_prepared_alike_is_read_once(tmp_path: Path) -> None:
@@ -301,10 +306,10 @@ def test_window_of_pieces_prepared_alike_is_read_once(tmp_path: Path) -> None:
     time[50:] += 1.0
     data = saved(tmp_path, table(time))
     earlier = written_comparison(tmp_path / "earlier.json", read_measurements(data))
-    (found,) = read_prepared(f"{data}[0.1:0.4]", [earlier])
+    (found,) = read_prepared(f"{data}[0.1:0.4]", mapped(earlier))
     assert found.time[[0, -1]] == pytest.approx([0.1, 0.4])
     assert found.name == "run.csv[0.1:0.4]"
-    found, late = read_prepared(f"{data}[0.1:1.6]", [earlier])
+    found, late = read_prepared(f"{data}[0.1:1.6]", mapped(earlier))
     assert (found.time[-1], late.time[0], late.time[-1]) == pytest.approx((0.49, 1.5, 1.6))
 
 
@@ -313,36 +318,36 @@ def test_a_part_compared_beside_its_whole_is_not_read_again(tmp_path: Path) -> N
     whole, part = read_measurement(data), read_measurement(f"{data}[0.2:0.5]")
     earlier = written_comparison(tmp_path / "earlier.json", [whole, part])
     for again, once in ((data, whole), (f"{data}[0.2:0.5]", part)):
-        (found,) = read_prepared(again, [earlier])
+        (found,) = read_prepared(again, mapped(earlier))
         assert_same_samples(found, once)
 
 
 def test_window_of_pieces_prepared_differently(tmp_path: Path) -> None:
     data = saved(tmp_path, table(0.01 * np.arange(100)))
     pieces = [
-        read_prepared(data + window, remove_offset=["joint_position"])[0]
+        read_prepared(data + window, ReadOptions(remove_offset=("joint_position",)))[0]
         for window in ("[0:0.4]", "[0.5:0.9]")
     ]
     earlier = written_comparison(tmp_path / "earlier.json", pieces)
-    early, late = read_prepared(f"{data}[0.1:0.75]", [earlier])
+    early, late = read_prepared(f"{data}[0.1:0.75]", mapped(earlier))
     assert (early.time[-1], late.time[0], late.time[-1]) == pytest.approx((0.4, 0.5, 0.75))
     assert early.preparation.columns == pieces[0].preparation.columns
     assert late.preparation.columns == pieces[1].preparation.columns
     with pytest.raises(MeasurementError, match="says nothing about this window"):
-        read_prepared(f"{data}[0.95:0.99]", [earlier])
-    whole = read_prepared(data, remove_offset=["joint_position"])
+        read_prepared(f"{data}[0.95:0.99]", mapped(earlier))
+    whole = read_prepared(data, ReadOptions(remove_offset=("joint_position",)))
     both = written_comparison(tmp_path / "both.json", [*whole, pieces[1]])
     with pytest.raises(MeasurementError, match="two ways to read a part of this window"):
-        read_prepared(f"{data}[0.6:0.8]", [both])
+        read_prepared(f"{data}[0.6:0.8]", mapped(both))
 
 
 def test_whole_text_of_a_mapping_is_tried_as_a_column_first(tmp_path: Path) -> None:
     frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": "enc-2"})
     data = saved(tmp_path, frame)
-    (found,) = read_prepared(data, ["joint_position=enc-2"])
+    (found,) = read_prepared(data, mapped("joint_position=enc-2"))
     assert found.signals["joint_position"] == pytest.approx(signal(found.time)[1])
     frame["enc"] = 1.0
-    (both,) = read_prepared(saved(tmp_path, frame, "both.csv"), ["joint_position=enc-2"])
+    (both,) = read_prepared(saved(tmp_path, frame, "both.csv"), mapped("joint_position=enc-2"))
     assert_same_samples(both, found)
 
 
@@ -399,7 +404,7 @@ def test_window_asked_for_comes_before_the_one_written_down(tmp_path: Path) -> N
 
 def test_two_preparations_are_refused(tmp_path: Path) -> None:
     with pytest.raises(MeasurementError, match="names two preparations"):
-        read_prepared(str(tmp_path / "run.csv"), ["a.toml", "b.toml"])
+        read_prepared(str(tmp_path / "run.csv"), mapped("a.toml", "b.toml"))
 
 
 def test_one_recording_is_wanted_where_there_are_several(tmp_path: Path) -> None:
@@ -586,13 +591,13 @@ def test_offset_at_the_start_needs_a_time(tmp_path: Path) -> None:
     values = np.arange(20.0)
     frame = pd.DataFrame({"joint_deflection_rad": values, "joint_torque_Nm": values})
     with pytest.raises(MeasurementError, match="read it without --remove-offset"):
-        read_prepared(saved(tmp_path, frame), remove_offset=["joint_deflection"])
+        read_prepared(saved(tmp_path, frame), ReadOptions(remove_offset=("joint_deflection",)))
 
 
 def test_mapping_meant_for_a_time_series_is_noted_at_a_static_curve(tmp_path: Path) -> None:
     values = np.arange(20.0)
     frame = pd.DataFrame({"joint_deflection_rad": values, "joint_torque_Nm": values})
-    (found,) = read_prepared(saved(tmp_path, frame), ["joint_position=enc"])
+    (found,) = read_prepared(saved(tmp_path, frame), mapped("joint_position=enc"))
     note = "said of columns and not used, as this is a static curve: joint_position"
     assert note in found.notes
 
@@ -607,7 +612,7 @@ def test_names_that_no_file_can_have() -> None:
 def test_step_too_short_for_the_memory(tmp_path: Path) -> None:
     data = saved(tmp_path, table(0.01 * np.arange(50)))
     with pytest.raises(MeasurementError, match="resampled to 1e-09 s it has more than 2000000"):
-        read_prepared(data, resample=1e-9)
+        read_prepared(data, ReadOptions(resample=1e-9))
 
 
 def test_shift_takes_back_what_a_sensor_is_late(tmp_path: Path) -> None:
@@ -630,7 +635,8 @@ def test_shift_to_be_estimated_is_kept_for_the_comparison(tmp_path: Path) -> Non
 def test_what_was_done_is_noted(tmp_path: Path) -> None:
     frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": "enc2"})
     (found,) = read_prepared(
-        saved(tmp_path, frame), ["joint_position=enc2:deg*-1"], remove_offset=["joint_position"]
+        saved(tmp_path, frame),
+        ReadOptions(("joint_position=enc2:deg*-1",), remove_offset=("joint_position",)),
     )
     assert found.notes[0] == "joint_position was read from enc2 in deg, times -1"
     assert re.fullmatch(r"joint_position: an offset of -?[0-9.e-]+ was removed.*", found.notes[1])
@@ -654,7 +660,7 @@ def test_more_samples_than_the_memory_is_meant_for(
 def test_progress_is_told(tmp_path: Path) -> None:
     shares: list[float] = []
     data = saved(tmp_path, table(0.001 * np.arange(5000)))
-    read_measurements(data, report=lambda _, share: shares.append(share))
+    read_prepared(data, report=lambda _, share: shares.append(share))
     assert shares[-1] == pytest.approx(1.0)
     assert shares == sorted(shares)
 
@@ -753,15 +759,15 @@ def test_duration_of_parquet_is_in_s_whatever_its_name_says(tmp_path: Path) -> N
     frame.to_parquet(path)
     with pytest.raises(MeasurementError, match=r"file; say which with --map time=time_ms:s$"):
         read_measurements(path)
-    (found,) = read_prepared(path, ["time=time_ms:s"])
+    (found,) = read_prepared(path, mapped("time=time_ms:s"))
     assert found.time == pytest.approx(0.01 * np.arange(50))
 
 
 def test_samples_between_the_samples_are_refused(write) -> None:
     data = write(HEADER, *ROWS)
     with pytest.raises(MeasurementError, match=r"was sampled every 0\.01 s.* --resample 0\.01 or"):
-        read_prepared(data, resample=0.005)
-    assert len(read_prepared(data, resample=0.01)[0].time) == len(ROWS)
+        read_prepared(data, ReadOptions(resample=0.005))
+    assert len(read_prepared(data, ReadOptions(resample=0.01))[0].time) == len(ROWS)
 
 
 @pytest.mark.parametrize(("rows_at_rest", "moves"), [(1, True), (12, False)])
@@ -770,6 +776,6 @@ def test_an_offset_taken_from_a_motion_is_told(write, rows_at_rest: int, moves: 
         f"{0.01 * i:.2f},0,{0.3 + 0.1 * max(i - rows_at_rest, 0):.1f}"
         for i in range(rows_at_rest + 20)
     ]
-    (run,) = read_prepared(write(HEADER, *rows), remove_offset=["joint_position"])
+    (run,) = read_prepared(write(HEADER, *rows), ReadOptions(remove_offset=("joint_position",)))
     (note,) = (one for one in run.notes if "an offset of" in one)
     assert ("though it moves by" in note) is moves

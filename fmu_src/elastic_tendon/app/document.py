@@ -5,17 +5,19 @@ their TOML text. What follows from a document is computed by `results`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, replace
 from hashlib import sha256
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
 from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.actuator.quantity import STRICT
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 
 GIVEN, EDITED = "as given", "edited by hand"  # titles of models that were made from no other
 
+OPTIONS = tuple(field.name for field in fields(ReadOptions))
 Role = Literal["fit", "validate", "split", "off"]
 
 
@@ -28,9 +30,8 @@ class Source(BaseModel):
     name : what the user calls it
     role : "fit"; "validate", which is never fitted; "split": fitted before `split` s and never
         after it; "off": left out
-    mapping, time_shift, resample, remove_offset, interpolation : see `reader.read_prepared`
     window : s, None where it is open
-    as_declared : take the data as they are, even if they look read wrongly
+    options : how it is read else
     """
 
     model_config = STRICT
@@ -39,13 +40,19 @@ class Source(BaseModel):
     name: str
     role: Role = "fit"
     split: float | None = None
-    mapping: tuple[str, ...] = ()
-    time_shift: dict[str, float | Literal["auto"]] = Field(default_factory=dict)
-    resample: float | None = Field(default=None, gt=0.0)
-    remove_offset: tuple[str, ...] = ()
-    interpolation: Interpolation = "linear"
     window: tuple[float | None, float | None] = (None, None)
-    as_declared: bool = False
+    options: ReadOptions = DEFAULT
+
+    def changed(self, **changes: Any) -> "Source":
+        """The same read otherwise; an option of reading changes by its own name.
+
+        Raises
+        ------
+        MeasurementError, pydantic.ValidationError : a change is not allowed
+        """
+        options = {name: changes.pop(name) for name in OPTIONS if name in changes}
+        own = dict(self) | changes | {"options": replace(self.options, **options)}
+        return Source.model_validate(own)
 
 
 class Version(BaseModel):
@@ -138,13 +145,10 @@ class Document(BaseModel):
 
         Raises
         ------
-        pydantic.ValidationError : a change is not allowed
+        MeasurementError, pydantic.ValidationError : a change is not allowed
         """
         return self.with_sources(
-            [
-                Source.model_validate(one.model_dump() | changes) if one.key == key else one
-                for one in self.sources
-            ]
+            [source.changed(**changes) if source.key == key else source for source in self.sources]
         )
 
     def with_model(self, model: Model, title: str = GIVEN) -> "Document":

@@ -82,7 +82,7 @@ def _possible(found: Measurement | None) -> tuple[str, ...]:
 
 def _items(source: Source) -> list[str]:
     """Corrections of single signals; what else a mapping holds is the name of a preparation."""
-    return [item for item in source.mapping if "=" in item]
+    return [item for item in source.options.mapping if "=" in item]
 
 
 def _row(signal: str, corrected: SignalColumn | None, read: SignalColumn | None) -> Row:
@@ -119,7 +119,9 @@ def remapped(
     else:
         number = number_of(value, f"{words(row.signal)}, {field}") or 0.0
         new = replace(row, times=number) if field == "times" else replace(row, plus=number)
-    others = [item for item in source.mapping if item.partition("=")[0].strip() != row.signal]
+    others = [
+        item for item in source.options.mapping if item.partition("=")[0].strip() != row.signal
+    ]
     return (*others, item_of(new, labels)) if new.column is not None else tuple(others)
 
 
@@ -196,7 +198,7 @@ def shifts_of(source: Source, signal: str, text: str | None) -> dict[str, Any]:
     MeasurementError : it is neither a number nor "auto"
     """
     others: Mapping[str, Any] = {
-        name: one for name, one in source.time_shift.items() if name != signal
+        name: one for name, one in source.options.time_shift.items() if name != signal
     }
     if text is not None and text.strip() == "auto":
         return {**others, signal: "auto"}

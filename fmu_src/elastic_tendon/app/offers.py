@@ -61,9 +61,9 @@ def missing(source: Source, labels: Sequence[str]) -> tuple[str, ...]:
     source : Source
     labels : columns of the file
     """
-    if any("=" not in item for item in source.mapping):
+    if any("=" not in item for item in source.options.mapping):
         return ()  # a preparation may name them
-    said = {item.partition("=")[0].strip() for item in source.mapping}
+    said = {item.partition("=")[0].strip() for item in source.options.mapping}
     known = said | {_named(label) for label in labels}
     if {"joint_deflection", "joint_torque"} <= known and not known & {"time", "motor_position"}:
         return ()  # a static curve
@@ -94,7 +94,7 @@ def guessed(source: Source, labels: Sequence[str]) -> tuple[Offer, ...]:
     wanted = missing(source, labels)
     if not wanted:
         return ()
-    said = dict(parse_map(item, labels) for item in source.mapping)
+    said = dict(parse_map(item, labels) for item in source.options.mapping)
     taken = {one.column for one in said.values()}
     free = [label for label in labels if label not in taken and _named(label) is None]
     absent = [*wanted, *(["load_torque"] if "load_torque" not in said else [])]
@@ -169,5 +169,5 @@ def _usable(items: Sequence[str], labels: Sequence[str]) -> bool:
 def taken(source: Source, items: Sequence[str]) -> tuple[str, ...]:
     """The mapping of a source with items taken over, in place of what it says of these signals."""
     signals = {item.partition("=")[0].strip() for item in items}
-    others = [one for one in source.mapping if one.partition("=")[0].strip() not in signals]
+    others = [one for one in source.options.mapping if one.partition("=")[0].strip() not in signals]
     return (*others, *items)

@@ -66,12 +66,8 @@ def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
         with _calling_it(source, files) as path:
             found = read_prepared(
                 str(path) + (window_text(*source.window) if any_end(source) else ""),
-                source.mapping,
-                time_shift=source.time_shift,
-                resample=source.resample,
-                remove_offset=source.remove_offset,
-                interpolation=source.interpolation,
-                report=report,
+                source.options,
+                report,
             )
         return tuple(replace(one, name=one.name.replace(path.name, source.name)) for one in found)
 
@@ -80,7 +76,7 @@ def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
 
 def _how(source: Source) -> str:
     """Changes whenever a file is read otherwise."""
-    return source.model_dump_json(exclude={"role", "split", "as_declared"})
+    return source.model_dump_json(exclude={"role": True, "split": True, "options": {"as_declared"}})
 
 
 @contextmanager
@@ -107,13 +103,13 @@ def looked_at(document: Document, source: Source, files: Files) -> Result[tuple[
 
     def compute(shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
         read = shelf.obtain(reading(source, files), report)
-        found = believed(root.loaded(), read, report, as_declared=source.as_declared)
+        found = believed(root.loaded(), read, report, as_declared=source.options.as_declared)
         for index, one in enumerate(found):
             report(f"finding the noise of {one.name}", index / len(found))
             _ = one.noise  # kept by the measurement
         return tuple(found)
 
-    key = ("looked at", _how(source), str(source.as_declared), _hash(root.model))
+    key = ("looked at", _how(source), str(source.options.as_declared), _hash(root.model))
     return Result(key, f"looking at {source.name}", compute)
 
 

@@ -245,9 +245,9 @@ def _offered(seen: Seen, form: Form) -> list[Component]:
 def _declared(seen: Seen, form: Form) -> list[Component]:
     """A way to insist, where the data look read wrongly."""
     source = seen.source
-    if not (source.as_declared or seen.sentence().endswith(DECLARE)):
+    if not (source.options.as_declared or seen.sentence().endswith(DECLARE)):
         return []
-    value = ["yes"] if source.as_declared else []
+    value = ["yes"] if source.options.as_declared else []
     place = form.place(source.key, "as_declared", value)
     label = "The file is right: take it as declared"
     return [dcc.Checklist([{"value": "yes", "label": label}], value, id=place)]
@@ -322,7 +322,7 @@ def _mapping_row(seen: Seen, row: Row, form: Form) -> html.Tr:
 
 def _advanced(seen: Seen, form: Form) -> html.Details:
     source = seen.source
-    resample = "" if source.resample is None else f"{source.resample:.9g}"
+    resample = "" if source.options.resample is None else f"{source.options.resample:.9g}"
     late = shifted(seen.first)
     zeroed = [one for one in late if one != "load_torque"]
     parts: list[Component] = [
@@ -331,7 +331,7 @@ def _advanced(seen: Seen, form: Form) -> html.Details:
             form.choice(
                 source.key,
                 "interpolation",
-                source.interpolation,
+                source.options.interpolation,
                 [{"value": name, "label": label} for name, label in INTERPOLATIONS.items()],
                 searchable=False,
             ),
@@ -339,13 +339,13 @@ def _advanced(seen: Seen, form: Form) -> html.Details:
         _labelled("resample, one every", form.text(source.key, "resample", resample), "s"),
     ]
     if zeroed:
-        value = [one for one in zeroed if one in source.remove_offset]
+        value = [one for one in zeroed if one in source.options.remove_offset]
         place = form.place(source.key, "remove_offset", value)
         options = [{"value": one, "label": words(one)} for one in zeroed]
         boxes = dcc.Checklist(options, value, id=place, inline=True)
         parts.append(html.Div(["begins at 0 by definition:", boxes], className="row"))
     for signal in late:
-        shift = source.time_shift.get(signal, "")
+        shift = source.options.time_shift.get(signal, "")
         text = shift if isinstance(shift, str) else f"{shift:.9g}"
         control = form.text(source.key, "shift", text, signal, placeholder="0, or auto")
         parts.append(_labelled(f"{words(signal)} is late by", control, "s"))

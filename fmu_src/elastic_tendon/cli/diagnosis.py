@@ -10,17 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastic_tendon.cli.reading import (
-    AsDeclaredOption,
-    DataArgument,
-    InterpolationOption,
-    MapOption,
-    Reading,
-    RemoveOffsetOption,
-    ResampleOption,
-    ShiftOption,
-    ValidateOption,
-)
+from elastic_tendon.cli.reading import DataArgument, ValidateOption, read_all, reading, words
 from elastic_tendon.cli.search_options import (
     HorizonOption,
     NoiseOption,
@@ -60,6 +50,7 @@ from elastic_tendon.output import check_folder, check_writable, write_file, writ
 if TYPE_CHECKING:
     from elastic_tendon.diagnosis.result import Diagnosis, Round
     from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement import ReadOptions
 
 
 @app.command()
@@ -93,16 +84,13 @@ def demo() -> None:
 
 @app.command()
 @reporting
+@reading
 def diagnose(
     model: ModelArgument,
     data: DataArgument,
     validate: ValidateOption = None,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "ReadOptions",
     noise: NoiseOption = None,
     only: OnlyOption = None,
     without: WithoutOption = None,
@@ -147,23 +135,21 @@ def diagnose(
     if step and not _is_terminal():
         fault = "it asks on the terminal, and there is none; leave it out"
         raise typer.BadParameter(fault, param_hint="--step")
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     sigmas = noise_of(noise)
     loaded = load(model, own_effects)
-    options = options_of(only, without, relevance, horizon, time_limit)
+    search = options_of(only, without, relevance, horizon, time_limit)
     from elastic_tendon.diagnosis.diagnose import diagnose as find
     from elastic_tendon.reports.diagnosis_tables import Call, next_lines
 
     with Stage(every) as stage:
-        read = reading.all(loaded, data, stage.report)
-        known = with_noise([*read, *reading.all(loaded, validate or [], stage.report)], sigmas)
+        read = read_all(loaded, data, options, stage.report)
+        held = read_all(loaded, validate or [], options, stage.report)
+        known = with_noise([*read, *held], sigmas)
         measurements, heldout = known[: len(read)], known[len(read) :]
         begin = time.monotonic()
         found = find(
             *(loaded, measurements, heldout),
-            options=options,
+            options=search,
             progress=stage.report,
             ask=stage.ask if step else None,
         )
@@ -178,7 +164,7 @@ def diagnose(
             model=model,
             data=tuple(data),
             effects=tuple(word for one in own_effects or () for word in ("--effect", str(one))),
-            reading=reading.options(),
+            reading=words(options),
             search=repeated(noise, only, without, relevance, horizon),
             saved=_text(save_model),
             learned=_text(files.learned if found.learned else None),
@@ -186,7 +172,7 @@ def diagnose(
         )
         if page is not None:
             used = {"fitted": measurements, "held-out": heldout}
-            came = sources(model, used, reading.mapping, own_effects)
+            came = sources(model, used, options.mapping, own_effects)
             text = _report(found, came, next_lines(found, call), stage.report)
             write_text(page, text, force=force)
     _show_answer(found)

@@ -6,17 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastic_tendon.cli.reading import (
-    AsDeclaredOption,
-    DataArgument,
-    InterpolationOption,
-    MapOption,
-    Reading,
-    RemoveOffsetOption,
-    ResampleOption,
-    ShiftOption,
-    ValidateOption,
-)
+from elastic_tendon.cli.reading import DataArgument, ValidateOption, read_all, read_motion, reading
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
     EffectOption,
@@ -49,11 +39,12 @@ if TYPE_CHECKING:
     from elastic_tendon.comparison.compare import Comparison, FileComparison
     from elastic_tendon.comparison.locate import Location
     from elastic_tendon.estimation.add import Addition, Report
-    from elastic_tendon.measurement import Measurement
+    from elastic_tendon.measurement import Measurement, ReadOptions
 
 
 @app.command()
 @reporting
+@reading
 def simulate(
     model: ModelArgument,
     out: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.csv", help="Table to write.")],
@@ -61,12 +52,8 @@ def simulate(
         str | None,
         typer.Argument(metavar="[DATA]", help="Motor position and load; without: a smooth motion."),
     ] = None,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "ReadOptions",
     own_effects: EffectOption = None,
     force: ForceOption = False,
 ) -> None:
@@ -80,16 +67,13 @@ def simulate(
     from elastic_tendon.native.library import library_path
 
     check_outputs(out, picture=None, force=force, read=[model, *([data] if data else [])])
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     loaded = load(model, own_effects)
     with progress() as report:
         library_path(loaded.effect_ids, report)
         if data is None:
             table = simulated.default_table(loaded)
         else:
-            measurement = reading.one(loaded, data, report)
+            measurement = read_motion(loaded, data, options, report)
             table = simulated.measured_table(loaded, measurement)
     write_text(out, table.to_csv(index=False), force=force)
     output.print(f"{len(table)} samples in {out}", highlight=False)
@@ -97,15 +81,12 @@ def simulate(
 
 @app.command()
 @reporting
+@reading
 def compare(
     model: ModelArgument,
     data: DataArgument,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "ReadOptions",
     own_effects: EffectOption = None,
     all_bins: Annotated[
         bool, typer.Option("--all-bins", help="Show the error in all bins, not the worst only.")
@@ -127,12 +108,9 @@ def compare(
     check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
     if figures is not None:
         check_folder(figures, force=force)
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     loaded = load(model, own_effects)
     with progress() as report:
-        measurements = reading.all(loaded, data, report)
+        measurements = read_all(loaded, data, options, report)
         comparison = _compared(loaded, measurements, report)
         location = locate(comparison, report)
         # files first: a reader that closes the pipe must not cost the user a result
@@ -144,7 +122,7 @@ def compare(
             from elastic_tendon.reports.html.document import comparison_document
             from elastic_tendon.reports.html.origin import origin_of
 
-            read = sources(model, {"compared": measurements}, reading.mapping, own_effects)
+            read = sources(model, {"compared": measurements}, options.mapping, own_effects)
             text = comparison_document(
                 comparison, location, origin_of(command_line(), read), report
             )
@@ -163,6 +141,7 @@ def compare(
 
 @app.command()
 @reporting
+@reading
 def add(
     model: ModelArgument,
     effects_and_data: Annotated[
@@ -174,12 +153,8 @@ def add(
     ],
     out: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.toml", help="New model.")],
     validate: ValidateOption = None,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "ReadOptions",
     own_effects: EffectOption = None,
     json_file: JsonOption = None,
     plot: PlotOption = None,
@@ -194,9 +169,6 @@ def add(
     wanted, data = _split(effects_and_data)
     read = [model, *data, *(validate or [])]
     check_outputs(out, json_file, picture=plot, force=force, read=read)
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     loaded = load(model, None)
     if not data:
         _add_typical(loaded, wanted, out, bool(validate or json_file or plot), force)
@@ -205,8 +177,8 @@ def add(
     from elastic_tendon.reports.provenance import comments
 
     with progress() as report:
-        measurements = reading.all(loaded, data, report)
-        heldout = reading.all(loaded, validate or [], report)
+        measurements = read_all(loaded, data, options, report)
+        heldout = read_all(loaded, validate or [], options, report)
         addition = add_to(loaded, wanted, measurements, heldout, report)
     made = made_by((one.name for one in measurements), (one.name for one in heldout))
     added = [one for one in wanted if one in addition.model.effects]

@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from elastic_tendon.cli.reading import (
-    AsDeclaredOption,
-    InterpolationOption,
-    MapOption,
-    Reading,
-    RemoveOffsetOption,
-    ResampleOption,
-    ShiftOption,
-)
+from elastic_tendon.cli.reading import read_all, read_motion, reading, words
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
     EffectOption,
@@ -36,6 +28,7 @@ from elastic_tendon.sweeps import FEWEST_REFITS
 if TYPE_CHECKING:
     from elastic_tendon.actuator.parameters import Model
     from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement import ReadOptions
     from elastic_tendon.sweeps.points import Points
     from elastic_tendon.sweeps.sweep import Swept
     from elastic_tendon.sweeps.task import Task
@@ -143,15 +136,15 @@ class Asked:
             fault = f"an interval of 95 % needs {FEWEST_REFITS} refits"
             raise typer.BadParameter(fault, param_hint="--runs")
 
-    def task(self, model: "Model", reading: Reading, report: "Report") -> "Task":
+    def task(self, model: "Model", options: "ReadOptions", report: "Report") -> "Task":
         """The runs, ready to be done."""
         if self.work is Work.SIMULATE:
-            return _simulations(self, model, reading, report)
+            return _simulations(self, model, options, report)
         if self.work is Work.DIAGNOSE:
-            return _fleet(self, model, reading)
+            return _fleet(self, model, options)
         from elastic_tendon.sweeps.bootstrap import bootstrap
 
-        measurements = reading.all(model, self.data, report)
+        measurements = read_all(model, self.data, options, report)
         return bootstrap(
             *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, report=report
         )
@@ -159,6 +152,7 @@ class Asked:
 
 @app.command()
 @reporting
+@reading
 def sweep(
     model: ModelArgument,
     out: OutputOption,
@@ -172,12 +166,8 @@ def sweep(
     trajectories: TrajectoriesOption = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "ReadOptions",
     own_effects: EffectOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -199,17 +189,14 @@ def sweep(
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("the cluster has workers of its own", param_hint="--workers")
     check_outputs(out, picture=plot, force=force, read=[model, *asked.data])
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
-    if not asked.data and reading.options():
-        raise typer.BadParameter(f"no DATA to read: leave {reading.options()[0]} out")
+    if not asked.data and words(options):
+        raise typer.BadParameter(f"no DATA to read: leave {words(options)[0]} out")
     loaded = load(model, own_effects)
     from elastic_tendon.sweeps.sweep import sweep as run
 
     try:
         with progress() as report:
-            task = asked.task(loaded, reading, report)
+            task = asked.task(loaded, options, report)
             done = run(
                 *(task, out), workers=workers, scheduler=scheduler, force=force, progress=report
             )
@@ -242,7 +229,7 @@ def _points(asked: Asked, model: "Model") -> "Points":
         raise typer.BadParameter(str(error), param_hint=hint) from None
 
 
-def _simulations(asked: Asked, model: "Model", reading: Reading, report: "Report") -> "Task":
+def _simulations(asked: Asked, model: "Model", options: "ReadOptions", report: "Report") -> "Task":
     from elastic_tendon.native.library import library_path
     from elastic_tendon.sweeps import simulations as module
 
@@ -250,7 +237,7 @@ def _simulations(asked: Asked, model: "Model", reading: Reading, report: "Report
     library_path(model.effect_ids, report)
     motion = module.default_motion(model)
     if asked.data:
-        motion = module.measured_motion(model, reading.one(model, asked.data[0], report))
+        motion = module.measured_motion(model, read_motion(model, asked.data[0], options, report))
     try:
         return module.simulations(
             *(model, points),
@@ -262,7 +249,7 @@ def _simulations(asked: Asked, model: "Model", reading: Reading, report: "Report
         raise typer.BadParameter(str(error), param_hint="--keep") from None
 
 
-def _fleet(asked: Asked, model: "Model", reading: Reading) -> "Task":
+def _fleet(asked: Asked, model: "Model", options: "ReadOptions") -> "Task":
     from elastic_tendon.sweeps.fleet import fleet, robots_of
 
     robots = robots_of(asked.data)
@@ -270,15 +257,7 @@ def _fleet(asked: Asked, model: "Model", reading: Reading) -> "Task":
         if len(robot.data) > 1:
             told = f"its {len(robot.data)} recordings are taken together; else name them one by one"
             notice.print(f"note: {robot.name} is one robot, and {told}", markup=False)
-    return fleet(
-        *(model, robots),
-        mapping=reading.mapping,
-        resample=reading.resample,
-        time_shift=reading.time_shift,
-        remove_offset=reading.remove_offset,
-        as_declared=reading.as_declared,
-        interpolation=reading.interpolation,
-    )
+    return fleet(model, robots, options)
 
 
 def _stopped(out: Path) -> None:

@@ -9,7 +9,7 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container
 from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
@@ -142,43 +142,6 @@ class Preparation(BaseModel):
         if value is not None and not value[0] < value[1]:
             raise _refused("the window must end after it starts")
         return value
-
-    def merged(
-        self,
-        items: Sequence[str] = (),
-        *,
-        labels: Container[str] = (),
-        time_shift: Mapping[str, float | Literal["auto"]] | None = None,
-        resample: float | None = None,
-        remove_offset: Sequence[str] = (),
-    ) -> "Preparation":
-        """Lay what the command line says over this preparation.
-
-        Parameters
-        ----------
-        items, labels : ``signal=column[:unit][*scale][+offset]``, see `parse_map`; replace the
-            column
-        time_shift : signal -> s or "auto"
-        resample : s
-        remove_offset : signals whose beginning becomes 0
-
-        Raises
-        ------
-        MeasurementError : an item is misspelt, a signal is unknown or comes twice
-        """
-        parsed = [parse_map(item, labels) for item in items]
-        columns = self.columns | dict(parsed)
-        if len(dict(parsed)) < len(parsed):
-            raise MeasurementError("--map names a signal twice; map each signal once")
-        for signal in remove_offset:
-            column = columns.get(signal, SignalColumn())
-            columns[signal] = column.model_copy(update={"remove_offset": "start"})
-        tree = preparation_json(self)
-        tree["columns"] = {name: preparation_json(column) for name, column in columns.items()}
-        tree["time_shift"] = self.time_shift | dict(time_shift or {})
-        if resample is not None:
-            tree["resample"] = resample
-        return check_preparation(tree, "the command line")
 
 
 def parse_map(text: str, labels: Container[str] = ()) -> tuple[str, SignalColumn]:

@@ -132,7 +132,7 @@ def changes(known: Seen, field: str, signal: str, value: Any) -> Mapping[str, ob
         "split": lambda: {"split": mapping.number_of(value, "the time of the split")},
         "start": lambda: {"window": mapping.window_of(source, field, value)},
         "end": lambda: {"window": mapping.window_of(source, field, value)},
-        "resample": lambda: {"resample": _step(value)},
+        "resample": lambda: {"resample": mapping.number_of(value, "the step of resampling")},
         "interpolation": lambda: {"interpolation": value},
         "remove_offset": lambda: {"remove_offset": tuple(value)},
         "as_declared": lambda: {"as_declared": bool(value)},
@@ -146,13 +146,6 @@ def _split(known: Seen, role: str) -> float | None:
         return known.source.split
     start, end = known.first.time[[0, -1]]
     return float(f"{start + FITTED_SHARE * (end - start):.4g}")
-
-
-def _step(text: str | None) -> float | None:
-    step = mapping.number_of(text, "the step of resampling")
-    if step is not None and step <= 0.0:
-        raise MeasurementError("the step of resampling must be above 0 s")
-    return step
 
 
 # ---- callbacks -----------------------------------------------------------------------------
