@@ -1,5 +1,7 @@
 """The document of the app: a tree of versions that only grows unless the user says otherwise."""
 
+import json
+
 import pytest
 from pydantic import ValidationError
 
@@ -66,6 +68,20 @@ def test_a_source_takes_nothing_unknown(change: dict[str, object]) -> None:
     document = grown()
     with pytest.raises((ValidationError, MeasurementError)):
         document.with_source("a", **change)
+
+
+@pytest.mark.parametrize("change", [{"current": "9"}, {"versions": []}])
+def test_a_document_holds_the_version_that_is_looked_at(change: dict[str, object]) -> None:
+    damaged = json.loads(grown().model_dump_json()) | change
+    with pytest.raises(ValidationError, match="there is no version"):
+        from_browser({"document": json.dumps(damaged)})
+
+
+def test_a_version_is_made_from_an_older_one() -> None:
+    damaged = json.loads(grown().model_dump_json())
+    damaged["versions"].reverse()
+    with pytest.raises(ValidationError, match="is older than what it was made from"):
+        from_browser({"document": json.dumps(damaged)})
 
 
 def test_other_data_have_another_key_and_data_left_out_have_none() -> None:

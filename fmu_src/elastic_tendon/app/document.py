@@ -7,9 +7,9 @@ their TOML text. What follows from a document is computed by `results`.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from hashlib import sha256
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel
+from pydantic import BaseModel, model_validator
 
 from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.actuator.quantity import STRICT
@@ -103,6 +103,17 @@ class Document(BaseModel):
     sources: tuple[Source, ...] = ()
     versions: tuple[Version, ...]
     current: str
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        known: set[str | None] = {None}
+        for version in self.versions:
+            if version.parent not in known:
+                raise ValueError(f"version {version.id} is older than what it was made from")
+            known.add(version.id)
+        if self.current not in known:
+            raise ValueError(f"there is no version {self.current}")
+        return self
 
     @property
     def version(self) -> Version:

@@ -8,7 +8,9 @@ Sec-Fetch-Site, and do not know the token in the path.
 from collections.abc import Callable, Collection
 from hmac import compare_digest
 
-from flask import Flask, Response, abort, make_response, request
+from flask import Flask, Response, abort, request
+
+from elastic_tendon.app.requests import text
 
 UPLOAD = 25 * 1024 * 1024  # bytes of a file
 # base64 makes four characters of three bytes; beside the file there is the session's document
@@ -88,4 +90,4 @@ def _is_link() -> bool:
 
 
 def _refuse(status: int, sentence: str) -> None:
-    abort(make_response((f"{sentence}\n", status, {"Content-Type": "text/plain; charset=utf-8"})))
+    abort(text(status, sentence))

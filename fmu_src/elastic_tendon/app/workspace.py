@@ -11,6 +11,8 @@ from pathlib import Path
 from threading import RLock, Thread
 from typing import Any, Generic, Literal, TypeVar
 
+from pydantic import ValidationError
+
 from elastic_tendon.app.document import Document, from_browser
 from elastic_tendon.errors import ElasticTendonError
 
@@ -267,12 +269,22 @@ class Workspace:
         return self._folder / (secrets.token_hex(8) + suffix)
 
     def open(self, stored: Stored | None) -> Session:
-        """The session that a browser kept, or a new one."""
+        """The session that a browser kept, or a new one.
+
+        Raises
+        ------
+        ElasticTendonError : the browser kept none
+        """
         with self._lock:
-            session_id = str(stored["id"]) if stored else secrets.token_hex(8)
-            session = self._sessions.get(session_id)
+            try:
+                session_id = str(stored["id"]) if stored else secrets.token_hex(8)
+                session = self._sessions.get(session_id)
+                document = from_browser(stored) if stored and not session else self._start
+            except (KeyError, TypeError, ValidationError):
+                raise ElasticTendonError(
+                    "the browser's copy of this session is damaged; open the app in a new tab"
+                ) from None
             if session is None:
-                document = from_browser(stored) if stored else self._start
                 session = Session(session_id, document, self._files)
                 self._sessions[session.id] = session
             self._sessions.move_to_end(session.id)
