@@ -11,10 +11,10 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+import elastic_tendon as et
 from elastic_tendon import cli, demo
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.cli import diagnosis as command
-from elastic_tendon.diagnosis import diagnose as loop_module
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import MeasurementError
@@ -36,7 +36,7 @@ def run(monkeypatch, tmp_path: Path):
             calls.append((arguments, others))
             return found() if loop is None else loop(*arguments, **others)
 
-        monkeypatch.setattr(loop_module, "diagnose", diagnose)
+        monkeypatch.setattr(et, "diagnose", diagnose)
         result = CliRunner().invoke(
             *(cli.app, ["diagnose", MODEL, *data, *options]), env={"COLUMNS": "80"}, **settings
         )

@@ -10,13 +10,10 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
-from elastic_tendon import effects
+import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
 from elastic_tendon.app.workspace import Report, Result, Shelf
-from elastic_tendon.comparison.compare import Comparison, compare
-from elastic_tendon.comparison.locate import Location, locate
-from elastic_tendon.errors import MeasurementError
 from elastic_tendon.estimation.ladder import Rung, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -41,8 +38,8 @@ class Data:
 class Compared:
     """A model beside the recordings that are fitted, and beside those held out, if there are."""
 
-    fitted: Comparison
-    heldout: Comparison | None
+    fitted: et.Comparison
+    heldout: et.Comparison | None
 
 
 def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
@@ -84,12 +81,12 @@ def _calling_it(source: Source, files: Files) -> Iterator[Path]:
     """Path of a file; errors call it as the user does, for it may lie under a name of our own."""
     path = files.get(source.key)
     if path is None:
-        raise MeasurementError(f"{source.name}: the app holds it no longer; add it again")
+        raise et.MeasurementError(f"{source.name}: the app holds it no longer; add it again")
     try:
         yield path
-    except MeasurementError as error:
+    except et.MeasurementError as error:
         sentence = str(error).replace(str(path), source.name).replace(path.name, source.name)
-        raise MeasurementError(sentence) from None
+        raise et.MeasurementError(sentence) from None
 
 
 def any_end(source: Source) -> bool:
@@ -127,7 +124,7 @@ def data(document: Document, files: Files) -> Result[Data]:
                 fitted += first
                 heldout += second
         if not fitted:
-            raise MeasurementError("no recording is fitted; add one and let it be fitted")
+            raise et.MeasurementError("no recording is fitted; add one and let it be fitted")
         return Data(tuple(fitted), tuple(heldout))
 
     root = _hash(document.path()[0].model)
@@ -158,8 +155,8 @@ def compared(document: Document, version: Version, files: Files) -> Result[Compa
         model = version.loaded()
         library_path(model.effect_ids, report)
         report(f"comparing {version.title}", 0.5)
-        heldout = compare(model, found.heldout) if found.heldout else None
-        return Compared(compare(model, found.fitted), heldout)
+        heldout = et.compare(model, found.heldout) if found.heldout else None
+        return Compared(et.compare(model, found.fitted), heldout)
 
     return Result(
         ("compared", document.data_key(), _hash(version.model)),
@@ -168,12 +165,12 @@ def compared(document: Document, version: Version, files: Files) -> Result[Compa
     )
 
 
-def located(document: Document, version: Version, files: Files) -> Result[Location]:
+def located(document: Document, version: Version, files: Files) -> Result[et.Location]:
     """Where a version fails, in the recordings that are fitted."""
 
-    def compute(shelf: Shelf, report: Report) -> Location:
+    def compute(shelf: Shelf, report: Report) -> et.Location:
         found = shelf.obtain(compared(document, version, files), report)
-        return locate(found.fitted, report)
+        return et.locate(found.fitted, report)
 
     return Result(
         ("located", document.data_key(), _hash(version.model)),
@@ -200,12 +197,12 @@ def ladder_steps(
     steps = []
     for version in document.path():
         found = shelf.obtain(compared(document, version, files), report)
-        parameters = 0 if version.change is None else len(effects.BY_ID[version.change].parameters)
+        added = version.change
         steps.append(
             Step(
                 title=version.title,
-                added=version.change,
-                parameters=parameters,
+                added=added,
+                parameters=len(et.effects.BY_ID[added].parameters) if added else 0,
                 effective=version.effective,
                 comparison=found.fitted,
                 heldout=found.heldout,

@@ -16,19 +16,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakValueDictionary, finalize
 
-from elastic_tendon.actuator.parameters import Model
+import elastic_tendon as et
 from elastic_tendon.app import results, walk
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.workspace import Report, Result, Shelf, Workspace
-from elastic_tendon.comparison.compare import SLACK_STATES, Comparison
-from elastic_tendon.comparison.locate import Location
+from elastic_tendon.comparison.compare import SLACK_STATES
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.result import Round
-from elastic_tendon.errors import BuildError, LinearisationError
 from elastic_tendon.estimation.add import with_estimates
-from elastic_tendon.fmu.export import FmiVersion, export_fmu, model_identifier
+from elastic_tendon.fmu.export import FmiVersion, model_identifier
 from elastic_tendon.reports.provenance import comments
 
 if TYPE_CHECKING:
@@ -133,10 +131,10 @@ def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
 
     def compute(_shelf: Shelf, report: Report) -> Built:
         if not choice.platforms:
-            raise BuildError("no platform is chosen; choose at least one for the FMU to run on")
+            raise et.BuildError("no platform is chosen; choose at least one for the FMU to run on")
 
         def write(path: Path) -> None:
-            export_fmu(
+            et.export_fmu(
                 *(document.version.loaded(), path),
                 fmi_version=choice.fmi_version,
                 platforms=choice.platforms,
@@ -193,16 +191,15 @@ def linear(document: Document, depot: Depot) -> Result[Built]:
     return _result("linear", "linearising", document, compute)
 
 
-def _add_linear(archive: zipfile.ZipFile, label: str, model: Model, depot: Depot) -> None:
+def _add_linear(archive: zipfile.ZipFile, label: str, model: et.Model, depot: Depot) -> None:
     from elastic_tendon.linear.linear_json import linear_json
-    from elastic_tendon.linear.linearise import linearise
     from elastic_tendon.linear.mat import write_mat
 
     found, faults = [], []
     for state in SLACK_STATES.values():
         try:
-            found.append(linearise(model, state))
-        except LinearisationError as fault:
+            found.append(et.linearise(model, state))
+        except et.LinearisationError as fault:
             faults.append(fault)
     if not found:
         raise faults[0]
@@ -260,7 +257,7 @@ def _was_walked(document: Document) -> bool:
 
 def _compared(
     document: Document, version: Version, files: Files, shelf: Shelf, report: Report
-) -> tuple[Comparison, Location]:
+) -> tuple[et.Comparison, et.Location]:
     """A version beside the recordings that are fitted, and where it fails."""
     compared = shelf.obtain(results.compared(document, version, files), report)
     return compared.fitted, shelf.obtain(results.located(document, version, files), report)

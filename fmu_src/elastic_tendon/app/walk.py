@@ -3,18 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from elastic_tendon import effects
-from elastic_tendon.actuator.parameters import load_model
+import elastic_tendon as et
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Change, Report, Result, Session, Shelf, Work
-from elastic_tendon.comparison.compare import compare
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.data import Data, data_of
-from elastic_tendon.diagnosis.result import Diagnosis, Round
+from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
 from elastic_tendon.estimation.ladder import REFIT, Rung, Step, climb
 from elastic_tendon.native.library import library_path
@@ -83,7 +81,7 @@ def outcome(document: Document, version: Version, files: Files) -> Result[Outcom
 
 def tried(document: Document, version: Version, effect_id: str, files: Files) -> Result[Tried]:
     """A version with a candidate of its round, beside the data; nothing is added."""
-    title = effects.BY_ID[effect_id].title
+    title = et.effects.BY_ID[effect_id].title
 
     def compute(shelf: Shelf, report: Report) -> Tried:
         looked_at = document.at(version.id)
@@ -93,8 +91,8 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
         library_path(model.effect_ids, report)
         report(f"trying {title}", 0.5)
         data = shelf.obtain(results.data(looked_at, files), report)
-        heldout = compare(model, data.heldout) if data.heldout else None
-        after = Compared(compare(model, data.fitted), heldout)
+        heldout = et.compare(model, data.heldout) if data.heldout else None
+        after = Compared(et.compare(model, data.fitted), heldout)
         names = (version.title, f"+ {title}")
         rungs = climb([_step(*pair) for pair in zip(names, (before, after), strict=True)])
         return Tried(after, rungs[0], rungs[1])
@@ -109,24 +107,24 @@ def _step(title: str, found: Compared) -> Step:
 
 def shows(effect_id: str) -> Result[Signature]:
     """How an effect shows on the bundled `EXAMPLE`, at its typical size."""
-    effect = effects.BY_ID[effect_id]
+    effect = et.effects.BY_ID[effect_id]
 
     def compute(_shelf: Shelf, report: Report) -> Signature:
         library_path((effect_id,), report)
         report(f"drawing how {effect.title} shows", 0.5)
-        return signature(effect, load_model(EXAMPLE))
+        return signature(effect, et.load_model(EXAMPLE))
 
     return Result(("shows", effect_id), f"drawing how {effect.title} shows", compute)
 
 
-def concluded(document: Document, files: Files) -> Result[Diagnosis]:
+def concluded(document: Document, files: Files) -> Result[et.Diagnosis]:
     """The diagnosis that the way to the current version amounts to.
 
     The search looks on from that version, to tell whether more is missing.
     """
     path = document.path()
 
-    def compute(shelf: Shelf, report: Report) -> Diagnosis:
+    def compute(shelf: Shelf, report: Report) -> et.Diagnosis:
         data = shelf.obtain(given_data(document, path[0], files), report)
         walk = [
             by_hand.Walked(
@@ -221,7 +219,7 @@ def adding(session: Session, effect_id: str) -> Work:
         data = shelf.obtain(given_data(grown, grown.version, files), report)
         current = shelf.obtain(answer(grown, grown.version, files), report)
         found = by_hand.with_effect(data, current, effect_id, report)
-        title = f"+ {effects.BY_ID[effect_id].title}"
+        title = f"+ {et.effects.BY_ID[effect_id].title}"
         report(title, 1.0)  # a fit that was stopped comes back with its best so far
         version = _version(grown, title, found).model_copy(update={"change": effect_id})
         _keep(grown, version, found, session)

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli.reading import ValidateOption, reading
 from elastic_tendon.cli.shared import EffectOption, app, load, notice, output, reporting
-from elastic_tendon.errors import ElasticTendonError
 
 if TYPE_CHECKING:
     from elastic_tendon.app.document import Source
-    from elastic_tendon.measurement import ReadOptions
 
 EXAMPLE = "biorob_x4_joint_3"  # what the app begins with where no model is named
 LOOPBACK = "127.0.0.1"
@@ -37,7 +36,7 @@ def open_app(
         bool, typer.Option("--demo", help="Begin with the demo's model and recordings.")
     ] = False,
     *,
-    options: "ReadOptions",
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="To listen on; 0: any that is free.")
@@ -65,7 +64,7 @@ def open_app(
         from elastic_tendon.app.document import new_document
         from elastic_tendon.app.server import listen
     except ModuleNotFoundError as error:
-        raise ElasticTendonError(
+        raise et.ElasticTendonError(
             f'the app needs {error.name}, which is not installed; pip install "elastic-tendon[app]"'
         ) from None
     from elastic_tendon import demo as bundled
@@ -93,7 +92,7 @@ def open_app(
         served.close()
 
 
-def _source(data: str, role: str, options: "ReadOptions", files: dict[str, Path]) -> "Source":
+def _source(data: str, role: str, options: "et.ReadOptions", files: dict[str, Path]) -> "Source":
     """A recording of the command line as the app keeps it; its path stays here."""
     from elastic_tendon.app.document import Source
     from elastic_tendon.measurement.reader import split_window

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli.reading import DataArgument, ValidateOption, read_all, reading, words
 from elastic_tendon.cli.search_options import (
     HorizonOption,
@@ -48,9 +49,8 @@ from elastic_tendon.cli.shared import (
 from elastic_tendon.output import check_folder, check_writable, write_file, write_text
 
 if TYPE_CHECKING:
-    from elastic_tendon.diagnosis.result import Diagnosis, Round
+    from elastic_tendon.diagnosis.result import Round
     from elastic_tendon.estimation.add import Report
-    from elastic_tendon.measurement import ReadOptions
 
 
 @app.command()
@@ -90,7 +90,7 @@ def diagnose(
     data: DataArgument,
     validate: ValidateOption = None,
     *,
-    options: "ReadOptions",
+    options: "et.ReadOptions",
     noise: NoiseOption = None,
     only: OnlyOption = None,
     without: WithoutOption = None,
@@ -138,7 +138,6 @@ def diagnose(
     sigmas = noise_of(noise)
     loaded = load(model, own_effects)
     search = options_of(only, without, relevance, horizon, time_limit)
-    from elastic_tendon.diagnosis.diagnose import diagnose as find
     from elastic_tendon.reports.diagnosis_tables import Call, next_lines
 
     with Stage(every) as stage:
@@ -147,7 +146,7 @@ def diagnose(
         known = with_noise([*read, *held], sigmas)
         measurements, heldout = known[: len(read)], known[len(read) :]
         begin = time.monotonic()
-        found = find(
+        found = et.diagnose(
             *(loaded, measurements, heldout),
             options=search,
             progress=stage.report,
@@ -207,7 +206,7 @@ class Outputs:
         if self.figures is not None:
             check_folder(self.figures, force=self.force)
 
-    def write(self, found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> None:
+    def write(self, found: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> None:
         """Write what was found; `fitted` and `heldout` are the names of the recordings."""
         from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 
@@ -225,7 +224,7 @@ class Outputs:
             write_text(self.experiment, table.to_csv(index=False), force=self.force)
         save_json(diagnosis_json(found, learned), self.json, self.force)
 
-    def tell(self, found: "Diagnosis") -> None:
+    def tell(self, found: "et.Diagnosis") -> None:
         """Say what was not written, and where the pictures are."""
         if self.experiment is not None and found.next_experiment is None:
             notice.print(f"note: no experiment is proposed, so {self.experiment} was not written")
@@ -275,7 +274,7 @@ def _text(path: Path | None) -> str | None:
     return None if path is None else str(path)
 
 
-def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
+def _provenance(found: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
     """Comments for the head of a model.toml: what made it, from what, and what was found."""
     from elastic_tendon.reports.diagnosis_tables import verdict_sentences
     from elastic_tendon.reports.provenance import comments
@@ -290,28 +289,27 @@ def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str
 
 
 def _report(
-    found: "Diagnosis",
+    found: "et.Diagnosis",
     read: Sequence[tuple[str, Path]],
     advice: Sequence[str],
     report: "Report",
 ) -> str:
     """The report of a diagnosis; what was read by purpose, and what to do next."""
-    from elastic_tendon.comparison.locate import locate
     from elastic_tendon.reports.html.document import diagnosis_document
     from elastic_tendon.reports.html.origin import origin_of
 
-    where = locate(found.steps[0].comparison, report)
+    where = et.locate(found.steps[0].comparison, report)
     return diagnosis_document(found, where, origin_of(command_line(), read, advice), report)
 
 
-def _show_answer(found: "Diagnosis") -> None:
+def _show_answer(found: "et.Diagnosis") -> None:
     from elastic_tendon.reports.diagnosis_tables import doubt_sentences, verdict_sentences
 
     _say(verdict_sentences(found))
     _say(doubt_sentences(found))
 
 
-def _show_evidence(found: "Diagnosis", every: bool) -> None:
+def _show_evidence(found: "et.Diagnosis", every: bool) -> None:
     from elastic_tendon.reports import tables
     from elastic_tendon.reports.neighbours import neighbours_table, would_show_table
 
@@ -344,6 +342,6 @@ def _say(sentences: Sequence[str]) -> None:
         output.print()
 
 
-def _stop_if(found: "Diagnosis") -> None:
+def _stop_if(found: "et.Diagnosis") -> None:
     if not found.complete:
         raise typer.Exit(INTERRUPTED)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli.reading import DataArgument, ValidateOption, read_all, read_motion, reading
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
@@ -35,11 +36,8 @@ from elastic_tendon.cli.shared import (
 from elastic_tendon.output import check_folder, write_text
 
 if TYPE_CHECKING:
-    from elastic_tendon.actuator.parameters import Model
-    from elastic_tendon.comparison.compare import Comparison, FileComparison
-    from elastic_tendon.comparison.locate import Location
-    from elastic_tendon.estimation.add import Addition, Report
-    from elastic_tendon.measurement import Measurement, ReadOptions
+    from elastic_tendon.comparison.compare import FileComparison
+    from elastic_tendon.estimation.add import Report
 
 
 @app.command()
@@ -53,7 +51,7 @@ def simulate(
         typer.Argument(metavar="[DATA]", help="Motor position and load; without: a smooth motion."),
     ] = None,
     *,
-    options: "ReadOptions",
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     force: ForceOption = False,
 ) -> None:
@@ -86,7 +84,7 @@ def compare(
     model: ModelArgument,
     data: DataArgument,
     *,
-    options: "ReadOptions",
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     all_bins: Annotated[
         bool, typer.Option("--all-bins", help="Show the error in all bins, not the worst only.")
@@ -102,7 +100,6 @@ def compare(
     The JSON holds how each file was read: give it to --map, and the same is done again.
     """
     from elastic_tendon.comparison.comparison_json import comparison_json
-    from elastic_tendon.comparison.locate import locate
 
     check_page(page)
     check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
@@ -112,7 +109,7 @@ def compare(
     with progress() as report:
         measurements = read_all(loaded, data, options, report)
         comparison = _compared(loaded, measurements, report)
-        location = locate(comparison, report)
+        location = et.locate(comparison, report)
         # files first: a reader that closes the pipe must not cost the user a result
         if figures is not None:
             from elastic_tendon.reports.location_figures import all_figures
@@ -154,7 +151,7 @@ def add(
     out: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.toml", help="New model.")],
     validate: ValidateOption = None,
     *,
-    options: "ReadOptions",
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     json_file: JsonOption = None,
     plot: PlotOption = None,
@@ -173,13 +170,12 @@ def add(
     if not data:
         _add_typical(loaded, wanted, out, bool(validate or json_file or plot), force)
         return
-    from elastic_tendon.estimation.add import add as add_to
     from elastic_tendon.reports.provenance import comments
 
     with progress() as report:
         measurements = read_all(loaded, data, options, report)
         heldout = read_all(loaded, validate or [], options, report)
-        addition = add_to(loaded, wanted, measurements, heldout, report)
+        addition = et.add(loaded, wanted, measurements, heldout, report)
     made = made_by((one.name for one in measurements), (one.name for one in heldout))
     added = [one for one in wanted if one in addition.model.effects]
     lines = [*made, f"added: {', '.join(added) or 'nothing'}"]
@@ -210,7 +206,7 @@ def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _add_typical(
-    model: "Model", wanted: "Sequence[str]", out: Path, more: bool, force: bool
+    model: "et.Model", wanted: "Sequence[str]", out: Path, more: bool, force: bool
 ) -> None:
     from elastic_tendon.estimation.add import add_typical
     from elastic_tendon.reports.provenance import comments
@@ -228,20 +224,17 @@ def _add_typical(
 
 
 def _compared(
-    model: "Model", measurements: "Sequence[Measurement]", report: "Report"
-) -> "Comparison":
+    model: "et.Model", measurements: "Sequence[et.Measurement]", report: "Report"
+) -> "et.Comparison":
     """`compare`, which fits call as well, one recording at a time to tell how far it is."""
-    from elastic_tendon.comparison.compare import Comparison
-    from elastic_tendon.comparison.compare import compare as compare_with
-
     files: list[FileComparison] = []
     for index, one in enumerate(measurements):
         report(f"{one.name}: simulating", index / len(measurements))
-        files.extend(compare_with(model, [one]).files)
-    return Comparison(model, tuple(files))
+        files.extend(et.compare(model, [one]).files)
+    return et.Comparison(model, tuple(files))
 
 
-def _show_comparison(comparison: "Comparison", location: "Location", all_bins: bool) -> None:
+def _show_comparison(comparison: "et.Comparison", location: "et.Location", all_bins: bool) -> None:
     from elastic_tendon.reports import comparison_tables as tables
 
     for file, found in zip(comparison.files, location.files, strict=True):
@@ -253,7 +246,7 @@ def _show_comparison(comparison: "Comparison", location: "Location", all_bins: b
             output.print(table)
 
 
-def _show_addition(addition: "Addition") -> None:
+def _show_addition(addition: "et.Addition") -> None:
     from elastic_tendon.reports import tables
 
     output.print(tables.ladder_table(addition.ladder))

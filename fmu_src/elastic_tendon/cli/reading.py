@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli.shared import notice
-from elastic_tendon.errors import MeasurementError
 from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
-    from elastic_tendon.actuator.parameters import Model
     from elastic_tendon.estimation.add import Report
-    from elastic_tendon.measurement import Measurement, ReadOptions
 
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")
@@ -83,15 +81,15 @@ def read_options(
     remove_offset: RemoveOffsetOption = None,
     as_declared: AsDeclaredOption = False,
     interpolation: InterpolationOption = "linear",
-) -> "ReadOptions":
+) -> "et.ReadOptions":
     """The options as they are given; what no file could be read with is wrong usage."""
-    from elastic_tendon.measurement.options import ReadOptionError, ReadOptions
+    from elastic_tendon.measurement.options import ReadOptionError
 
     shifts = [_shift(text) for text in shift or ()]
     if len(dict(shifts)) < len(shifts):
         raise typer.BadParameter("a signal is shifted twice", param_hint="--shift")
     try:
-        return ReadOptions(
+        return et.ReadOptions(
             mapping=tuple(mapping or ()),
             time_shift=dict(shifts),
             resample=resample,
@@ -122,7 +120,7 @@ def reading(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def words(options: "ReadOptions") -> tuple[str, ...]:
+def words(options: "et.ReadOptions") -> tuple[str, ...]:
     """The options again, as words of a command; those that are left out are defaults."""
     words = [word for item in options.mapping for word in ("--map", item)]
     if options.resample is not None:
@@ -138,8 +136,8 @@ def words(options: "ReadOptions") -> tuple[str, ...]:
 
 
 def read_all(
-    model: "Model", data: Sequence[str], options: "ReadOptions", progress: "Report"
-) -> list["Measurement"]:
+    model: "et.Model", data: Sequence[str], options: "et.ReadOptions", progress: "Report"
+) -> list["et.Measurement"]:
     """Read every file; look whether it was read rightly; say what was done to it.
 
     Raises
@@ -158,8 +156,8 @@ def read_all(
 
 
 def read_motion(
-    model: "Model", data: str, options: "ReadOptions", progress: "Report"
-) -> "Measurement":
+    model: "et.Model", data: str, options: "et.ReadOptions", progress: "Report"
+) -> "et.Measurement":
     """Read a file that holds one recording, which need not hold the joint's position.
 
     Raises
@@ -169,7 +167,7 @@ def read_motion(
     found = read_all(model, [data], replace(options, joint_required=False), progress)
     if len(found) > 1:
         names = ", ".join(measurement.name for measurement in found)
-        raise MeasurementError(
+        raise et.MeasurementError(
             f"{data}: it holds {len(found)} recordings ({names}); cut one out with a window "
             "file.csv[start:end], or with runs in a file for --map"
         )

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 import typer
 from rich.console import Console
 
-from elastic_tendon.errors import ElasticTendonError
+import elastic_tendon as et
 from elastic_tendon.output import (
-    OutputError,
     check_writable,
     write_file,
     write_folder,
@@ -25,9 +24,7 @@ from elastic_tendon.output import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from elastic_tendon.actuator.parameters import Model
     from elastic_tendon.estimation.add import Report
-    from elastic_tendon.measurement import Measurement
 
 INTERRUPTED = 130
 
@@ -81,7 +78,7 @@ def reporting(function: Callable[Parameters, None]) -> Callable[Parameters, None
         written.clear()
         try:
             function(*args, **kwargs)
-        except ElasticTendonError as error:
+        except et.ElasticTendonError as error:
             notice.print(f"elastic-tendon: {error}", markup=False, soft_wrap=True)
             raise typer.Exit(1) from None
         except KeyboardInterrupt:
@@ -94,18 +91,13 @@ def reporting(function: Callable[Parameters, None]) -> Callable[Parameters, None
 
 
 def load_effects(files: list[Path] | None) -> None:
-    if files:
-        from elastic_tendon import effects
-
-        for file in files:
-            effects.load(file)
+    for file in files or ():
+        et.effects.load(file)
 
 
-def load(source: str, own_effects: list[Path] | None) -> "Model":
-    from elastic_tendon.actuator.parameters import load_model
-
+def load(source: str, own_effects: list[Path] | None) -> "et.Model":
     load_effects(own_effects)
-    model = load_model(source)
+    model = et.load_model(source)
     for warning in model.warnings():
         notice.print(f"note: {warning}", markup=False, soft_wrap=True)
     return model
@@ -156,7 +148,7 @@ def check_outputs(
 def check_page(path: Path | None) -> None:
     """Refuse, before any work is done, a report that no browser would open."""
     if path is not None and path.suffix.lower() != ".html":
-        raise OutputError(f"{path}: a report is a page for a browser; let its name end in .html")
+        raise et.OutputError(f"{path}: a report is a page for a browser; let its name end in .html")
 
 
 def command_line() -> str:
@@ -182,7 +174,7 @@ def made_by(fitted: Iterable[str] = (), heldout: Iterable[str] = ()) -> list[str
 
 def sources(
     model: str,
-    read: "Mapping[str, Sequence[Measurement]]",
+    read: "Mapping[str, Sequence[et.Measurement]]",
     mapping: Sequence[str],
     own_effects: Sequence[Path] | None,
 ) -> list[tuple[str, Path]]:

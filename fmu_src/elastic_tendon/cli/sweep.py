@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli.reading import read_all, read_motion, reading, words
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
@@ -22,16 +23,10 @@ from elastic_tendon.cli.shared import (
     reporting,
     save_picture,
 )
-from elastic_tendon.errors import SweepError
 from elastic_tendon.sweeps import FEWEST_REFITS
 
 if TYPE_CHECKING:
-    from elastic_tendon.actuator.parameters import Model
     from elastic_tendon.estimation.add import Report
-    from elastic_tendon.measurement import ReadOptions
-    from elastic_tendon.sweeps.points import Points
-    from elastic_tendon.sweeps.sweep import Swept
-    from elastic_tendon.sweeps.task import Task
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap
@@ -136,7 +131,7 @@ class Asked:
             fault = f"an interval of 95 % needs {FEWEST_REFITS} refits"
             raise typer.BadParameter(fault, param_hint="--runs")
 
-    def task(self, model: "Model", options: "ReadOptions", report: "Report") -> "Task":
+    def task(self, model: "et.Model", options: "et.ReadOptions", report: "Report") -> "et.Task":
         """The runs, ready to be done."""
         if self.work is Work.SIMULATE:
             return _simulations(self, model, options, report)
@@ -167,7 +162,7 @@ def sweep(
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     *,
-    options: "ReadOptions",
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -192,12 +187,10 @@ def sweep(
     if not asked.data and words(options):
         raise typer.BadParameter(f"no DATA to read: leave {words(options)[0]} out")
     loaded = load(model, own_effects)
-    from elastic_tendon.sweeps.sweep import sweep as run
-
     try:
         with progress() as report:
             task = asked.task(loaded, options, report)
-            done = run(
+            done = et.sweep(
                 *(task, out), workers=workers, scheduler=scheduler, force=force, progress=report
             )
     except KeyboardInterrupt:
@@ -212,7 +205,7 @@ def sweep(
         raise typer.Exit(1)
 
 
-def _points(asked: Asked, model: "Model") -> "Points":
+def _points(asked: Asked, model: "et.Model") -> "et.Points":
     """What varies, and how; what cannot be read or drawn is wrong usage."""
     from elastic_tendon.sweeps.factors import Values, parse_factor, stated_factors
     from elastic_tendon.sweeps.points import points
@@ -225,11 +218,13 @@ def _points(asked: Asked, model: "Model") -> "Points":
         method = asked.method or ("grid" if listed and asked.runs is None else "monte-carlo")
         count = asked.runs if asked.runs is not None or method == "grid" else DRAWN_RUNS
         return points(factors, method, count, asked.seed or 0)
-    except SweepError as error:
+    except et.SweepError as error:
         raise typer.BadParameter(str(error), param_hint=hint) from None
 
 
-def _simulations(asked: Asked, model: "Model", options: "ReadOptions", report: "Report") -> "Task":
+def _simulations(
+    asked: Asked, model: "et.Model", options: "et.ReadOptions", report: "Report"
+) -> "et.Task":
     from elastic_tendon.native.library import library_path
     from elastic_tendon.sweeps import simulations as module
 
@@ -245,19 +240,19 @@ def _simulations(asked: Asked, model: "Model", options: "ReadOptions", report: "
             outputs=asked.keep or module.OUTPUTS,
             keep="trajectories" if asked.trajectories else "statistics",
         )
-    except SweepError as error:
+    except et.SweepError as error:
         raise typer.BadParameter(str(error), param_hint="--keep") from None
 
 
-def _fleet(asked: Asked, model: "Model", options: "ReadOptions") -> "Task":
-    from elastic_tendon.sweeps.fleet import fleet, robots_of
+def _fleet(asked: Asked, model: "et.Model", options: "et.ReadOptions") -> "et.Task":
+    from elastic_tendon.sweeps.fleet import robots_of
 
     robots = robots_of(asked.data)
     for robot in robots:
         if len(robot.data) > 1:
             told = f"its {len(robot.data)} recordings are taken together; else name them one by one"
             notice.print(f"note: {robot.name} is one robot, and {told}", markup=False)
-    return fleet(model, robots, options)
+    return et.fleet(model, robots, options)
 
 
 def _stopped(out: Path) -> None:
@@ -271,7 +266,7 @@ def _stopped(out: Path) -> None:
     raise typer.Exit(INTERRUPTED)
 
 
-def _show(work: Work, model: "Model", task: "Task", done: "Swept") -> None:
+def _show(work: Work, model: "et.Model", task: "et.Task", done: "et.Swept") -> None:
     from elastic_tendon.actuator.parameters import quantities
     from elastic_tendon.reports import sweep_tables as words
     from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals

@@ -8,8 +8,8 @@ from typing import Any
 from dash import ALL, Dash, Input, Output, State, ctx, dcc, get_asset_url, html, no_update
 from dash.development.base_component import Component
 
-from elastic_tendon.actuator.design import design
-from elastic_tendon.actuator.parameters import Model, load_model, model_from_toml, models
+import elastic_tendon as et
+from elastic_tendon.actuator.parameters import model_from_toml
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
@@ -19,7 +19,6 @@ from elastic_tendon.app.tables import table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
-from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.reports.html.papers import MODEL as PAPER
 from elastic_tendon.reports.interactive.characteristic import characteristic
 from elastic_tendon.reports.interactive.theme import CONFIG, THEMES
@@ -202,9 +201,9 @@ def head(version: Version) -> list[Component | str]:
     return found
 
 
-def design_numbers(model: Model) -> list[Component]:
+def design_numbers(model: et.Model) -> list[Component]:
     """Warnings of a model, and what its springs come to."""
-    found = design(model)
+    found = et.design(model)
     rows = dict(zip(vars(found), found.rows(), strict=True))
     effects = (
         [html.P("The curve and these numbers are of the springs alone.", className="quiet")]
@@ -341,7 +340,7 @@ def _register_figure(app: Dash, workspace: Workspace) -> None:
 def _register_choice(app: Dash, workspace: Workspace) -> None:
     @app.callback(Output("model-bundled", "options"), Input("open", "data"))
     def offer(_opened: str) -> list[str]:
-        return list(models)
+        return list(et.models)
 
     @app.callback(
         Output("session", "data", allow_duplicate=True),
@@ -363,9 +362,9 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
     ) -> tuple[Any, Any, Any]:
         try:
             model = _chosen(sent if ctx.triggered_id == "model-upload" else None, names, bundled)
-        except ModelError as error:
+        except et.ModelError as error:
             return no_update, refusal(error.problems, error.source), None
-        except ElasticTendonError as error:
+        except et.ElasticTendonError as error:
             return no_update, refusal([str(error)]), None
         if not stored or (ctx.triggered_id == "model-upload" and sent is None):
             return no_update, no_update, no_update
@@ -376,13 +375,17 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         return session.stored(), "", None  # so that the same file can be chosen again
 
 
-def _chosen(sent: list[str] | None, names: list[str] | None, bundled: str | None) -> Model | None:
+def _chosen(
+    sent: list[str] | None, names: list[str] | None, bundled: str | None
+) -> et.Model | None:
     """The model of an upload, else the bundled one that was chosen; None where there is none."""
     if sent and names:
         if len(sent) > 1:
-            raise ElasticTendonError(f"{len(sent)} files are one too many; choose one model.toml")
+            raise et.ElasticTendonError(
+                f"{len(sent)} files are one too many; choose one model.toml"
+            )
         return model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
-    return load_model(bundled) if bundled and bundled in models else None
+    return et.load_model(bundled) if bundled and bundled in et.models else None
 
 
 def refusal(problems: Sequence[str], source: str = "") -> Any:
