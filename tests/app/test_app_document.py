@@ -27,9 +27,9 @@ def grown() -> Document:
 
 def test_versions_form_a_tree() -> None:
     document = grown()
-    assert [one.id for one in document.path()] == ["1", "2", "4"]
-    assert [one.id for one in document.children("2")] == ["3", "4"]
-    assert [one.id for one in document.at("3").path()] == ["1", "2", "3"]
+    assert [version.id for version in document.path()] == ["1", "2", "4"]
+    assert [version.id for version in document.children("2")] == ["3", "4"]
+    assert [version.id for version in document.at("3").path()] == ["1", "2", "3"]
 
 
 def test_a_model_that_nothing_was_built_on_is_replaced_in_place() -> None:
@@ -48,7 +48,7 @@ def test_another_model_does_not_cost_what_was_reached() -> None:
 
 def test_deleting_takes_what_was_made_from_it_and_looks_at_its_parent() -> None:
     document = grown().without("2")
-    assert [one.id for one in document.versions] == ["1"]
+    assert [version.id for version in document.versions] == ["1"]
     assert document.current == "1"
     assert document.without("1") == document  # one root always stays
 

@@ -107,9 +107,9 @@ def test_without_the_token_there_is_nothing(app: str) -> None:
 
 
 def test_two_apps_have_different_tokens(app: str) -> None:
-    other = listen(new_document(MODEL), {})
-    other.close()
-    own, others = (urlsplit(url).path.strip("/") for url in (app, other.url))
+    another = listen(new_document(MODEL), {})
+    another.close()
+    own, others = (urlsplit(url).path.strip("/") for url in (app, another.url))
     assert own != others
     assert len(own) >= 32
 

@@ -151,7 +151,7 @@ def test_the_shelf_lets_go_of_what_was_not_asked_for_the_longest() -> None:
         shelf.put(result, "there")
     shelf.find(results[0])
     shelf.put(results[-1], "there")
-    assert [shelf.find(one) for one in results[:2]] == ["there", None]
+    assert [shelf.find(result) for result in results[:2]] == ["there", None]
 
 
 def test_a_dropped_session_comes_back_by_its_document(workspace: Workspace) -> None:

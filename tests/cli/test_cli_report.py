@@ -10,7 +10,7 @@ from elastic_tendon import cli, demo
 from hand_made_diagnosis import friction_found
 
 MODEL = str(demo.DATA / "demo_model.toml")
-FITTED, JUDGE = (str(demo.DATA / f"demo_{one}.csv") for one in ("fit", "validate"))
+FITTED, JUDGE = (str(demo.DATA / f"demo_{role}.csv") for role in ("fit", "validate"))
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ def layout(
 
 def joint(found: Layout) -> tuple[str, float, str | None]:
     """Name, factor and unit of the joint position."""
-    (column,) = (one for one in found.signals if one.signal == "joint_position")
+    (column,) = (column for column in found.signals if column.signal == "joint_position")
     return column.name, column.factor, column.prepared.unit
 
 
@@ -132,7 +132,7 @@ def test_unused_columns_are_counted_not_listed_for_ever() -> None:
 def test_motor_velocity_is_said_not_to_be_used() -> None:
     found = layout("joint_position_rad", "motor_velocity_rad_per_s")
     assert any("motor position is differentiated" in note for note in found.notes)
-    assert {one.signal for one in found.signals} == {"motor_position", "joint_position"}
+    assert {column.signal for column in found.signals} == {"motor_position", "joint_position"}
 
 
 GROUPS = (
@@ -149,7 +149,10 @@ def test_signals_of_several_groups_have_their_own_time() -> None:
         "motor": "time_s",
         "joint": "time_s",
     }
-    assert [one.label for one in found.signals] == ["motor/motor_position_rad", "joint/position"]
+    assert [column.label for column in found.signals] == [
+        "motor/motor_position_rad",
+        "joint/position",
+    ]
 
 
 def test_time_mapped_in_one_group_is_found_by_name_in_the_others() -> None:
@@ -177,7 +180,7 @@ def test_deflection_and_torque_without_time_are_a_static_curve() -> None:
     group = Group("", ("joint_deflection_deg", "joint_torque_mNm"))
     found = find_layout([group], Preparation(), "curve.csv")
     assert found.static
-    assert [one.signal for one in found.signals] == ["joint_deflection", "joint_torque"]
+    assert [column.signal for column in found.signals] == ["joint_deflection", "joint_torque"]
 
 
 def test_static_curve_with_time_and_without_motor_is_refused() -> None:
@@ -203,7 +206,7 @@ def test_load_that_is_nearly_named_is_refused(name: str, advice: str) -> None:
         layout("joint_position_rad", name)
     assert f"--map {advice}, or rename" in str(refused.value)
     used = layout("joint_position_rad", name, items=(f"joint_torque={name}:Nm",))
-    assert "joint_torque" in {one.signal for one in used.signals}
+    assert "joint_torque" in {column.signal for column in used.signals}
 
 
 def test_suffix_that_is_no_unit_of_a_signal_makes_another_quantity() -> None:

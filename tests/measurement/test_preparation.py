@@ -162,7 +162,7 @@ def test_comparison_holds_a_preparation_for_each_run_and_piece(tmp_path: Path) -
     path.write_text(json.dumps({"schema": COMPARISON, "files": files}))
     for data in ("run.csv", "a/run.csv", "moved/run.csv"):
         found = read_preparations(path, Path(data))
-        assert [one.resample for one in found] == pytest.approx([0.1, 0.2])
+        assert [preparation.resample for preparation in found] == pytest.approx([0.1, 0.2])
 
 
 @pytest.mark.parametrize(

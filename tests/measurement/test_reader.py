@@ -192,24 +192,28 @@ def saved(folder: Path, frame: pd.DataFrame, name: str = "run.csv") -> str:
     return str(path)
 
 
-def assert_same_samples(one: Measurement, other: Measurement) -> None:
+def assert_same_samples(first: Measurement, second: Measurement) -> None:
     """Bit for bit, in every array."""
-    assert np.array_equal(one.time, other.time)
-    assert np.array_equal(one.motor_position, other.motor_position)
-    assert one.signals.keys() == other.signals.keys()
-    assert all(np.array_equal(one.signals[name], other.signals[name]) for name in one.signals)
-    assert (one.load_torque is None) == (other.load_torque is None)
-    if one.load_torque is not None and other.load_torque is not None:
-        assert np.array_equal(one.load_torque, other.load_torque)
-    assert one.static == other.static
-    assert one.preparation == other.preparation
+    assert np.array_equal(first.time, second.time)
+    assert np.array_equal(first.motor_position, second.motor_position)
+    assert first.signals.keys() == second.signals.keys()
+    assert all(np.array_equal(first.signals[name], second.signals[name]) for name in first.signals)
+    assert (first.load_torque is None) == (second.load_torque is None)
+    if first.load_torque is not None and second.load_torque is not None:
+        assert np.array_equal(first.load_torque, second.load_torque)
+    assert first.static == second.static
+    assert first.preparation == second.preparation
 
 
 def written_comparison(path: Path, measurements: Sequence[Measurement]) -> str:
     """Path of the JSON of a comparison, as far as it says how files were read."""
     files = [
-        {"name": one.name, "source": one.source, "preparation": preparation_json(one.preparation)}
-        for one in measurements
+        {
+            "name": recording.name,
+            "source": recording.source,
+            "preparation": preparation_json(recording.preparation),
+        }
+        for recording in measurements
     ]
     path.write_text(json.dumps({"schema": COMPARISON, "files": files}))
     return str(path)
@@ -272,7 +276,7 @@ def test_replay_gives_the_same_samples(tmp_path: Path, case: str) -> None:
 def test_comparison_of_an_earlier_run_replays_every_piece(tmp_path: Path) -> None:
     data = saved(tmp_path, runs_with_gaps())
     found = read_measurements(data)
-    assert [one.name for one in found] == [
+    assert [recording.name for recording in found] == [
         "run.csv#1",
         "run.csv#2[0.003:0.793]",
         "run.csv#2[1.303:2.493]",
@@ -281,8 +285,8 @@ def test_comparison_of_an_earlier_run_replays_every_piece(tmp_path: Path) -> Non
     written_comparison(earlier, found)
     again = read_prepared(data, mapped(str(earlier)))
     assert len(again) == len(found)
-    for one, other in zip(again, found, strict=True):
-        assert_same_samples(one, other)
+    for first, second in zip(again, found, strict=True):
+        assert_same_samples(first, second)
 
 
 def test_files_of_one_name_are_told_apart_by_their_paths(tmp_path: Path) -> None:
@@ -358,19 +362,19 @@ def test_printed_window_gives_the_same_samples(tmp_path: Path, start: float, ste
     time[60:] += 50 * step
     data = saved(tmp_path, table(time))
     found = read_measurements(data)
-    assert [len(one.time) for one in found] == [60, 140]
-    for one in found:
-        (again,) = read_measurements(str(tmp_path / one.name))
-        assert np.array_equal(again.time, one.time)
-        assert again.name == one.name
+    assert [len(recording.time) for recording in found] == [60, 140]
+    for recording in found:
+        (again,) = read_measurements(str(tmp_path / recording.name))
+        assert np.array_equal(again.time, recording.time)
+        assert again.name == recording.name
 
 
 def test_runs_that_are_too_short_are_left_out_with_a_note(tmp_path: Path) -> None:
     data = saved(tmp_path, pd.concat([runs_with_gaps(), runs_with_gaps().head(4).assign(run=3)]))
     found = read_measurements(data)
-    assert {one.name.partition("[")[0] for one in found} == {"run.csv#1", "run.csv#2"}
+    assert {recording.name.partition("[")[0] for recording in found} == {"run.csv#1", "run.csv#2"}
     note = "1 runs with less than 10 samples were left out: 3"
-    assert all(note in one.notes for one in found)
+    assert all(note in recording.notes for recording in found)
     (late,) = read_measurements(f"{data}[2.1:2.4]")
     assert late.name == "run.csv#2[2.1:2.4]"
     assert "2 runs with less than 10 samples in the window were left out: 1, 3" in late.notes
@@ -418,7 +422,10 @@ def test_runs_are_told_apart_by_number_or_text(tmp_path: Path) -> None:
     frame = pd.concat([table(time), table(time)])
     frame["run"] = ["slow"] * 30 + ["fast"] * 30
     data = saved(tmp_path, frame)
-    assert [one.name for one in read_measurements(data)] == ["run.csv#slow", "run.csv#fast"]
+    assert [recording.name for recording in read_measurements(data)] == [
+        "run.csv#slow",
+        "run.csv#fast",
+    ]
     (fast,) = read_measurements(data, Preparation(runs=("fast",)))
     assert fast.preparation.runs == ("fast",)
     with pytest.raises(MeasurementError, match=r"no run 'idle' \(found: slow, fast\)"):
@@ -443,7 +450,7 @@ def test_gap_splits_and_short_pieces_are_left_out(tmp_path: Path) -> None:
     time[40:] += 1.0
     time[45:] += 1.0
     found = read_measurements(saved(tmp_path, table(time)))
-    assert [len(one.time) for one in found] == [40, 55]
+    assert [len(recording.time) for recording in found] == [40, 55]
     assert any("was split into 3 pieces" in note for note in found[0].notes)
     note = "1 pieces with less than 10 samples of every signal were left out, 5 samples over 0.04 s"
     assert note in found[0].notes
@@ -502,7 +509,7 @@ def test_resampling_does_not_bridge_a_gap(tmp_path: Path) -> None:
     frame = table(0.01 * np.arange(200))
     frame.loc[50:100, "joint_position_rad"] = np.nan
     found = read_measurements(saved(tmp_path, frame), Preparation(resample=0.01))
-    assert [one.time[-1] for one in found] == pytest.approx([0.49, 1.99])
+    assert [recording.time[-1] for recording in found] == pytest.approx([0.49, 1.99])
     assert any(note.startswith("the recording has gaps or long blanks") for note in found[0].notes)
 
 
@@ -749,7 +756,10 @@ def test_labels_of_runs_are_one_where_their_numbers_are(tmp_path: Path) -> None:
     frame["run"] = ["1.0", "1"] * 15 + ["01"] * 30
     frame.loc[59, "run"] = "end"
     found = read_measurements(saved(tmp_path, frame))
-    assert [(one.name, len(one.time)) for one in found] == [("run.csv#1", 30), ("run.csv#01", 29)]
+    assert [(recording.name, len(recording.time)) for recording in found] == [
+        ("run.csv#1", 30),
+        ("run.csv#01", 29),
+    ]
 
 
 def test_duration_of_parquet_is_in_s_whatever_its_name_says(tmp_path: Path) -> None:
@@ -777,5 +787,5 @@ def test_an_offset_taken_from_a_motion_is_told(write, rows_at_rest: int, moves: 
         for i in range(rows_at_rest + 20)
     ]
     (run,) = read_prepared(write(HEADER, *rows), ReadOptions(remove_offset=("joint_position",)))
-    (note,) = (one for one in run.notes if "an offset of" in one)
+    (note,) = (note for note in run.notes if "an offset of" in note)
     assert ("though it moves by" in note) is moves

@@ -127,7 +127,7 @@ class Document(BaseModel):
         ------
         KeyError : there is none
         """
-        return {one.id: one for one in self.versions}[version_id]
+        return {version.id: version for version in self.versions}[version_id]
 
     def path(self) -> tuple[Version, ...]:
         """Versions from the root to the current one."""
@@ -138,11 +138,13 @@ class Document(BaseModel):
 
     def children(self, version_id: str) -> tuple[Version, ...]:
         """Versions made from this one, the oldest first."""
-        return tuple(one for one in self.versions if one.parent == version_id)
+        return tuple(version for version in self.versions if version.parent == version_id)
 
     def data_key(self) -> str:
         """Changes whenever other data are fitted or held out, or the same ones read otherwise."""
-        text = "\n".join(one.model_dump_json() for one in self.sources if one.role != "off")
+        text = "\n".join(
+            source.model_dump_json() for source in self.sources if source.role != "off"
+        )
         return sha256(text.encode()).hexdigest()
 
     # ---- changes ---------------------------------------------------------------------------
@@ -194,7 +196,7 @@ class Document(BaseModel):
 
     def adding(self, version: Version) -> "Document":
         """The same with one more version, which gets an id and becomes the current one."""
-        taken = max((int(one.id) for one in self.versions), default=0)
+        taken = max((int(version.id) for version in self.versions), default=0)
         named = version.model_copy(update={"id": str(taken + 1)})
         return self.model_copy(update={"versions": (*self.versions, named), "current": named.id})
 
@@ -218,9 +220,9 @@ class Document(BaseModel):
 
     def without(self, version_id: str) -> "Document":
         """The same less a version and all that was made from it; one root always stays."""
-        gone = {version_id, *(one.id for one in self._below(version_id))}
+        gone = {version_id, *(child.id for child in self._below(version_id))}
         parent = self.find(version_id).parent
-        left = tuple(one for one in self.versions if one.id not in gone)
+        left = tuple(version for version in self.versions if version.id not in gone)
         if not left:
             return self
         current = self.current
@@ -238,7 +240,9 @@ class Document(BaseModel):
         return version.parent is None and not version.given and not self.children(version.id)
 
     def _replacing(self, version: Version) -> "Document":
-        versions = tuple(version if one.id == version.id else one for one in self.versions)
+        versions = tuple(
+            version if existing.id == version.id else existing for existing in self.versions
+        )
         return self.model_copy(update={"versions": versions})
 
 

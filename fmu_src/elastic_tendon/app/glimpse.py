@@ -42,9 +42,10 @@ def beginnings(source: Source, files: Files) -> Result[tuple[Beginning, ...]]:
                 chunk = {}
             found += [
                 Beginning(
-                    label(group.name, one), tuple(map(_cell, islice(chunk.get(one, ()), VALUES)))
+                    label(group.name, column),
+                    tuple(map(_cell, islice(chunk.get(column, ()), VALUES))),
                 )
-                for one in columns
+                for column in columns
             ]
         return tuple(found)
 

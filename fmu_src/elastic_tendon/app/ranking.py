@@ -102,9 +102,9 @@ def why_not_tried(judged: Round | None) -> str:
 def choices(model: Model | None = None) -> list[dict[str, str]]:
     """Effects as options to choose from; only those that a model can take, where one is given."""
     return [
-        {"value": one.id, "label": one.title}
-        for one in effects.BY_ID.values()
-        if model is None or not refusal(model, one)
+        {"value": effect.id, "label": effect.title}
+        for effect in effects.BY_ID.values()
+        if model is None or not refusal(model, effect)
     ]
 
 
@@ -129,7 +129,7 @@ def tried_sentences(found: walk.Tried, candidate: Candidate) -> list[str]:
 
 def signature_words(found: Signature) -> str:
     """What the picture of an effect shows, and on which machine."""
-    units = {one.name: unit_text(one.unit) for one in found.effect.parameters}
+    units = {parameter.name: unit_text(parameter.unit) for parameter in found.effect.parameters}
     numbers = ", ".join(
         f"{name} {value:.3g}" + ("" if units[name] == "1" else f" {units[name]}")
         for name, value in found.numbers.items()

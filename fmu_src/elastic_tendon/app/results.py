@@ -66,7 +66,10 @@ def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
                 source.options,
                 report,
             )
-        return tuple(replace(one, name=one.name.replace(path.name, source.name)) for one in found)
+        return tuple(
+            replace(recording, name=recording.name.replace(path.name, source.name))
+            for recording in found
+        )
 
     return Result(("reading", _how(source)), f"reading {source.name}", compute)
 
@@ -101,9 +104,9 @@ def looked_at(document: Document, source: Source, files: Files) -> Result[tuple[
     def compute(shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
         read = shelf.obtain(reading(source, files), report)
         found = believed(root.loaded(), read, report, as_declared=source.options.as_declared)
-        for index, one in enumerate(found):
-            report(f"finding the noise of {one.name}", index / len(found))
-            _ = one.noise  # kept by the measurement
+        for index, recording in enumerate(found):
+            report(f"finding the noise of {recording.name}", index / len(found))
+            _ = recording.noise  # kept by the measurement
         return tuple(found)
 
     key = ("looked at", _how(source), str(source.options.as_declared), _hash(root.model))
@@ -119,8 +122,8 @@ def data(document: Document, files: Files) -> Result[Data]:
         for source in document.sources:
             if source.role == "off":
                 continue
-            for one in shelf.obtain(looked_at(document, source, files), report):
-                first, second = split_up(source, one)
+            for recording in shelf.obtain(looked_at(document, source, files), report):
+                first, second = split_up(source, recording)
                 fitted += first
                 heldout += second
         if not fitted:
@@ -131,7 +134,7 @@ def data(document: Document, files: Files) -> Result[Data]:
     return Result(("data", document.data_key(), root), "reading the data", compute)
 
 
-def split_up(source: Source, one: Measurement) -> tuple[list[Measurement], list[Measurement]]:
+def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement], list[Measurement]]:
     """The part of a recording that is fitted, and the part that only judges.
 
     Raises
@@ -139,12 +142,14 @@ def split_up(source: Source, one: Measurement) -> tuple[list[Measurement], list[
     MeasurementError : one of the parts is too short
     """
     if source.role == "validate":
-        return [], [one]
+        return [], [recording]
     if source.role == "split" and source.split is not None:
-        later = one.time[one.time > source.split]  # a sample at the split is fitted only
+        later = recording.time[
+            recording.time > source.split
+        ]  # a sample at the split is fitted only
         start = float(later[0]) if len(later) else source.split
-        return [one.window(None, source.split)], [one.window(start, None)]
-    return [one], []
+        return [recording.window(None, source.split)], [recording.window(start, None)]
+    return [recording], []
 
 
 def compared(document: Document, version: Version, files: Files) -> Result[Compared]:
@@ -186,7 +191,7 @@ def climbed(document: Document, files: Files) -> Result[tuple[Rung, ...]]:
     def compute(shelf: Shelf, report: Report) -> tuple[Rung, ...]:
         return climb(ladder_steps(document, files, shelf, report))
 
-    hashes = [_hash(one.model + one.title) for one in path]
+    hashes = [_hash(version.model + version.title) for version in path]
     return Result(("climbed", document.data_key(), *hashes), "comparing each step", compute)
 
 

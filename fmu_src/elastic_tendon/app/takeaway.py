@@ -103,7 +103,7 @@ def safe_name(text: str) -> str:
 
 def path_of(document: Document) -> str:
     """The way to the current version, in the titles of its steps."""
-    return " → ".join(one.title for one in document.path())
+    return " → ".join(version.title for version in document.path())
 
 
 def file_name(document: Document, kind: Kind) -> str:
@@ -118,7 +118,9 @@ def _result(
     compute: Callable[[Shelf, Report], Built],
     *options: str,
 ) -> Result[Built]:
-    way = "\n".join(one.model_dump_json(exclude={"id", "parent"}) for one in document.path())
+    way = "\n".join(
+        version.model_dump_json(exclude={"id", "parent"}) for version in document.path()
+    )
     key = (kind, document.data_key(), sha256(way.encode()).hexdigest(), *options)
     return Result(key, words, compute)
 
@@ -169,7 +171,7 @@ def _provenance(document: Document) -> Iterator[str]:
     yield f"made by elastic-tendon {installed('elastic-tendon')}, in its app"
     yield f"steps: {path_of(document)}"
     for role, words in PURPOSES.items():
-        if names := [one.name for one in document.sources if one.role == role]:
+        if names := [source.name for source in document.sources if source.role == role]:
             yield f"{words}: {', '.join(names)}"
 
 
@@ -182,9 +184,9 @@ def linear(document: Document, depot: Depot) -> Result[Built]:
 
         def write(path: Path) -> None:
             with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-                for index, (label, one) in enumerate(ends):
-                    report(f"linearising {one.title}", index / len(ends))
-                    _add_linear(archive, label, one.loaded(), depot)
+                for index, (label, version) in enumerate(ends):
+                    report(f"linearising {version.title}", index / len(ends))
+                    _add_linear(archive, label, version.loaded(), depot)
 
         return depot.build(file_name(document, "linear"), write)
 
@@ -252,7 +254,7 @@ def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]
 def _was_walked(document: Document) -> bool:
     """Whether every step to the current version was fitted to the data that are chosen now."""
     steps = document.path()[1:]
-    return bool(steps) and all(walk.is_fitted(document, one) for one in steps)
+    return bool(steps) and all(walk.is_fitted(document, step) for step in steps)
 
 
 def _compared(
@@ -267,11 +269,14 @@ def _origin(document: Document, files: Files) -> "Origin":
     """How to come to the same again; files go by the names that the user knows."""
     from elastic_tendon.reports.html.origin import origin_of
 
-    used = [one for one in document.sources if one.role != "off" and one.key in files]
-    names = {str(files[one.key]): one.name for one in used}
-    found = origin_of(_command(document), [(PURPOSES[one.role], files[one.key]) for one in used])
+    used = [source for source in document.sources if source.role != "off" and source.key in files]
+    names = {str(files[source.key]): source.name for source in used}
+    found = origin_of(
+        _command(document), [(PURPOSES[source.role], files[source.key]) for source in used]
+    )
     return replace(
-        found, files=tuple(replace(one, name=names.get(one.name, one.name)) for one in found.files)
+        found,
+        files=tuple(replace(file, name=names.get(file.name, file.name)) for file in found.files),
     )
 
 
@@ -279,13 +284,13 @@ def _command(document: Document) -> str:
     """What to type, and then to do on the page."""
     first, *steps = document.path()
     model = file_name(document.at(first.id), "model")
-    fitted = [one.name for one in document.sources if one.role in ("fit", "split")]
+    fitted = [source.name for source in document.sources if source.role in ("fit", "split")]
     if not steps:
         return shlex.join(["elastic-tendon", "compare", model, *fitted])
-    heldout = [one.name for one in document.sources if one.role == "validate"]
+    heldout = [source.name for source in document.sources if source.role == "validate"]
     words = ["elastic-tendon", "app", model, *fitted]
     words += [word for name in heldout for word in ("--validate", name)]
-    then = ", then ".join(one.title for one in steps)
+    then = ", then ".join(step.title for step in steps)
     return f"{shlex.join(words)}  # {model}: as given; on the page: {then}"
 
 
@@ -294,7 +299,9 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
 
     def compute(shelf: Shelf, report: Report) -> Built:
         ends = dict.fromkeys((document.path()[0], document.version))
-        known = [shelf.obtain(results.compared(document, one, files), report) for one in ends]
+        known = [
+            shelf.obtain(results.compared(document, version, files), report) for version in ends
+        ]
         located = shelf.obtain(results.located(document, document.version, files), report)
         rungs = shelf.obtain(results.climbed(document, files), report)
         rounds = _rounds(document, files, shelf)
@@ -315,9 +322,9 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
 def _rounds(document: Document, files: Files, shelf: Shelf) -> list[Round]:
     """What the search found on the way, as far as it is at hand; it is not worth another search."""
     rounds = []
-    for one in document.path():
-        if walk.was_searched(document, one):
-            found = shelf.find(walk.outcome(document, one, files))
+    for version in document.path():
+        if walk.was_searched(document, version):
+            found = shelf.find(walk.outcome(document, version, files))
             if isinstance(found, Outcome):
                 rounds.append(found.round)
     return rounds

@@ -128,21 +128,23 @@ def concluded(document: Document, files: Files) -> Result[et.Diagnosis]:
         data = shelf.obtain(given_data(document, path[0], files), report)
         walk = [
             by_hand.Walked(
-                title=one.title,
-                added=one.change,
-                answer=shelf.obtain(answer(document, one, files), report),
-                outcome=shelf.obtain(outcome(document, one, files), report)
-                if was_searched(document, one) or one is path[-1]
+                title=version.title,
+                added=version.change,
+                answer=shelf.obtain(answer(document, version, files), report),
+                outcome=shelf.obtain(outcome(document, version, files), report)
+                if was_searched(document, version) or version is path[-1]
                 else None,
             )
-            for one in path[1:]
+            for version in path[1:]
         ]
         if not walk:
             first = shelf.obtain(answer(document, path[0], files), report)
             walk.append(by_hand.Walked(REFIT, None, first, None))
         return by_hand.concluded(data, walk, report)
 
-    texts = [f"{one.title}\n{was_searched(document, one)}\n{one.model}" for one in path]
+    texts = [
+        f"{version.title}\n{was_searched(document, version)}\n{version.model}" for version in path
+    ]
     return Result(_key("concluded", document, path[-1], *texts), "concluding", compute)
 
 
@@ -280,4 +282,4 @@ def _growth(base: str, made: Sequence[Version]) -> Change:
 
 
 def _has(document: Document, version_id: str) -> bool:
-    return any(one.id == version_id for one in document.versions)
+    return any(version.id == version_id for version in document.versions)

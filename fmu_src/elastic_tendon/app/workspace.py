@@ -100,7 +100,7 @@ class Shelf:
     def forget_failures(self) -> None:
         """Let what failed be tried again."""
         with self._lock:
-            for key in [key for key, one in self._held.items() if isinstance(one, Failure)]:
+            for key in [key for key, value in self._held.items() if isinstance(value, Failure)]:
                 del self._held[key]
 
 

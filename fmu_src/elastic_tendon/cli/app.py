@@ -76,8 +76,8 @@ def open_app(
         heldout = [str(bundled.DATA / "demo_validate.csv")]
     loaded = load(model or EXAMPLE, own_effects)
     files: dict[str, Path] = {}
-    sources = [_source(one, "fit", options, files) for one in fitted]
-    sources += [_source(one, "validate", options, files) for one in heldout]
+    sources = [_source(recording, "fit", options, files) for recording in fitted]
+    sources += [_source(recording, "validate", options, files) for recording in heldout]
     served = listen(new_document(loaded, sources), files, address=network or LOOPBACK, port=port)
     if network is not None:
         notice.print("note: other machines can reach the app, and what is sent is not encrypted")
@@ -106,6 +106,6 @@ def _source(data: str, role: str, options: "et.ReadOptions", files: dict[str, Pa
             "name": path.name,
             "role": role,
             "options": options,
-            "window": tuple(one if isfinite(one) else None for one in window or (inf, inf)),
+            "window": tuple(end if isfinite(end) else None for end in window or (inf, inf)),
         }
     )

@@ -154,7 +154,11 @@ def diagnose(
         )
         in_time = time_limit is None or time.monotonic() - begin < time_limit
         # files first: a reader that closes the pipe must not cost the user a result
-        files.write(found, [one.name for one in measurements], [one.name for one in heldout])
+        files.write(
+            found,
+            [recording.name for recording in measurements],
+            [recording.name for recording in heldout],
+        )
         if figures is not None:
             from elastic_tendon.reports.diagnosis_figures import all_figures
 
@@ -162,7 +166,7 @@ def diagnose(
         call = Call(
             model=model,
             data=tuple(data),
-            effects=tuple(word for one in own_effects or () for word in ("--effect", str(one))),
+            effects=tuple(word for file in own_effects or () for word in ("--effect", str(file))),
             reading=words(options),
             search=repeated(noise, only, without, relevance, horizon),
             saved=_text(save_model),
@@ -253,11 +257,11 @@ class Stage:
         """Move the bar."""
         self._move(text, share)
 
-    def ask(self, one: "Round") -> bool:
+    def ask(self, search_round: "Round") -> bool:
         """Show a round, and ask whether to go on."""
         self._bar.close()
         self._rounds += 1
-        _show_round(self._rounds, one, self._every)
+        _show_round(self._rounds, search_round, self._every)
         try:
             goes_on = typer.confirm("Go on?", default=True, err=True)
         except typer.Abort:  # Ctrl-C or the end of the input: what was found is kept
@@ -324,13 +328,13 @@ def _show_evidence(found: "et.Diagnosis", every: bool) -> None:
         _show_round(index, judged, every)
 
 
-def _show_round(index: int, one: "Round", every: bool) -> None:
+def _show_round(index: int, search_round: "Round", every: bool) -> None:
     from elastic_tendon.reports import diagnosis_tables as words
 
-    output.print(words.round_title(index, one), highlight=False, markup=False)
-    if table := words.candidates_table(one, every=every):
+    output.print(words.round_title(index, search_round), highlight=False, markup=False)
+    if table := words.candidates_table(search_round, every=every):
         output.print(table)
-    if sentence := words.unsure_sentence(one):
+    if sentence := words.unsure_sentence(search_round):
         output.print(sentence, highlight=False, markup=False)
 
 

@@ -128,8 +128,8 @@ def linearise(
     Two of --load, --motor-position, --joint-position and --deflection settle the operating point;
     of what is not given, the load is 0 first, then the motor's position.
     """
-    for one in state or ():
-        _check("slack state", one, STATES, "--state")
+    for slack_state in state or ():
+        _check("slack state", slack_state, STATES, "--state")
     _check("drive", drive, DRIVES, "--drive")
     held = dict(map(_mode, modes or ()))
     check_outputs(json_file, mat_file, describe, picture=plot, force=force, read=[model])
@@ -159,7 +159,12 @@ def linearise(
         from elastic_tendon.linear.mat import write_mat
         from elastic_tendon.linear.selection import selected
 
-        write_mat(name, [selected(one, inputs, outputs) for one in found], mat_file, force=force)
+        write_mat(
+            name,
+            [selected(linear_model, inputs, outputs) for linear_model in found],
+            mat_file,
+            force=force,
+        )
     if plot is not None:
         from elastic_tendon.reports.linear_figures import linear_figure
 
@@ -214,8 +219,8 @@ def _every(
                 faults.append(fault)
     if faults and (states or not found):
         raise faults[0]
-    for one in faults:
-        notice.print(f"note: {one}", markup=False, soft_wrap=True)
+    for refusal in faults:
+        notice.print(f"note: {refusal}", markup=False, soft_wrap=True)
     return found
 
 

@@ -176,8 +176,10 @@ def add(
         measurements = read_all(loaded, data, options, report)
         heldout = read_all(loaded, validate or [], options, report)
         addition = et.add(loaded, wanted, measurements, heldout, report)
-    made = made_by((one.name for one in measurements), (one.name for one in heldout))
-    added = [one for one in wanted if one in addition.model.effects]
+    made = made_by(
+        (recording.name for recording in measurements), (recording.name for recording in heldout)
+    )
+    added = [effect_id for effect_id in wanted if effect_id in addition.model.effects]
     lines = [*made, f"added: {', '.join(added) or 'nothing'}"]
     write_text(out, comments(lines) + addition.model.to_toml(), force=force)
     save_json(addition.to_dict(), json_file, force)
@@ -228,9 +230,9 @@ def _compared(
 ) -> "et.Comparison":
     """`compare`, which fits call as well, one recording at a time to tell how far it is."""
     files: list[FileComparison] = []
-    for index, one in enumerate(measurements):
-        report(f"{one.name}: simulating", index / len(measurements))
-        files.extend(et.compare(model, [one]).files)
+    for index, recording in enumerate(measurements):
+        report(f"{recording.name}: simulating", index / len(measurements))
+        files.extend(et.compare(model, [recording]).files)
     return et.Comparison(model, tuple(files))
 
 

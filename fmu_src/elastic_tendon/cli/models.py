@@ -63,12 +63,12 @@ def export(
         et.export_fmu(
             *(loaded, out),
             fmi_version=fmi_version,
-            platforms=[one.name for one in platforms],
+            platforms=[target.name for target in platforms],
             source=source,
             overwrite=force,
             progress=report,
         )
-    runs_on = ", ".join(one.name for one in platforms)
+    runs_on = ", ".join(target.name for target in platforms)
     told = f"{loaded.name} is in {out}, FMI {fmi_version}.0, for {runs_on}"
     output.print(told, highlight=False, soft_wrap=True)
 

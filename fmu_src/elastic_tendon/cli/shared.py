@@ -138,9 +138,9 @@ def check_outputs(
     places = [path.resolve() for path in asked]
     if len(set(places)) < len(places):
         raise typer.BadParameter("two outputs have the same name; give each its own")
-    for one in read:
-        if Path(one).resolve() in places or Path(one.split("[")[0]).resolve() in places:
-            raise typer.BadParameter(f"{one} is read; give the output another name")
+    for source in read:
+        if Path(source).resolve() in places or Path(source.split("[")[0]).resolve() in places:
+            raise typer.BadParameter(f"{source} is read; give the output another name")
     for path in asked:
         check_writable(path, force=force)
 
@@ -189,11 +189,14 @@ def sources(
     """
     paths = [("model", Path(model))]
     for used, measurements in read.items():
-        for one in measurements:
+        for recording in measurements:
             # beside a recording may lie how to read it
-            paths += [(used, Path(one.source)), ("how to read it", Path(f"{one.source}.toml"))]
-    paths += [("how to read it", Path(one)) for one in mapping]
-    return paths + [("effect", one) for one in own_effects or ()]
+            paths += [
+                (used, Path(recording.source)),
+                ("how to read it", Path(f"{recording.source}.toml")),
+            ]
+    paths += [("how to read it", Path(item)) for item in mapping]
+    return paths + [("effect", file) for file in own_effects or ()]
 
 
 def save_picture(figure: "Figure", path: Path, force: bool) -> None:

@@ -212,9 +212,9 @@ def _points(asked: Asked, model: "et.Model") -> "et.Points":
 
     hint = "--vary"
     try:
-        factors = [parse_factor(model, one) for one in asked.vary] or stated_factors(model)
+        factors = [parse_factor(model, text) for text in asked.vary] or stated_factors(model)
         hint = "--vary, --method and --runs"
-        listed = all(isinstance(one.distribution, Values) for one in factors)
+        listed = all(isinstance(factor.distribution, Values) for factor in factors)
         method = asked.method or ("grid" if listed and asked.runs is None else "monte-carlo")
         count = asked.runs if asked.runs is not None or method == "grid" else DRAWN_RUNS
         return points(factors, method, count, asked.seed or 0)
@@ -280,7 +280,7 @@ def _show(work: Work, model: "et.Model", task: "et.Task", done: "et.Swept") -> N
     elif isinstance(task, Bootstrap):
         output.print(words.bootstrap_table(intervals(task, read_results(done.path))))
     else:
-        units = {one.path: one.unit for one in quantities(model.effect_ids)}
+        units = {quantity.path: quantity.unit for quantity in quantities(model.effect_ids)}
         output.print(words.statistics_table(summary, units))
     output.print(words.done_sentence(done), highlight=False, markup=False)
     for sentence in words.failure_sentences(summary, reasons=work is not Work.DIAGNOSE):

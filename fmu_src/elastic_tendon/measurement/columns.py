@@ -125,15 +125,18 @@ def find_layout(
         search.check_load(found)
         used = {column.group for column in found if column is not None}
         times = {group: search.time(group) for group in sorted(used)}
-    signals = tuple(one for one in found if one is not None and one.signal != _UNUSED)
+    signals = tuple(column for column in found if column is not None and column.signal != _UNUSED)
     _check_distinct([*times.values(), *signals], source)
     runs = frozenset(
         group.name
         for group in groups
-        if RUN in group.columns and any(one.group == group.name for one in signals)
+        if RUN in group.columns and any(column.group == group.name for column in signals)
     )
     notes = _notes(groups, [*times.values(), *signals], runs)
-    idle = preparation.columns.keys() - {"time", *(one.signal for one in found if one is not None)}
+    idle = preparation.columns.keys() - {
+        "time",
+        *(column.signal for column in found if column is not None),
+    }
     if idle:
         kind = "a time series" if times else "a static curve"
         notes += (f"said of columns and not used, as this is {kind}: {', '.join(sorted(idle))}",)
@@ -386,10 +389,10 @@ def _check_distinct(columns: Sequence[Column], source: str) -> None:
     """Refuse a column that is read as two signals."""
     signals: dict[tuple[str, str], str] = {}
     for column in columns:
-        other = signals.setdefault((column.group, column.name), column.signal)
-        if other != column.signal:
+        first = signals.setdefault((column.group, column.name), column.signal)
+        if first != column.signal:
             raise MeasurementError(
-                f"{source}: column {column.label} is read as {other} and as {column.signal}; map "
+                f"{source}: column {column.label} is read as {first} and as {column.signal}; map "
                 "each signal to a column of its own"
             )
 

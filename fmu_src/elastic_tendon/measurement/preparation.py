@@ -274,13 +274,13 @@ def _of_comparison(tree: object, source: str, data: Path) -> tuple[Preparation, 
     """
     files = tree.get("files") if isinstance(tree, dict) and tree.get("schema") == COMPARISON else 0
     if not isinstance(files, list) or not all(
-        isinstance(one, dict) and {"source", "preparation"} <= one.keys() for one in files
+        isinstance(file, dict) and {"source", "preparation"} <= file.keys() for file in files
     ):
         raise MeasurementError(
             f"{source}: this is not the JSON of a comparison that says how each file was read "
             f"({COMPARISON}); write one with compare --json"
         )
-    paths = list(dict.fromkeys(str(one["source"]) for one in files))
+    paths = list(dict.fromkeys(str(file["source"]) for file in files))
     same = [path for path in paths if path == str(data)] or [
         path for path in paths if Path(path).name == data.name
     ]
@@ -295,9 +295,9 @@ def _of_comparison(tree: object, source: str, data: Path) -> tuple[Preparation, 
             "them by this path"
         )
     return tuple(
-        check_preparation(one["preparation"], f"{source}: {one.get('name', same[0])}")
-        for one in files
-        if str(one["source"]) == same[0]
+        check_preparation(file["preparation"], f"{source}: {file.get('name', same[0])}")
+        for file in files
+        if str(file["source"]) == same[0]
     )
 
 

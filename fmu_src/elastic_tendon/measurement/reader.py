@@ -102,7 +102,7 @@ def read_measurement(data: str, options: ReadOptions = DEFAULT) -> Measurement:
 def _only(found: Sequence[Measurement], data: str) -> Measurement:
     """The one recording that was read."""
     if len(found) > 1:
-        names = ", ".join(one.name for one in found[:_MOST_NAMES])
+        names = ", ".join(recording.name for recording in found[:_MOST_NAMES])
         raise MeasurementError(
             f"{data}: it holds {len(found)} recordings ({names}"
             f"{', ...' if len(found) > _MOST_NAMES else ''}) where one is wanted; choose one by a "
@@ -172,19 +172,21 @@ def _for_window(
     ------
     MeasurementError : they say two things about one stretch, or nothing about the window
     """
-    distinct = [one for i, one in enumerate(written) if one not in written[:i]]
+    distinct = [part for i, part in enumerate(written) if part not in written[:i]]
     if window is None:
-        return [one for one in distinct if not any(_lies_within(one, each) for each in distinct)]
-    distinct = [one for one in distinct if _shared(one, window)] or distinct
-    anywhere = [one.model_copy(update={"window": None}) for one in distinct]
+        return [part for part in distinct if not any(_lies_within(part, each) for each in distinct)]
+    distinct = [part for part in distinct if _shared(part, window)] or distinct
+    anywhere = [part.model_copy(update={"window": None}) for part in distinct]
     found: list[Preparation] = []
-    for one, bare in zip(distinct, anywhere, strict=True):
-        alike = all(other == bare for other in anywhere if other.runs == bare.runs)
-        kept = bare.model_copy(update={"window": window if alike else _shared(one, window)})
+    for part, bare in zip(distinct, anywhere, strict=True):
+        alike = all(earlier == bare for earlier in anywhere if earlier.runs == bare.runs)
+        kept = bare.model_copy(update={"window": window if alike else _shared(part, window)})
         if kept.window is not None and kept not in found:
             found.append(kept)
-    for i, one in enumerate(found):
-        if any(one.runs == other.runs and _shared(one, other.window) for other in found[:i]):
+    for i, part in enumerate(found):
+        if any(
+            part.runs == earlier.runs and _shared(part, earlier.window) for earlier in found[:i]
+        ):
             raise MeasurementError(
                 f"{data}: what is written down says two ways to read a part of this window; "
                 "choose one that lies within one piece"

@@ -162,7 +162,7 @@ class _GroupReader:
             )
         labels = list(map(_label, found))
         for label in dict.fromkeys(labels):
-            alike = [code for code, other in enumerate(labels) if other == label]
+            alike = [code for code, present in enumerate(labels) if present == label]
             yield label, _Part(chunk, numbers).rows(np.isin(codes, alike))
 
     def _take(self, into: _Rows, label: Label, part: _Part) -> None:

@@ -310,13 +310,13 @@ def _register_cursors(app: Dash) -> None:
         if ctx.triggered_id == "compare-overlay" and clicked:
             cursors = with_cursor(cursors, round(float(clicked["points"][0]["x"]), 6))
         elif ctx.triggered_id in ("compare-a", "compare-b"):
-            typed = {name: None if one in EMPTY else one for name, one in (("A", a), ("B", b))}
+            typed = {name: None if time in EMPTY else time for name, time in (("A", a), ("B", b))}
             cursors = {name: typed[name] for name in cursors}
         elif ctx.triggered_id == "compare-clear":
             cursors = NO_CURSORS
         # as pairs: their order, which tells the older one, must survive the browser
-        now = {"recording": recording, "order": [list(one) for one in cursors.items()]}
-        fields = ["" if one is None else one for one in in_order(cursors)]
+        now = {"recording": recording, "order": [list(cursor) for cursor in cursors.items()]}
+        fields = ["" if time is None else time for time in in_order(cursors)]
         return (now if now != held else no_update), *fields
 
 

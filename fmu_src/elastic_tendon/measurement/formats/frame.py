@@ -23,6 +23,6 @@ class FrameSource:
 
     def read(self, _group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
         """All rows at once; they are in memory already."""
-        names = {str(one): one for one in self.frame.columns}
-        yield {one: as_numbers(self.frame[names[one]].to_numpy()) for one in columns}
+        names = {str(column): column for column in self.frame.columns}
+        yield {column: as_numbers(self.frame[names[column]].to_numpy()) for column in columns}
         report(f"reading {self.name}", 1.0)

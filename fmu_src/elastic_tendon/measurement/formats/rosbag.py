@@ -152,7 +152,9 @@ class RosbagSource:
                 report(reading(self.path), min(done / count, 1.0))
         if tables:
             order = np.argsort(np.concatenate([table[_TIME] for table in tables]), kind="stable")
-            yield {name: np.concatenate([one[name] for one in tables])[order] for name in columns}
+            yield {
+                name: np.concatenate([table[name] for table in tables])[order] for name in columns
+            }
 
     def _row(self, topic: str, message: Any, recorded: float) -> Mapping[str, float]:
         time = _stamp(message) if topic in self.stamped else recorded
