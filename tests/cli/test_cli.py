@@ -404,7 +404,7 @@ def test_comparing_tells_how_far_it_is(run, recording: str, monkeypatch) -> None
     def telling():
         yield lambda text, share: told.append((text, share))
 
-    monkeypatch.setattr(cli.measurements, "progress", telling)
+    monkeypatch.setattr(cli.measurements, "progress_bar", telling)
     assert run("compare", MODEL, recording, f"{recording}[0:1]").exit_code == 0
     simulating = [call for call in told if call[0].endswith(": simulating")]
     assert [share for _, share in simulating] == [0.0, 0.5]

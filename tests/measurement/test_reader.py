@@ -667,7 +667,7 @@ def test_more_samples_than_the_memory_is_meant_for(
 def test_progress_is_told(tmp_path: Path) -> None:
     shares: list[float] = []
     data = saved(tmp_path, table(0.001 * np.arange(5000)))
-    read_prepared(data, report=lambda _, share: shares.append(share))
+    read_prepared(data, progress=lambda _, share: shares.append(share))
     assert shares[-1] == pytest.approx(1.0)
     assert shares == sorted(shares)
 

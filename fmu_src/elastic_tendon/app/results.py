@@ -13,7 +13,7 @@ from pathlib import Path
 import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
-from elastic_tendon.app.workspace import Report, Result, Shelf
+from elastic_tendon.app.workspace import Progress, Result, Shelf
 from elastic_tendon.estimation.ladder import Rung, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -45,9 +45,9 @@ class Compared:
 def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
     """Names of the columns of a file, by which a mapping finds them."""
 
-    def compute(_shelf: Shelf, report: Report) -> tuple[str, ...]:
+    def compute(_shelf: Shelf, progress: Progress) -> tuple[str, ...]:
         with _calling_it(source, files) as path:
-            report(f"opening {source.name}", 0.0)
+            progress(f"opening {source.name}", 0.0)
             check_harmless(path, source.name)
             groups = open_source(path).groups
         return tuple(label(group.name, column) for group in groups for column in group.columns)
@@ -58,13 +58,13 @@ def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
 def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
     """The recordings of one file, as it says it is read; whether they are right is not judged."""
 
-    def compute(shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
-        shelf.obtain(contents(source, files), report)
+    def compute(shelf: Shelf, progress: Progress) -> tuple[Measurement, ...]:
+        shelf.obtain(contents(source, files), progress)
         with _calling_it(source, files) as path:
             found = read_prepared(
                 str(path) + (window_text(*source.window) if any_end(source) else ""),
                 source.options,
-                report,
+                progress,
             )
         return tuple(
             replace(recording, name=recording.name.replace(path.name, source.name))
@@ -101,11 +101,11 @@ def looked_at(document: Document, source: Source, files: Files) -> Result[tuple[
     """The recordings of one file, believed as far as the model as given tells; noise is known."""
     root = document.path()[0]
 
-    def compute(shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
-        read = shelf.obtain(reading(source, files), report)
-        found = believed(root.loaded(), read, report, as_declared=source.options.as_declared)
+    def compute(shelf: Shelf, progress: Progress) -> tuple[Measurement, ...]:
+        read = shelf.obtain(reading(source, files), progress)
+        found = believed(root.loaded(), read, progress, as_declared=source.options.as_declared)
         for index, recording in enumerate(found):
-            report(f"finding the noise of {recording.name}", index / len(found))
+            progress(f"finding the noise of {recording.name}", index / len(found))
             _ = recording.noise  # kept by the measurement
         return tuple(found)
 
@@ -116,13 +116,13 @@ def looked_at(document: Document, source: Source, files: Files) -> Result[tuple[
 def data(document: Document, files: Files) -> Result[Data]:
     """All recordings that are used, believed as far as the model as given tells, and split."""
 
-    def compute(shelf: Shelf, report: Report) -> Data:
+    def compute(shelf: Shelf, progress: Progress) -> Data:
         fitted: list[Measurement] = []
         heldout: list[Measurement] = []
         for source in document.sources:
             if source.role == "off":
                 continue
-            for recording in shelf.obtain(looked_at(document, source, files), report):
+            for recording in shelf.obtain(looked_at(document, source, files), progress):
                 first, second = split_up(source, recording)
                 fitted += first
                 heldout += second
@@ -155,11 +155,11 @@ def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement],
 def compared(document: Document, version: Version, files: Files) -> Result[Compared]:
     """A version beside the data."""
 
-    def compute(shelf: Shelf, report: Report) -> Compared:
-        found = shelf.obtain(data(document, files), report)
+    def compute(shelf: Shelf, progress: Progress) -> Compared:
+        found = shelf.obtain(data(document, files), progress)
         model = version.loaded()
-        library_path(model.effect_ids, report)
-        report(f"comparing {version.title}", 0.5)
+        library_path(model.effect_ids, progress)
+        progress(f"comparing {version.title}", 0.5)
         heldout = et.compare(model, found.heldout) if found.heldout else None
         return Compared(et.compare(model, found.fitted), heldout)
 
@@ -173,9 +173,9 @@ def compared(document: Document, version: Version, files: Files) -> Result[Compa
 def located(document: Document, version: Version, files: Files) -> Result[et.Location]:
     """Where a version fails, in the recordings that are fitted."""
 
-    def compute(shelf: Shelf, report: Report) -> et.Location:
-        found = shelf.obtain(compared(document, version, files), report)
-        return et.locate(found.fitted, report)
+    def compute(shelf: Shelf, progress: Progress) -> et.Location:
+        found = shelf.obtain(compared(document, version, files), progress)
+        return et.locate(found.fitted, progress)
 
     return Result(
         ("located", document.data_key(), _hash(version.model)),
@@ -188,20 +188,20 @@ def climbed(document: Document, files: Files) -> Result[tuple[Rung, ...]]:
     """The ladder of errors from the root to the current version."""
     path = document.path()
 
-    def compute(shelf: Shelf, report: Report) -> tuple[Rung, ...]:
-        return climb(ladder_steps(document, files, shelf, report))
+    def compute(shelf: Shelf, progress: Progress) -> tuple[Rung, ...]:
+        return climb(ladder_steps(document, files, shelf, progress))
 
     hashes = [_hash(version.model + version.title) for version in path]
     return Result(("climbed", document.data_key(), *hashes), "comparing each step", compute)
 
 
 def ladder_steps(
-    document: Document, files: Files, shelf: Shelf, report: Report
+    document: Document, files: Files, shelf: Shelf, progress: Progress
 ) -> tuple[Step, ...]:
     """The versions from the root to the current one as steps of a ladder."""
     steps = []
     for version in document.path():
-        found = shelf.obtain(compared(document, version, files), report)
+        found = shelf.obtain(compared(document, version, files), progress)
         added = version.change
         steps.append(
             Step(

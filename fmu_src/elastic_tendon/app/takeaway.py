@@ -21,7 +21,7 @@ from elastic_tendon.app import results, walk
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.workspace import Report, Result, Shelf, Workspace
+from elastic_tendon.app.workspace import Progress, Result, Shelf, Workspace
 from elastic_tendon.comparison.compare import SLACK_STATES
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.result import Round
@@ -115,7 +115,7 @@ def _result(
     kind: Kind,
     words: str,
     document: Document,
-    compute: Callable[[Shelf, Report], Built],
+    compute: Callable[[Shelf, Progress], Built],
     *options: str,
 ) -> Result[Built]:
     way = "\n".join(
@@ -131,7 +131,7 @@ def _result(
 def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
     """The FMU of the current version."""
 
-    def compute(_shelf: Shelf, report: Report) -> Built:
+    def compute(_shelf: Shelf, progress: Progress) -> Built:
         if not choice.platforms:
             raise et.BuildError("no platform is chosen; choose at least one for the FMU to run on")
 
@@ -141,7 +141,7 @@ def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
                 fmi_version=choice.fmi_version,
                 platforms=choice.platforms,
                 source=choice.source,
-                progress=report,
+                progress=progress,
             )
 
         return depot.build(file_name(document, "fmu"), write)
@@ -153,11 +153,11 @@ def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
 def model_file(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """The current version as model.toml, with comments on where it comes from."""
 
-    def compute(shelf: Shelf, report: Report) -> Built:
+    def compute(shelf: Shelf, progress: Progress) -> Built:
         version, notes = document.version, list(_provenance(document))
         text = version.model
         if version.parent is not None and walk.is_fitted(document, version):
-            answer = shelf.obtain(walk.answer(document, version, files), report).result
+            answer = shelf.obtain(walk.answer(document, version, files), progress).result
             text = with_estimates(answer.model, answer.findings.estimates).to_toml()
             notes.append("uncertainties: as estimated from what was fitted")
         name = file_name(document, "model")
@@ -178,14 +178,14 @@ def _provenance(document: Document) -> Iterator[str]:
 def linear(document: Document, depot: Depot) -> Result[Built]:
     """Linear models of each slack state, of the model as given and of the current version."""
 
-    def compute(_shelf: Shelf, report: Report) -> Built:
+    def compute(_shelf: Shelf, progress: Progress) -> Built:
         way = document.path()
         ends = [("as_given", way[0])] if len(way) == 1 else [("before", way[0]), ("after", way[-1])]
 
         def write(path: Path) -> None:
             with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
                 for index, (label, version) in enumerate(ends):
-                    report(f"linearising {version.title}", index / len(ends))
+                    progress(f"linearising {version.title}", index / len(ends))
                     _add_linear(archive, label, version.loaded(), depot)
 
         return depot.build(file_name(document, "linear"), write)
@@ -220,11 +220,13 @@ def numbers(document: Document, files: Files, depot: Depot) -> Result[Built]:
     from elastic_tendon.comparison.comparison_json import comparison_json
     from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 
-    def compute(shelf: Shelf, report: Report) -> Built:
+    def compute(shelf: Shelf, progress: Progress) -> Built:
         if _was_walked(document):
-            content = diagnosis_json(shelf.obtain(walk.concluded(document, files), report))
+            content = diagnosis_json(shelf.obtain(walk.concluded(document, files), progress))
         else:
-            content = comparison_json(*_compared(document, document.version, files, shelf, report))
+            content = comparison_json(
+                *_compared(document, document.version, files, shelf, progress)
+            )
         text, name = _json(content), file_name(document, "numbers")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
 
@@ -234,17 +236,17 @@ def numbers(document: Document, files: Files, depot: Depot) -> Result[Built]:
 def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """The report that stands alone: of a diagnosis; where nothing was fitted, of a comparison."""
 
-    def compute(shelf: Shelf, report: Report) -> Built:
+    def compute(shelf: Shelf, progress: Progress) -> Built:
         from elastic_tendon.reports.html.document import comparison_document, diagnosis_document
 
         origin = _origin(document, files)
         if _was_walked(document):
-            found = shelf.obtain(walk.concluded(document, files), report)
-            _, where = _compared(document, document.path()[0], files, shelf, report)
-            text = diagnosis_document(found, where, origin, report)
+            found = shelf.obtain(walk.concluded(document, files), progress)
+            _, where = _compared(document, document.path()[0], files, shelf, progress)
+            text = diagnosis_document(found, where, origin, progress)
         else:
-            found_now = _compared(document, document.version, files, shelf, report)
-            text = comparison_document(*found_now, origin, report)
+            found_now = _compared(document, document.version, files, shelf, progress)
+            text = comparison_document(*found_now, origin, progress)
         name = file_name(document, "report")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
 
@@ -258,11 +260,11 @@ def _was_walked(document: Document) -> bool:
 
 
 def _compared(
-    document: Document, version: Version, files: Files, shelf: Shelf, report: Report
+    document: Document, version: Version, files: Files, shelf: Shelf, progress: Progress
 ) -> tuple[et.Comparison, et.Location]:
     """A version beside the recordings that are fitted, and where it fails."""
-    compared = shelf.obtain(results.compared(document, version, files), report)
-    return compared.fitted, shelf.obtain(results.located(document, version, files), report)
+    compared = shelf.obtain(results.compared(document, version, files), progress)
+    return compared.fitted, shelf.obtain(results.located(document, version, files), progress)
 
 
 def _origin(document: Document, files: Files) -> "Origin":
@@ -297,13 +299,13 @@ def _command(document: Document) -> str:
 def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """What the figures show, a table each, and every recording beside its simulation."""
 
-    def compute(shelf: Shelf, report: Report) -> Built:
+    def compute(shelf: Shelf, progress: Progress) -> Built:
         ends = dict.fromkeys((document.path()[0], document.version))
         known = [
-            shelf.obtain(results.compared(document, version, files), report) for version in ends
+            shelf.obtain(results.compared(document, version, files), progress) for version in ends
         ]
-        located = shelf.obtain(results.located(document, document.version, files), report)
-        rungs = shelf.obtain(results.climbed(document, files), report)
+        located = shelf.obtain(results.located(document, document.version, files), progress)
+        rungs = shelf.obtain(results.climbed(document, files), progress)
         rounds = _rounds(document, files, shelf)
         tables = [*figures(known, located, rungs, rounds), *recordings(known)]
 
@@ -311,7 +313,7 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
             with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
                 for index, table in enumerate(tables):
                     member = f"{table.folder}/{index + 1:02}_{safe_name(table.name)}.csv"
-                    share = partial(report, f"writing {member}", index / len(tables))
+                    share = partial(progress, f"writing {member}", index / len(tables))
                     _add_table(archive, member, table.make(), share)
 
         return depot.build(file_name(document, "data"), write)
@@ -331,13 +333,13 @@ def _rounds(document: Document, files: Files, shelf: Shelf) -> list[Round]:
 
 
 def _add_table(
-    archive: zipfile.ZipFile, member: str, table: "pd.DataFrame", report: Callable[[], None]
+    archive: zipfile.ZipFile, member: str, table: "pd.DataFrame", progress: Callable[[], None]
 ) -> None:
     """Write a table row by row, so that the user can stop it."""
     with archive.open(member, "w", force_zip64=True) as binary:
         text = TextIOWrapper(binary, encoding="utf-8", newline="")
         for start in range(0, max(len(table), 1), _ROWS):
-            report()
+            progress()
             table.iloc[start : start + _ROWS].to_csv(text, index=False, header=start == 0)
         text.flush()
         text.detach()

@@ -8,7 +8,7 @@ from typing import Any
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.workspace import Failure, Report, Result, Session, Shelf
+from elastic_tendon.app.workspace import Failure, Progress, Result, Session, Shelf
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
 from elastic_tendon.reports.interactive.overlay import Run
@@ -163,9 +163,9 @@ def while_waiting(session: Session, rests_on: Sequence[Result[Any]], words: str)
 def located_heldout(document: Document, version: Version, files: Files) -> Result[Location]:
     """Where a version fails, in the recordings that are held out; none where there are none."""
 
-    def compute(shelf: Shelf, report: Report) -> Location:
-        found = shelf.obtain(results.compared(document, version, files), report)
-        return locate(found.heldout or Comparison(version.loaded(), ()), report)
+    def compute(shelf: Shelf, progress: Progress) -> Location:
+        found = shelf.obtain(results.compared(document, version, files), progress)
+        return locate(found.heldout or Comparison(version.loaded(), ()), progress)
 
     of_fitted = results.located(document, version, files)
     words = f"{of_fitted.words} in the recordings held out"

@@ -17,9 +17,9 @@ from elastic_tendon.app.document import Document, from_browser
 from elastic_tendon.errors import ElasticTendonError
 
 T = TypeVar("T")
-Report = Callable[[str, float], None]  # what is being done, and the share of it that is done
+Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
 Change = Callable[[Document], Document]
-Work = Callable[[Report], Change | None]
+Work = Callable[[Progress], Change | None]
 Stored = Mapping[str, object]  # what the browser keeps: id, revision, document
 
 SESSIONS = 8  # that are held; the browser brings back the document of one that was dropped
@@ -58,7 +58,7 @@ class Shelf:
             self._held.move_to_end(result.key)
             return self._held[result.key]  # type: ignore[return-value]  # its key is its own
 
-    def obtain(self, result: "Result[T]", report: Report) -> T:
+    def obtain(self, result: "Result[T]", progress: Progress) -> T:
         """A result, computed here and now if need be.
 
         Raises
@@ -72,8 +72,8 @@ class Shelf:
         if found is not None:
             return found
         try:
-            computed = result.compute(self, report)
-            report(result.words, 1.0)  # a fit that was stopped comes back with its best so far
+            computed = result.compute(self, progress)
+            progress(result.words, 1.0)  # a fit that was stopped comes back with its best so far
         except ElasticTendonError as error:
             self.put(result, Failure(str(error)))
             raise
@@ -114,7 +114,7 @@ class Result(Generic[T]):
 
     key: tuple[str, ...]
     words: str
-    compute: Callable[[Shelf, Report], T] = field(compare=False)
+    compute: Callable[[Shelf, Progress], T] = field(compare=False)
 
 
 @dataclass
@@ -132,7 +132,7 @@ class Job:
     sentence: str = ""
     stopping: bool = False
 
-    def report(self, words: str, share: float) -> None:
+    def progress(self, words: str, share: float) -> None:
         """Note how far the work is.
 
         Raises
@@ -179,8 +179,8 @@ class Session:
     def compute(self, step: str, result: Result[Any]) -> bool:
         """Begin to compute what a step shows; see `start`."""
 
-        def work(report: Report) -> None:
-            self.shelf.obtain(result, report)
+        def work(progress: Progress) -> None:
+            self.shelf.obtain(result, progress)
 
         return self.start(step, result.words, work, result)
 
@@ -204,7 +204,7 @@ class Session:
             return True
 
     def stop(self) -> None:
-        """Let go of the work under way: at its next report it ends, and leaves nothing."""
+        """Let go of the work under way: when it next tells how far it is, it ends with nothing."""
         with self._lock:
             if self.job is not None and self.job.state == "running":
                 self.job.stopping = True
@@ -217,7 +217,7 @@ class Session:
         state: Literal["done", "failed"] = "done"
         change: Change | None = None
         try:
-            change = work(job.report)
+            change = work(job.progress)
         except Stopped:
             return
         except ElasticTendonError as error:

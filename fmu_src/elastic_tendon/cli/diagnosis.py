@@ -40,7 +40,7 @@ from elastic_tendon.cli.shared import (
     made_by,
     notice,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_figures,
     save_json,
@@ -50,7 +50,7 @@ from elastic_tendon.output import check_folder, check_writable, write_file, writ
 
 if TYPE_CHECKING:
     from elastic_tendon.diagnosis.result import Round
-    from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement.formats import Progress
 
 
 @app.command()
@@ -72,8 +72,8 @@ def demo() -> None:
         "the first recording and refitted to it; then every effect of the catalogue is tried. The "
         "second recording is kept apart and only judges.\n"
     )
-    with progress() as report:
-        found = bundled.run(report)
+    with progress_bar() as progress:
+        found = bundled.run(progress)
     write_file(picture, lambda path: bundled.draw(found, path), force=force)
     _show_answer(found)
     _show_evidence(found, every=False)
@@ -141,15 +141,15 @@ def diagnose(
     from elastic_tendon.reports.diagnosis_tables import Call, next_lines
 
     with Stage(every) as stage:
-        read = read_all(loaded, data, options, stage.report)
-        held = read_all(loaded, validate or [], options, stage.report)
+        read = read_all(loaded, data, options, stage.progress)
+        held = read_all(loaded, validate or [], options, stage.progress)
         known = with_noise([*read, *held], sigmas)
         measurements, heldout = known[: len(read)], known[len(read) :]
         begin = time.monotonic()
         found = et.diagnose(
             *(loaded, measurements, heldout),
             options=search,
-            progress=stage.report,
+            progress=stage.progress,
             ask=stage.ask if step else None,
         )
         in_time = time_limit is None or time.monotonic() - begin < time_limit
@@ -162,7 +162,7 @@ def diagnose(
         if figures is not None:
             from elastic_tendon.reports.diagnosis_figures import all_figures
 
-            save_figures(all_figures(found), figures, force, stage.report)
+            save_figures(all_figures(found), figures, force, stage.progress)
         call = Call(
             model=model,
             data=tuple(data),
@@ -176,7 +176,7 @@ def diagnose(
         if page is not None:
             used = {"fitted": measurements, "held-out": heldout}
             came = sources(model, used, options.mapping, own_effects)
-            text = _report(found, came, next_lines(found, call), stage.report)
+            text = _report(found, came, next_lines(found, call), stage.progress)
             write_text(page, text, force=force)
     _show_answer(found)
     _say(next_lines(found, call))
@@ -247,13 +247,13 @@ class Stage:
         self._bar = ExitStack()
 
     def __enter__(self) -> "Stage":
-        self._move = self._bar.enter_context(progress())
+        self._move = self._bar.enter_context(progress_bar())
         return self
 
     def __exit__(self, *_raised: object) -> None:
         self._bar.close()
 
-    def report(self, text: str, share: float) -> None:
+    def progress(self, text: str, share: float) -> None:
         """Move the bar."""
         self._move(text, share)
 
@@ -266,7 +266,7 @@ class Stage:
             goes_on = typer.confirm("Go on?", default=True, err=True)
         except typer.Abort:  # Ctrl-C or the end of the input: what was found is kept
             goes_on = False
-        self._move = self._bar.enter_context(progress())
+        self._move = self._bar.enter_context(progress_bar())
         return goes_on
 
 
@@ -296,14 +296,14 @@ def _report(
     found: "et.Diagnosis",
     read: Sequence[tuple[str, Path]],
     advice: Sequence[str],
-    report: "Report",
+    progress: "Progress",
 ) -> str:
     """The report of a diagnosis; what was read by purpose, and what to do next."""
     from elastic_tendon.reports.html.document import diagnosis_document
     from elastic_tendon.reports.html.origin import origin_of
 
-    where = et.locate(found.steps[0].comparison, report)
-    return diagnosis_document(found, where, origin_of(command_line(), read, advice), report)
+    where = et.locate(found.steps[0].comparison, progress)
+    return diagnosis_document(found, where, origin_of(command_line(), read, advice), progress)
 
 
 def _show_answer(found: "et.Diagnosis") -> None:

@@ -20,7 +20,7 @@ from elastic_tendon.cli.shared import (
     load_effects,
     notice,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_json,
     save_picture,
@@ -210,9 +210,9 @@ def _every(
     wanted = list(dict.fromkeys(states or WITHOUT_POINT))
     found: list[et.LinearModel] = []
     faults: list[et.LinearisationError] = []
-    with progress() as report:
+    with progress_bar() as progress:
         for index, state in enumerate(wanted):
-            report(f"linearising in state {state}", index / len(wanted))
+            progress(f"linearising in state {state}", index / len(wanted))
             try:
                 found.append(linear_in(state))
             except et.LinearisationError as fault:
@@ -249,6 +249,6 @@ def _show(
 def _describe(model: "et.Model", picture: Path, force: bool) -> None:
     from elastic_tendon.reports.describing_function_figure import describing_function_figure
 
-    with progress() as report:
-        found = et.describing_function(model, progress=report)
+    with progress_bar() as progress:
+        found = et.describing_function(model, progress=progress)
     save_picture(describing_function_figure(model, found), picture, force)

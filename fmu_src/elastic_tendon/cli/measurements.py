@@ -26,7 +26,7 @@ from elastic_tendon.cli.shared import (
     made_by,
     notice,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_figures,
     save_json,
@@ -37,7 +37,7 @@ from elastic_tendon.output import check_folder, write_text
 
 if TYPE_CHECKING:
     from elastic_tendon.comparison.compare import FileComparison
-    from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement.formats import Progress
 
 
 @app.command()
@@ -66,12 +66,12 @@ def simulate(
 
     check_outputs(out, picture=None, force=force, read=[model, *([data] if data else [])])
     loaded = load(model, own_effects)
-    with progress() as report:
-        library_path(loaded.effect_ids, report)
+    with progress_bar() as progress:
+        library_path(loaded.effect_ids, progress)
         if data is None:
             table = simulated.default_table(loaded)
         else:
-            measurement = read_motion(loaded, data, options, report)
+            measurement = read_motion(loaded, data, options, progress)
             table = simulated.measured_table(loaded, measurement)
     write_text(out, table.to_csv(index=False), force=force)
     output.print(f"{len(table)} samples in {out}", highlight=False)
@@ -106,22 +106,22 @@ def compare(
     if figures is not None:
         check_folder(figures, force=force)
     loaded = load(model, own_effects)
-    with progress() as report:
-        measurements = read_all(loaded, data, options, report)
-        comparison = _compared(loaded, measurements, report)
-        location = et.locate(comparison, report)
+    with progress_bar() as progress:
+        measurements = read_all(loaded, data, options, progress)
+        comparison = _compared(loaded, measurements, progress)
+        location = et.locate(comparison, progress)
         # files first: a reader that closes the pipe must not cost the user a result
         if figures is not None:
             from elastic_tendon.reports.location_figures import all_figures
 
-            save_figures(all_figures(comparison, location), figures, force, report)
+            save_figures(all_figures(comparison, location), figures, force, progress)
         if page is not None:
             from elastic_tendon.reports.html.document import comparison_document
             from elastic_tendon.reports.html.origin import origin_of
 
             read = sources(model, {"compared": measurements}, options.mapping, own_effects)
             text = comparison_document(
-                comparison, location, origin_of(command_line(), read), report
+                comparison, location, origin_of(command_line(), read), progress
             )
             write_text(page, text, force=force)
     save_json(comparison_json(comparison, location), json_file, force)
@@ -172,10 +172,10 @@ def add(
         return
     from elastic_tendon.reports.provenance import comments
 
-    with progress() as report:
-        measurements = read_all(loaded, data, options, report)
-        heldout = read_all(loaded, validate or [], options, report)
-        addition = et.add(loaded, wanted, measurements, heldout, report)
+    with progress_bar() as progress:
+        measurements = read_all(loaded, data, options, progress)
+        heldout = read_all(loaded, validate or [], options, progress)
+        addition = et.add(loaded, wanted, measurements, heldout, progress)
     made = made_by(
         (recording.name for recording in measurements), (recording.name for recording in heldout)
     )
@@ -226,12 +226,12 @@ def _add_typical(
 
 
 def _compared(
-    model: "et.Model", measurements: "Sequence[et.Measurement]", report: "Report"
+    model: "et.Model", measurements: "Sequence[et.Measurement]", progress: "Progress"
 ) -> "et.Comparison":
     """`compare`, which fits call as well, one recording at a time to tell how far it is."""
     files: list[FileComparison] = []
     for index, recording in enumerate(measurements):
-        report(f"{recording.name}: simulating", index / len(measurements))
+        progress(f"{recording.name}: simulating", index / len(measurements))
         files.extend(et.compare(model, [recording]).files)
     return et.Comparison(model, tuple(files))
 

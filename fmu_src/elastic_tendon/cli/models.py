@@ -16,7 +16,7 @@ from elastic_tendon.cli.shared import (
     load,
     load_effects,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_picture,
 )
@@ -59,14 +59,14 @@ def export(
     except et.BuildError as error:
         raise typer.BadParameter(str(error), param_hint="--platform") from None
     loaded = load(model, own_effects)
-    with progress() as report:
+    with progress_bar() as progress:
         et.export_fmu(
             *(loaded, out),
             fmi_version=fmi_version,
             platforms=[target.name for target in platforms],
             source=source,
             overwrite=force,
-            progress=report,
+            progress=progress,
         )
     runs_on = ", ".join(target.name for target in platforms)
     told = f"{loaded.name} is in {out}, FMI {fmi_version}.0, for {runs_on}"

@@ -13,7 +13,7 @@ from elastic_tendon.cli.shared import notice
 from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
-    from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement.formats import Progress
 
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")
@@ -136,7 +136,7 @@ def words(options: "et.ReadOptions") -> tuple[str, ...]:
 
 
 def read_all(
-    model: "et.Model", data: Sequence[str], options: "et.ReadOptions", progress: "Report"
+    model: "et.Model", data: Sequence[str], options: "et.ReadOptions", progress: "Progress"
 ) -> list["et.Measurement"]:
     """Read every file; look whether it was read rightly; say what was done to it.
 
@@ -156,7 +156,7 @@ def read_all(
 
 
 def read_motion(
-    model: "et.Model", data: str, options: "et.ReadOptions", progress: "Report"
+    model: "et.Model", data: str, options: "et.ReadOptions", progress: "Progress"
 ) -> "et.Measurement":
     """Read a file that holds one recording, which need not hold the joint's position.
 

@@ -24,7 +24,7 @@ from elastic_tendon.output import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement.formats import Progress
 
 INTERRUPTED = 130
 
@@ -104,19 +104,20 @@ def load(source: str, own_effects: list[Path] | None) -> "et.Model":
 
 
 @contextmanager
-def progress() -> Iterator["Report"]:
+def progress_bar() -> Iterator["Progress"]:
     """A bar on stderr where that is a terminal; yields the function that moves it."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     quiet = not notice.is_terminal
-    with Progress(*columns, console=notice, transient=True, disable=quiet) as bar:
+    with Bar(*columns, console=notice, transient=True, disable=quiet) as bar:
         task = bar.add_task("", total=1.0)
 
-        def report(text: str, share: float) -> None:
+        def progress(text: str, share: float) -> None:
             bar.update(task, description=text, completed=share)
 
-        yield report
+        yield progress
 
 
 def check_outputs(
@@ -210,7 +211,7 @@ def save_figures(
     drawings: Iterable[tuple[str, Callable[[], "Figure"]]],
     folder: Path,
     force: bool,
-    report: "Report",
+    progress: "Progress",
 ) -> None:
     """Draw into a folder; `drawings` are names of files without suffix, and what draws each."""
     from elastic_tendon.reports.comparison_figures import save
@@ -218,7 +219,7 @@ def save_figures(
     def write(target: Path) -> None:
         every = list(drawings)
         for index, (name, draw) in enumerate(every):
-            report(f"drawing {name}", index / len(every))
+            progress(f"drawing {name}", index / len(every))
             save(draw(), target / f"{name}.png")
 
     write_folder(folder, write, force=force)

@@ -19,14 +19,14 @@ from elastic_tendon.cli.shared import (
     load,
     notice,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_picture,
 )
 from elastic_tendon.sweeps import FEWEST_REFITS
 
 if TYPE_CHECKING:
-    from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement.formats import Progress
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap
@@ -131,17 +131,17 @@ class Asked:
             fault = f"an interval of 95 % needs {FEWEST_REFITS} refits"
             raise typer.BadParameter(fault, param_hint="--runs")
 
-    def task(self, model: "et.Model", options: "et.ReadOptions", report: "Report") -> "et.Task":
+    def task(self, model: "et.Model", options: "et.ReadOptions", progress: "Progress") -> "et.Task":
         """The runs, ready to be done."""
         if self.work is Work.SIMULATE:
-            return _simulations(self, model, options, report)
+            return _simulations(self, model, options, progress)
         if self.work is Work.DIAGNOSE:
             return _fleet(self, model, options)
         from elastic_tendon.sweeps.bootstrap import bootstrap
 
-        measurements = read_all(model, self.data, options, report)
+        measurements = read_all(model, self.data, options, progress)
         return bootstrap(
-            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, report=report
+            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, report=progress
         )
 
 
@@ -188,10 +188,10 @@ def sweep(
         raise typer.BadParameter(f"no DATA to read: leave {words(options)[0]} out")
     loaded = load(model, own_effects)
     try:
-        with progress() as report:
-            task = asked.task(loaded, options, report)
+        with progress_bar() as progress:
+            task = asked.task(loaded, options, progress)
             done = et.sweep(
-                *(task, out), workers=workers, scheduler=scheduler, force=force, progress=report
+                *(task, out), workers=workers, scheduler=scheduler, force=force, progress=progress
             )
     except KeyboardInterrupt:
         _stopped(out)
@@ -223,16 +223,16 @@ def _points(asked: Asked, model: "et.Model") -> "et.Points":
 
 
 def _simulations(
-    asked: Asked, model: "et.Model", options: "et.ReadOptions", report: "Report"
+    asked: Asked, model: "et.Model", options: "et.ReadOptions", progress: "Progress"
 ) -> "et.Task":
     from elastic_tendon.native.library import library_path
     from elastic_tendon.sweeps import simulations as module
 
     points = _points(asked, model)
-    library_path(model.effect_ids, report)
+    library_path(model.effect_ids, progress)
     motion = module.default_motion(model)
     if asked.data:
-        motion = module.measured_motion(model, read_motion(model, asked.data[0], options, report))
+        motion = module.measured_motion(model, read_motion(model, asked.data[0], options, progress))
     try:
         return module.simulations(
             *(model, points),

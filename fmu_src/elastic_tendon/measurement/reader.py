@@ -13,7 +13,7 @@ import pandas as pd
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.assembly import Asked, Reading, assemble, check_static
 from elastic_tendon.measurement.columns import find_layout
-from elastic_tendon.measurement.formats import Report, Source, open_source, silent
+from elastic_tendon.measurement.formats import Progress, Source, open_source, silent
 from elastic_tendon.measurement.formats.base import label
 from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 from elastic_tendon.measurement.preparation import Preparation, read_preparations
@@ -112,7 +112,7 @@ def _only(found: Sequence[Measurement], data: str) -> Measurement:
 
 
 def read_prepared(
-    data: str, options: ReadOptions = DEFAULT, report: Report = silent
+    data: str, options: ReadOptions = DEFAULT, progress: Progress = silent
 ) -> list[Measurement]:
     """Read a file by options, and by what lies beside it.
 
@@ -121,7 +121,7 @@ def read_prepared(
     data : str; ``file.csv``, or ``file.csv[start:end]`` for a window in s
     options : where they name no preparation, ``file.csv.toml`` beside the file is taken if it is
         there
-    report : is told what is being done, and the share of it that is done
+    progress : is told what is being done, and the share of it that is done
 
     Returns
     -------
@@ -134,7 +134,7 @@ def read_prepared(
     path, window = split_window(data)
     written, notes = _written_preparations(path, options)
     asked = Asked(str(path), data, window)
-    found = _read_as_written(_open(path), asked, written, options, report)
+    found = _read_as_written(_open(path), asked, written, options, progress)
     return [replace(measurement, notes=(*notes, *measurement.notes)) for measurement in found]
 
 
@@ -143,7 +143,7 @@ def _read_as_written(
     asked: Asked,
     written: Sequence[Preparation],
     options: ReadOptions,
-    report: Report = silent,
+    progress: Progress = silent,
 ) -> list[Measurement]:
     """Read the recordings of an opened source as preparations and options say."""
     labels = {
@@ -156,7 +156,7 @@ def _read_as_written(
     return [
         measurement
         for preparation in _for_window(merged, asked.window, asked.data)
-        for measurement in _read(source, asked, preparation, options, report)
+        for measurement in _read(source, asked, preparation, options, progress)
     ]
 
 
@@ -270,14 +270,14 @@ def _read(
     asked: Asked,
     preparation: Preparation,
     options: ReadOptions,
-    report: Report,
+    progress: Progress,
 ) -> list[Measurement]:
     """Read the recordings of an opened file as a preparation says."""
     required = options.joint_required
     layout = find_layout(source.groups, preparation, source.name, joint_required=required)
     check_static(preparation, layout, source.name)
     reading = Reading(source.name, asked, layout, preparation, options.interpolation)
-    return assemble(reading, read_runs(source, layout, preparation, report))
+    return assemble(reading, read_runs(source, layout, preparation, progress))
 
 
 def split_window(data: str) -> tuple[Path, tuple[float, float] | None]:

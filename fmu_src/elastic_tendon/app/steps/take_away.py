@@ -15,7 +15,7 @@ from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice, Kind
 from elastic_tendon.app.uploads import size_in_words
-from elastic_tendon.app.workspace import Failure, Report, Result, Session, Workspace
+from elastic_tendon.app.workspace import Failure, Progress, Result, Session, Workspace
 from elastic_tendon.errors import BuildError, ElasticTendonError
 from elastic_tendon.native.compiler import ALL as EVERY_PLATFORM
 from elastic_tendon.native.compiler import PLATFORMS, host_platform
@@ -224,9 +224,9 @@ def _begin(session: Session, result: Result[Built]) -> bool:
     """Begin to build a file; an error is told beside its button, from the shelf."""
     session.shelf.forget_failures()
 
-    def work(report: Report) -> None:
+    def work(progress: Progress) -> None:
         with suppress(ElasticTendonError):
-            session.shelf.obtain(result, report)
+            session.shelf.obtain(result, progress)
 
     return session.start(ID, result.words, work)
 

@@ -4,9 +4,9 @@ from importlib import import_module
 from pathlib import Path
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.measurement.formats.base import Group, Report, Source, silent
+from elastic_tendon.measurement.formats.base import Group, Progress, Source, silent
 
-__all__ = ["Group", "Report", "Source", "open_source", "silent"]
+__all__ = ["Group", "Progress", "Source", "open_source", "silent"]
 
 # how a file of a format begins -> module here that reads it; a bag may be one file of a folder
 _BEGINNINGS = {

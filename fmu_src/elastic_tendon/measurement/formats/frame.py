@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from elastic_tendon.measurement.formats.base import Chunk, Group, Report, as_numbers
+from elastic_tendon.measurement.formats.base import Chunk, Group, Progress, as_numbers
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class FrameSource:
         """All columns, by their names."""
         return (Group("", tuple(map(str, self.frame.columns)), rows=len(self.frame)),)
 
-    def read(self, _group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
+    def read(self, _group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """All rows at once; they are in memory already."""
         names = {str(column): column for column in self.frame.columns}
         yield {column: as_numbers(self.frame[names[column]].to_numpy()) for column in columns}
-        report(f"reading {self.name}", 1.0)
+        progress(f"reading {self.name}", 1.0)
