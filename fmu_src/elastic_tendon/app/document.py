@@ -68,7 +68,7 @@ class Version(BaseModel):
     added : ids of all effects that came in since the root, in this order
     model : text of its model.toml
     given : the same as it was loaded, where numbers were edited by hand since; else ""
-    effective : numbers that the data determine, see `identify.ladder.Step`
+    effective : numbers that the data determine, see `estimation.ladder.Step`
     fitted_to : `Document.data_key` of the data that it was fitted to, "" where it was not
     searched : `Document.data_key` of the data in which more was searched from here, else ""
     """

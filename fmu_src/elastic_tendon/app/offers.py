@@ -144,7 +144,7 @@ def advised(sentence: str, labels: Sequence[str]) -> tuple[Offer, ...]:
 
     Parameters
     ----------
-    sentence : with advice for the command line, as of `identify.suspicion`
+    sentence : with advice for the command line, as of `misreadings.suspicion`
     labels : columns of the file
     """
     ways = [advised_items(clause) for clause in sentence.split("; or ") if ADVICE.search(clause)]

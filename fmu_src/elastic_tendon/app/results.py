@@ -28,7 +28,7 @@ Files = Mapping[str, Path]
 
 @dataclass(frozen=True)
 class Data:
-    """Recordings that are fitted, and those that only judge."""
+    """Recordings that are fitted, and those that are held out."""
 
     fitted: tuple[Measurement, ...]
     heldout: tuple[Measurement, ...]
@@ -56,7 +56,7 @@ def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
 
 
 def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
-    """The recordings of one file, as it says it is read; whether they are right is not judged."""
+    """The recordings of one file, as it says it is read, not yet checked."""
 
     def compute(shelf: Shelf, progress: Progress) -> tuple[Measurement, ...]:
         shelf.obtain(contents(source, files), progress)
@@ -97,7 +97,7 @@ def any_end(source: Source) -> bool:
     return any(end is not None for end in source.window)
 
 
-def looked_at(document: Document, source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
+def checked(document: Document, source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
     """The recordings of one file, believed as far as the model as given tells; noise is known."""
     root = document.path()[0]
 
@@ -109,8 +109,8 @@ def looked_at(document: Document, source: Source, files: Files) -> Result[tuple[
             _ = recording.noise  # kept by the measurement
         return tuple(found)
 
-    key = ("looked at", _how(source), str(source.options.as_declared), _hash(root.model))
-    return Result(key, f"looking at {source.name}", compute)
+    key = ("checked", _how(source), str(source.options.as_declared), _hash(root.model))
+    return Result(key, f"checking {source.name}", compute)
 
 
 def data(document: Document, files: Files) -> Result[Data]:
@@ -122,7 +122,7 @@ def data(document: Document, files: Files) -> Result[Data]:
         for source in document.sources:
             if source.role == "off":
                 continue
-            for recording in shelf.obtain(looked_at(document, source, files), progress):
+            for recording in shelf.obtain(checked(document, source, files), progress):
                 first, second = split_up(source, recording)
                 fitted += first
                 heldout += second
@@ -135,7 +135,7 @@ def data(document: Document, files: Files) -> Result[Data]:
 
 
 def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement], list[Measurement]]:
-    """The part of a recording that is fitted, and the part that only judges.
+    """The part of a recording that is fitted, and the part that is held out.
 
     Raises
     ------

@@ -39,12 +39,12 @@ Found = tuple[Measurement, ...] | Failure | None
 
 @dataclass(frozen=True)
 class Seen:
-    """What is known of a source: its columns, its recordings as read, and as looked at."""
+    """What is known of a source: its columns, its recordings as read, and as checked."""
 
     source: Source
     labels: tuple[str, ...] | Failure | None
     read: Found
-    looked: Found
+    checked: Found
     beginnings: tuple[Beginning, ...] = ()
 
     @property
@@ -54,8 +54,8 @@ class Seen:
 
     @property
     def recordings(self) -> tuple[Measurement, ...]:
-        """The recordings, looked at where they were."""
-        for found in (self.looked, self.read):
+        """The recordings, checked where they were."""
+        for found in (self.checked, self.read):
             if isinstance(found, tuple):
                 return found
         return ()
@@ -71,7 +71,7 @@ class Seen:
 
     def sentence(self) -> str:
         """Why the file cannot be used as it is read, "" where it can."""
-        for found in (self.labels, self.read, self.looked):
+        for found in (self.labels, self.read, self.checked):
             if isinstance(found, Failure):
                 return found.sentence
         try:
@@ -382,14 +382,14 @@ def findings(seen: Seen) -> list[str]:
     told = [
         f"Noise of the {shown(name, static=first.static).words}: "
         f"{noise_in_words(noise, shown(name, static=first.static))}"
-        for name, noise in (first.noise.items() if isinstance(seen.looked, tuple) else ())
+        for name, noise in (first.noise.items() if isinstance(seen.checked, tuple) else ())
     ]
     if first.load_torque is None and not first.static:
         told.append("There is no load torque: none is taken to act.")
     if len(first.signals) == 1 and not first.static:
         told.append("There is no measured torque: the model is judged by the joint position alone.")
     told += noted(seen.recordings)
-    if seen.looked is None and seen.source.role != "off" and not seen.sentence():
+    if seen.checked is None and seen.source.role != "off" and not seen.sentence():
         told.append("Checking units, signs and columns against the model…")
     return told
 

@@ -84,13 +84,13 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
     title = et.effects.BY_ID[effect_id].title
 
     def compute(shelf: Shelf, progress: Progress) -> Tried:
-        looked_at = document.at(version.id)
-        before = shelf.obtain(results.compared(looked_at, version, files), progress)
+        shown = document.at(version.id)
+        before = shelf.obtain(results.compared(shown, version, files), progress)
         found = shelf.obtain(outcome(document, version, files), progress)
         model = by_hand.preview(version.loaded(), found, effect_id)
         library_path(model.effect_ids, progress)
         progress(f"trying {title}", 0.5)
-        data = shelf.obtain(results.data(looked_at, files), progress)
+        data = shelf.obtain(results.data(shown, files), progress)
         heldout = et.compare(model, data.heldout) if data.heldout else None
         after = Compared(et.compare(model, data.fitted), heldout)
         names = (version.title, f"+ {title}")

@@ -70,7 +70,7 @@ def demo() -> None:
     notice.print(
         "A machine was measured twice, and its model does not agree. The model is compared with "
         "the first recording and refitted to it; then every effect of the catalogue is tried. The "
-        "second recording is kept apart and only judges.\n"
+        "second recording is held out.\n"
     )
     with progress_bar() as progress:
         found = bundled.run(progress)
@@ -324,8 +324,8 @@ def _show_evidence(found: "et.Diagnosis", every: bool) -> None:
     for table in (neighbours_table(found, every=every), would_show_table(found.would_show)):
         if table is not None:
             output.print(table)
-    for index, judged in enumerate(found.rounds, start=1):
-        _show_round(index, judged, every)
+    for index, search_round in enumerate(found.rounds, start=1):
+        _show_round(index, search_round, every)
 
 
 def _show_round(index: int, search_round: "Round", every: bool) -> None:

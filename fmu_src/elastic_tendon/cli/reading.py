@@ -20,7 +20,7 @@ DataArgument = Annotated[
 ]
 ValidateOption = Annotated[
     list[str] | None,
-    typer.Option("--validate", metavar="DATA", help="Never fitted, only judges; repeatable."),
+    typer.Option("--validate", metavar="DATA", help="Held out, never fitted; repeatable."),
 ]
 MapOption = Annotated[
     list[str] | None,
@@ -138,7 +138,7 @@ def words(options: "et.ReadOptions") -> tuple[str, ...]:
 def read_all(
     model: "et.Model", data: Sequence[str], options: "et.ReadOptions", progress: "Progress"
 ) -> list["et.Measurement"]:
-    """Read every file; look whether it was read rightly; say what was done to it.
+    """Read every file; check whether it was read rightly; say what was done to it.
 
     Raises
     ------

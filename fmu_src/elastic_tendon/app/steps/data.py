@@ -53,13 +53,13 @@ def seen(session: Session, source: Source) -> Seen:
     document, files, shelf = session.document, session.files, session.shelf
     labels = shelf.find(results.contents(source, files))
     read = shelf.find(results.reading(source, files))
-    looked = shelf.find(results.looked_at(document, source, files))
+    checked = shelf.find(results.checked(document, source, files))
     start = shelf.find(beginnings(source, files))
     return Seen(
         source,
         labels,
         read,
-        None if source.role == "off" else looked,
+        None if source.role == "off" else checked,
         start if isinstance(start, tuple) else (),
     )
 
@@ -339,7 +339,7 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
         *(results.contents(source, files) for source in document.sources),
         *(results.reading(source, files) for source in document.sources),
         *(beginnings(source, files) for source in document.sources),
-        *(results.looked_at(document, source, files) for source in used),
+        *(results.checked(document, source, files) for source in used),
         *([results.data(document, files)] if used else []),
     ]
 

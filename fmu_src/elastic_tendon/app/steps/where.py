@@ -247,7 +247,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         State("where-curves-drawn", "data"),
     )
     def draw(
-        stored: Any, opened: str, look: str, view: Any, window: Any, held: Any, drawn: Any
+        stored: Any, opened: str, theme_name: str, view: Any, window: Any, held: Any, drawn: Any
     ) -> Any:
         if not stored or opened != "where":
             return (no_update,) * 5
@@ -257,7 +257,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             return (*(no_update,) * 4, None)
         chosen, location = seen
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, look, chosen, window, held)
+        now = fingerprint(session, rests_on, theme_name, chosen, window, held)
         if now == drawn:
             return (no_update,) * 5
         run = runs_of(session, chosen)[-1]
@@ -266,7 +266,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         figure = overlay(
             [run],
             chosen.signal,
-            theme=THEMES[look],
+            theme=THEMES[theme_name],
             window=window_of(window, chosen.recording),
             highlighted=samples,
             buckets=BUCKETS,
@@ -313,7 +313,7 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         Input("compare-view", "data"),
         State("where-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, look: str, view: Any, drawn: Any) -> Any:
+    def draw(stored: Any, opened: str, theme_name: str, view: Any, drawn: Any) -> Any:
         if not stored or opened != "where":
             return (no_update,) * 8
         session = workspace.open(stored)
@@ -322,10 +322,10 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
             return (*(no_update,) * 7, None)
         chosen, location = seen
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, look, chosen)
+        now = fingerprint(session, rests_on, theme_name, chosen)
         if now == drawn:
             return (no_update,) * 8
-        file, theme = recordings(found)[chosen.recording], THEMES[look]
+        file, theme = recordings(found)[chosen.recording], THEMES[theme_name]
         static = file.measurement.static
         maps = blank(theme) if static else clickable(error_maps(file, location, theme=theme))
         bars = shares(file, location, chosen.signal, theme=theme)
