@@ -112,13 +112,13 @@ def find_layout(
     """
     search = _Search(groups, preparation, source)
     if search.is_static():
-        found = [search.one(signal, required=True) for signal in STATIC]
+        found = [search.column(signal, required=True) for signal in STATIC]
         times = {}
     else:
         required = ["motor_position", *(["joint_position"] if joint_required else [])]
         search.check_time(required)
         found = [
-            search.one(signal, required=signal in required)
+            search.column(signal, required=signal in required)
             for signal in DIMENSIONS
             if signal not in ("time", "joint_deflection")
         ]
@@ -181,7 +181,7 @@ class _Search:
                 "held, save the file without the time to have it read as a static curve"
             )
 
-    def one(self, signal: str, *, required: bool) -> Column | None:
+    def column(self, signal: str, *, required: bool) -> Column | None:
         """Find the column of a signal.
 
         Raises
