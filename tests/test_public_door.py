@@ -306,7 +306,7 @@ def test_a_fleet_is_of_files(model, recording, tmp_path) -> None:
         }
     ).to_csv(tmp_path / "007.csv", index=False)
     (tmp_path / "NA.csv").write_text("time_s\n0.0\n")
-    task = et.fleet(model, [tmp_path / "007.csv", tmp_path / "NA.csv"])
+    task = et.fleet(model, [tmp_path / "007.csv", tmp_path / "NA.csv"], et.ReadOptions())
     table = et.sweep(task, tmp_path / "fleet.csv", workers=1).to_dataframe()
     assert list(table["robot"]) == ["007", "NA"]
     assert list(table["verdict"]) == ["missing_effect", ""]

@@ -41,6 +41,7 @@ from .linear.linearise import linearise as linearise
 from .linear.result import Drive as Drive
 from .linear.result import LinearModel as LinearModel
 from .linear.result import OperatingPoint as OperatingPoint
+from .measurement.options import ReadOptions as ReadOptions
 from .measurement.reader import read as read
 from .measurement.recording import Measurement as Measurement
 from .output import OutputError as OutputError

@@ -67,8 +67,8 @@ def test_other_data_ask_for_another_refit() -> None:
     document = grown()
     assert versions.refit_words(document) == ""
     assert versions.refit_words(document.at("1")) == "Refit the parameters"
-    other = document.with_source("a", window=(0.0, 1.0))
-    assert versions.refit_words(other) == "Refit to the data chosen now"
+    changed = document.with_source("a", window=(0.0, 1.0))
+    assert versions.refit_words(changed) == "Refit to the data chosen now"
 
 
 def test_errors_have_units() -> None:
@@ -113,5 +113,5 @@ def test_a_step_is_told_with_what_speaks_against_it() -> None:
     assert "fell" in versions.step_sentences([before, after])[0]
     told = versions.step_sentences([after, before.__class__(**{**vars(before), "added": COULOMB})])
     assert "went from" in told[0]
-    assert any("do not ask for Coulomb friction" in one for one in told)
-    assert any("do not trust it" in one for one in told)
+    assert any("do not ask for Coulomb friction" in sentence for sentence in told)
+    assert any("do not trust it" in sentence for sentence in told)

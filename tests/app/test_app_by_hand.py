@@ -11,7 +11,7 @@ from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.result import Diagnosis
 
 COULOMB = "coulomb_friction"
-FILES = {one: demo.DATA / f"demo_{one}.csv" for one in ("fit", "validate")}
+FILES = {role: demo.DATA / f"demo_{role}.csv" for role in ("fit", "validate")}
 SOURCES = (
     Source(key="fit", name="fit.csv", window=(0.0, 4.0)),
     Source(key="validate", name="validate.csv", role="validate", window=(0.0, 4.0)),
@@ -43,10 +43,14 @@ def walked() -> Session:
 
 def test_each_step_is_a_version(walked: Session) -> None:
     path = walked.document.path()
-    assert [one.title for one in path] == ["as given", "parameters refitted", "+ Coulomb friction"]
-    assert [one.change for one in path] == [None, None, COULOMB]
+    assert [version.title for version in path] == [
+        "as given",
+        "parameters refitted",
+        "+ Coulomb friction",
+    ]
+    assert [version.change for version in path] == [None, None, COULOMB]
     assert path[-1].added == (COULOMB,)
-    assert all(walk.was_searched(walked.document, one) for one in path[1:])
+    assert all(walk.was_searched(walked.document, version) for version in path[1:])
 
 
 def test_the_search_finds_the_hidden_effect_and_then_no_more(walked: Session) -> None:
@@ -91,7 +95,7 @@ def test_an_effect_added_at_once_comes_after_a_refit() -> None:
     session = begun()
     change = walk.adding(session, "gravity_load")(silent)
     session.change(change)
-    titles = [one.title for one in session.document.path()]
+    titles = [version.title for version in session.document.path()]
     assert titles == ["as given", "parameters refitted", "+ Gravity load"]
 
 

@@ -44,7 +44,7 @@ def compute(session: Session) -> None:
 def test_a_bad_file_is_told_by_its_own_name_and_the_others_are_read(tmp_path: Path) -> None:
     bad = Source(key="bad", name="<b>mine</b>.csv")
     session = opened(tmp_path, bad, GOOD, bad="time_s,colour\n0,1\n1,2\n")
-    wrong, right = (seen(session, one) for one in (bad, GOOD))
+    wrong, right = (seen(session, source) for source in (bad, GOOD))
     assert wrong.sentence().startswith("<b>mine</b>.csv: there is no column motor_position_rad")
     assert "server-bad" not in wrong.sentence()
     assert wrong.columns == ("time_s", "colour")
@@ -73,13 +73,13 @@ def test_a_file_is_mended_on_the_page(tmp_path: Path) -> None:
 
 
 def test_what_looks_misread_can_be_taken_as_declared(tmp_path: Path) -> None:
-    source = GOOD.model_copy(update={"mapping": ("joint_position=joint_position_rad:deg",)})
+    source = GOOD.changed(mapping=("joint_position=joint_position_rad:deg",))
     session = opened(tmp_path, source)
     known = seen(session, source)
     assert known.sentence().endswith("; if the file is right, add --as-declared")
     assert '"as_declared"' in "".join(map(str, form_of(known).structure))
-    assert [one.items for one in known.offers()] == [("joint_position=joint_position_rad:rad",)]
-    insisted = source.model_copy(update=dict(changes(known, "as_declared", "", ["yes"])))
+    assert [offer.items for offer in known.offers()] == [("joint_position=joint_position_rad:rad",)]
+    insisted = source.changed(**changes(known, "as_declared", "", ["yes"]))
     session.change(lambda document: document.with_sources([insisted]))
     compute(session)
     known = seen(session, insisted)

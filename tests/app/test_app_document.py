@@ -1,10 +1,13 @@
 """The document of the app: a tree of versions that only grows unless the user says otherwise."""
 
+import json
+
 import pytest
 from pydantic import ValidationError
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import Document, Source, Version, from_browser, new_document
+from elastic_tendon.errors import MeasurementError
 
 MODEL = load_model("biorob_x4_joint_3")
 HEAVIER = MODEL.with_values({"link.inertia": 0.04})
@@ -24,9 +27,9 @@ def grown() -> Document:
 
 def test_versions_form_a_tree() -> None:
     document = grown()
-    assert [one.id for one in document.path()] == ["1", "2", "4"]
-    assert [one.id for one in document.children("2")] == ["3", "4"]
-    assert [one.id for one in document.at("3").path()] == ["1", "2", "3"]
+    assert [version.id for version in document.path()] == ["1", "2", "4"]
+    assert [version.id for version in document.children("2")] == ["3", "4"]
+    assert [version.id for version in document.at("3").path()] == ["1", "2", "3"]
 
 
 def test_a_model_that_nothing_was_built_on_is_replaced_in_place() -> None:
@@ -45,7 +48,7 @@ def test_another_model_does_not_cost_what_was_reached() -> None:
 
 def test_deleting_takes_what_was_made_from_it_and_looks_at_its_parent() -> None:
     document = grown().without("2")
-    assert [one.id for one in document.versions] == ["1"]
+    assert [version.id for version in document.versions] == ["1"]
     assert document.current == "1"
     assert document.without("1") == document  # one root always stays
 
@@ -55,15 +58,30 @@ def test_a_name_is_kept() -> None:
 
 
 def test_the_browser_brings_back_what_it_was_given() -> None:
-    document = grown().with_source("a", window=(1.0, None), role="split", split=3.0)
+    read = {"mapping": ("time=t",), "time_shift": {"joint_position": "auto"}, "resample": 0.01}
+    document = grown().with_source("a", window=(1.0, None), role="split", split=3.0, **read)
     assert from_browser({"document": document.model_dump_json()}) == document
 
 
 @pytest.mark.parametrize("change", [{"role": "judge"}, {"resample": -1.0}, {"path": "/etc"}])
 def test_a_source_takes_nothing_unknown(change: dict[str, object]) -> None:
     document = grown()
-    with pytest.raises(ValidationError):
+    with pytest.raises((ValidationError, MeasurementError)):
         document.with_source("a", **change)
+
+
+@pytest.mark.parametrize("change", [{"current": "9"}, {"versions": []}])
+def test_a_document_holds_the_version_that_is_looked_at(change: dict[str, object]) -> None:
+    damaged = json.loads(grown().model_dump_json()) | change
+    with pytest.raises(ValidationError, match="there is no version"):
+        from_browser({"document": json.dumps(damaged)})
+
+
+def test_a_version_is_made_from_an_older_one() -> None:
+    damaged = json.loads(grown().model_dump_json())
+    damaged["versions"].reverse()
+    with pytest.raises(ValidationError, match="is older than what it was made from"):
+        from_browser({"document": json.dumps(damaged)})
 
 
 def test_other_data_have_another_key_and_data_left_out_have_none() -> None:

@@ -40,7 +40,7 @@ def test_names_with_signs_in_them_are_read_as_they_are() -> None:
 
 
 def test_other_signals_and_a_preparation_stay_as_they_are() -> None:
-    source = Source(key="a", name="a", mapping=("time=t", "joint_position=m", "run.toml"))
+    source = SOURCE.changed(mapping=("time=t", "joint_position=m", "run.toml"))
     assert remapped(source, LABELS, JOINT, "unit", "rad") == (
         *("time=t", "run.toml"),
         "joint_position=enc:rad",
@@ -64,9 +64,9 @@ def test_the_table_shows_what_was_found_and_what_could_be(tmp_path) -> None:
     path = tmp_path / "run.csv"
     lines = [f"{0.01 * i},{i},{2 * i}" for i in range(20)]
     path.write_text("\n".join(["time_s,motor_position_deg,enc", *lines]))
-    source = Source(key="a", name="run.csv", mapping=("joint_position=enc:mrad*-1",))
+    source = SOURCE.changed(mapping=("joint_position=enc:mrad*-1",))
     labels = ("time_s", "motor_position_deg", "enc")
-    found = read_measurement(str(path), source.mapping)
+    found = read_measurement(str(path), source.options)
     rows = {row.signal: row for row in rows_of(source, labels, found)}
     assert rows["joint_position"] == Row("joint_position", "enc", "mrad", times=-1.0)
     assert rows["motor_position"].unit == "deg"
@@ -83,7 +83,7 @@ def test_windows_and_shifts() -> None:
     with pytest.raises(MeasurementError, match="from 4 s to 2 s is nothing"):
         window_of(Source(key="a", name="a", window=(4.0, None)), "end", "2")
     assert shifts_of(SOURCE, "motor_position", "auto") == {"motor_position": "auto"}
-    late = Source(key="a", name="a", time_shift={"motor_position": 0.004})
+    late = SOURCE.changed(time_shift={"motor_position": 0.004})
     assert shifts_of(late, "motor_position", "0") == {}
     assert number_of("−0.5", "plus") == -0.5
 

@@ -31,7 +31,7 @@ def test_all_that_is_wrong_with_an_upload_is_told_at_once() -> None:
     head, listed = step.refusal(caught.value.problems, caught.value.source)
     assert head == "mine.toml: 2 things keep it from being used:"
     assert isinstance(listed, html.Ul)
-    assert sorted(one.children.partition(":")[0] for one in listed.children) == [
+    assert sorted(problem.children.partition(":")[0] for problem in listed.children) == [
         "link.inertia",
         "spring",
     ]

@@ -9,15 +9,15 @@ PRETENSION = "transmission.pretension_force"
 
 
 def texts(model=MODEL) -> dict[str, str]:
-    return {one.path: one.text for each in sections(model, model) for one in each.numbers}
+    return {number.path: number.text for each in sections(model, model) for number in each.numbers}
 
 
 def test_every_run_time_number_stands_in_the_section_of_its_part() -> None:
     model = MODEL.with_effect("coulomb_friction", {"torque": 0.2})
     listed = sections(model, model)
-    titles = [one.title for one in listed]
+    titles = [section.title for section in listed]
     assert titles == ["Transmission", "Upper spring", "Lower spring", "Link", "Coulomb friction"]
-    assert {one.path for each in listed for one in each.numbers} == model.values().keys()
+    assert {number.path for each in listed for number in each.numbers} == model.values().keys()
     inertia = listed[3].numbers[0]
     assert (inertia.words, inertia.unit, inertia.bounds) == ("inertia", "kg·m²", "1e−9 to 10000")
 
@@ -25,8 +25,12 @@ def test_every_run_time_number_stands_in_the_section_of_its_part() -> None:
 def test_what_is_edited_is_marked_against_what_was_loaded() -> None:
     model, refused = edited(MODEL, texts() | {PRETENSION: "60"})
     assert refused == {}
-    changed = [one for each in sections(model, MODEL) for one in each.numbers if one.changed]
-    assert [(one.path, one.text, one.was) for one in changed] == [(PRETENSION, "60", "80")]
+    changed = [
+        number for each in sections(model, MODEL) for number in each.numbers if number.changed
+    ]
+    assert [(number.path, number.text, number.was) for number in changed] == [
+        (PRETENSION, "60", "80")
+    ]
 
 
 def test_what_is_not_allowed_is_told_and_the_last_good_number_kept() -> None:
@@ -46,7 +50,7 @@ def test_a_number_refused_for_another_is_taken_once_that_one_allows_it() -> None
     assert model == MODEL
     assert "paper (27)" in refused[PRETENSION]
     model, refused = edited(
-        model, asked | {widest.format(one): "0.03" for one in ("upper", "lower")}
+        model, asked | {widest.format(side): "0.03" for side in ("upper", "lower")}
     )
     assert refused == {}
     assert model.transmission.pretension_force == 400.0
@@ -75,7 +79,7 @@ def test_edits_are_made_in_place_and_can_be_taken_back() -> None:
 
 def test_an_edited_model_is_not_lost_to_another_one() -> None:
     document = hand(new_document(MODEL), 60.0).with_model(load_model("figure_7"))
-    assert [one.title for one in document.versions] == [EDITED, GIVEN]
+    assert [version.title for version in document.versions] == [EDITED, GIVEN]
     assert document.version.loaded().name == "figure_7"
 
 
@@ -83,7 +87,11 @@ def test_what_was_built_on_a_model_stays_when_that_is_edited() -> None:
     start = new_document(MODEL)
     refitted = start.version.model_copy(update={"parent": "1", "title": "parameters refitted"})
     document = hand(start.adding(refitted).at("1"), 60.0)
-    assert [one.title for one in document.versions] == [GIVEN, "parameters refitted", EDITED]
+    assert [version.title for version in document.versions] == [
+        GIVEN,
+        "parameters refitted",
+        EDITED,
+    ]
     assert document.version.parent is None
     assert document.find("1").loaded() == MODEL
 

@@ -32,10 +32,10 @@ def test_a_word_counts_before_a_letter_and_two_alike_suggest_nothing() -> None:
 
 
 def test_nothing_is_suggested_where_nothing_is_missing() -> None:
-    mapped = Source(key="a", name="a", mapping=("time=zeit", "motor_position=enc_M"))
-    done = mapped.model_copy(update={"mapping": (*mapped.mapping, "joint_position=x")})
+    mapped = SOURCE.changed(mapping=("time=zeit", "motor_position=enc_M"))
+    done = mapped.changed(mapping=(*mapped.options.mapping, "joint_position=x"))
     assert guessed(done, (*LABELS, "x")) == ()
-    assert guessed(Source(key="a", name="a", mapping=("run.toml",)), LABELS) == ()
+    assert guessed(SOURCE.changed(mapping=("run.toml",)), LABELS) == ()
 
 
 def test_each_way_that_a_sentence_advises_is_an_offer() -> None:
@@ -61,5 +61,5 @@ def test_advice_that_leaves_something_open_is_no_offer() -> None:
 
 
 def test_what_is_taken_replaces_what_was_said_of_the_same_signals() -> None:
-    source = Source(key="a", name="a", mapping=("time=t", "joint_position=q"))
+    source = SOURCE.changed(mapping=("time=t", "joint_position=q"))
     assert taken(source, ("joint_position=q:deg",)) == ("time=t", "joint_position=q:deg")

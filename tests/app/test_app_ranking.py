@@ -18,30 +18,30 @@ def first_round():
 
 
 def test_what_the_data_cannot_tell_apart_stands_together() -> None:
-    one = first_round()
-    groups = ranking.refitted(one)
+    first = first_round()
+    groups = ranking.refitted(first)
     assert [[candidate.ids for candidate in group] for group in groups] == [
         [(COULOMB,), ("lugre_friction",)]
     ]
-    assert len(ranking.unlikely(one)) == len(one.candidates) - 2
+    assert len(ranking.unlikely(first)) == len(first.candidates) - 2
 
 
 def test_nothing_missing_is_said_as_such() -> None:
-    one = friction_found().rounds[-1]
-    assert ranking.suggestion(one) == "The search would add nothing: nothing is left but noise."
+    last = friction_found().rounds[-1]
+    assert ranking.suggestion(last) == "The search would add nothing: nothing is left but noise."
 
 
 def test_what_the_search_would_take_is_as_sure_as_its_probability() -> None:
-    one = first_round()
-    taken, alike, *others = one.candidates
+    first = first_round()
+    taken, alike, *others = first.candidates
     assert alike.ids in taken.equivalence_class
-    for own, other, word in (
+    for own, second, word in (
         (0.9, 0.095, "surely"),
         (0.5, 0.45, "probably"),
         (0.6, 0.2, "perhaps"),
     ):
-        rows = (replace(taken, probability=own), replace(alike, probability=other), *others)
-        told = ranking.suggestion(replace(one, candidates=rows))
+        rows = (replace(taken, probability=own), replace(alike, probability=second), *others)
+        told = ranking.suggestion(replace(first, candidates=rows))
         assert told.endswith(f", and is {word} there. The choice is yours.")
 
 
@@ -59,16 +59,16 @@ def test_an_effect_that_a_model_cannot_take_is_not_offered() -> None:
     model = MODEL.with_effect(COULOMB, None)
     assert "already" in ranking.refusal(model, effects.BY_ID[COULOMB])
     assert "law" in ranking.refusal(model, effects.BY_ID["lugre_friction"])
-    offered = {one["value"] for one in ranking.choices(model)}
+    offered = {choice["value"] for choice in ranking.choices(model)}
     assert offered.isdisjoint({COULOMB, "stribeck_friction", "lugre_friction"})
     assert "gear_backlash" in offered
 
 
 def test_only_what_the_search_names_is_looked_at_unasked() -> None:
-    one = first_round()
+    first = first_round()
     assert ranking.first_choice(None) is None
-    assert ranking.first_choice(one) == COULOMB
-    assert ranking.first_choice(replace(one, chosen=())) is None
+    assert ranking.first_choice(first) == COULOMB
+    assert ranking.first_choice(replace(first, chosen=())) is None
 
 
 def test_small_odds_of_none_of_them_are_no_sign_of_an_effect() -> None:
@@ -89,7 +89,7 @@ def test_a_try_says_whether_its_numbers_were_fitted() -> None:
     step = found.steps[-1]
     tried = walk.Tried(Compared(step.comparison, step.heldout), before, after)
     fitted, *_, unlikely = first_round().candidates
-    assert not any("screen" in one for one in ranking.tried_sentences(tried, fitted))
+    assert not any("screen" in sentence for sentence in ranking.tried_sentences(tried, fitted))
     told = ranking.tried_sentences(tried, unlikely)
-    assert any("screen" in one for one in told)
+    assert any("screen" in sentence for sentence in told)
     assert told[-1] == "Nothing was added."

@@ -1,6 +1,7 @@
 """Who may talk to the app: real requests to the real server."""
 
 import http.client
+import json
 import socket
 from collections.abc import Iterator
 from contextlib import suppress
@@ -106,9 +107,9 @@ def test_without_the_token_there_is_nothing(app: str) -> None:
 
 
 def test_two_apps_have_different_tokens(app: str) -> None:
-    other = listen(new_document(MODEL), {})
-    other.close()
-    own, others = (urlsplit(url).path.strip("/") for url in (app, other.url))
+    another = listen(new_document(MODEL), {})
+    another.close()
+    own, others = (urlsplit(url).path.strip("/") for url in (app, another.url))
     assert own != others
     assert len(own) >= 32
 
@@ -133,6 +134,42 @@ def sent_in_chunks(app: str, path: str, size: int) -> int:
     status = connection.getresponse().status
     connection.close()
     return status
+
+
+CALLBACKS = "_dash-update-component"
+JSON = "application/json"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        *(b"", b"{", b"\xff", b"{}", b"[]", b"null", b'"x"', b"1"),
+        *(b'{"output": "x.y", "inputs": []}', b'{"output": 1, "inputs": []}'),
+        *(b'{"output": "pulse.data", "inputs": 1}', b'{"output": "pulse.data", "inputs": []}'),
+    ],
+)
+def test_what_calls_no_callback_is_told_in_a_sentence(app: str, body: bytes) -> None:
+    path = f"{urlsplit(app).path}{CALLBACKS}"
+    status, text, headers = ask(app, path, method="POST", body=body, Content_Type=JSON)
+    assert status == 400
+    assert text == "This is no call of the page's callbacks; reload the page.\n"
+    assert headers["Content-Type"].startswith("text/plain")
+
+
+@pytest.mark.parametrize(
+    "kept", [{"id": "a"}, {"id": "a", "document": "{}"}, {"document": "{}"}, 5, "x", ["x"]]
+)
+def test_a_session_that_is_none_is_told_in_a_sentence(app: str, kept: object) -> None:
+    inputs = [
+        {"id": "session", "property": "data", "value": kept},
+        {"id": "open", "property": "data", "value": "effect"},
+    ]
+    body = json.dumps({"output": "effect-list.children", "inputs": inputs}).encode()
+    path = f"{urlsplit(app).path}{CALLBACKS}"
+    status, text, _ = ask(app, path, method="POST", body=body, Content_Type=JSON)
+    assert status == 400
+    told = "the browser's copy of this session is damaged; open the app in a new tab.\n"
+    assert text == told
 
 
 def test_an_address_that_is_not_here_is_told_in_a_sentence() -> None:

@@ -73,7 +73,10 @@ def test_linear_models_are_those_before_and_after(depot: Depot) -> None:
     found = members(takeaway.linear(document(), depot).compute(Shelf(), quiet))
     assert set(found) == {"before.json", "before.mat", "after.json", "after.mat"}
     poles = [
-        [one["analysis"]["poles"] for one in json.loads(found[f"{label}.json"])["models"]]
+        [
+            linear_model["analysis"]["poles"]
+            for linear_model in json.loads(found[f"{label}.json"])["models"]
+        ]
         for label in ("before", "after")
     ]
     assert len(poles[0]) == 3
@@ -83,7 +86,7 @@ def test_linear_models_are_those_before_and_after(depot: Depot) -> None:
 
 def test_a_recording_is_handed_out_beside_its_simulations(depot: Depot, tmp_path: Path) -> None:
     found = members(takeaway.data(document(), FILES, depot).compute(Shelf(), quiet))
-    (name,) = (one for one in found if one.startswith("recordings/") and "demo_fit" in one)
+    (name,) = (name for name in found if name.startswith("recordings/") and "demo_fit" in name)
     table = pd.read_csv(BytesIO(found[name]))
     error = table["simulated_joint_position_rad"] - table["measured_joint_position_rad"]
     np.testing.assert_allclose(table["error_joint_position_rad"], error, atol=1e-12)
@@ -112,7 +115,7 @@ def test_the_numbers_are_those_of_the_comparison(depot: Depot) -> None:
     built = takeaway.numbers(document(), FILES, depot).compute(Shelf(), quiet)
     content = json.loads(built.path.read_text())
     assert content["schema"] == "elastic-tendon/comparison/1"
-    assert [one["name"] for one in content["files"]] == ["demo_fit.csv"]
+    assert [file["name"] for file in content["files"]] == ["demo_fit.csv"]
     assert str(depot.find(built.key).path.parent) not in built.path.read_text()
 
 
@@ -151,19 +154,19 @@ def test_without_data_there_is_still_a_model(depot: Depot) -> None:
 
 
 def test_other_choices_are_other_files(depot: Depot) -> None:
-    one = document()
+    fitted = document()
     keys = [
         found.key
         for each in (
-            one,
-            one.at("1"),
-            one.renamed("2", "otherwise"),
-            one.with_source("fit", role="off"),
+            fitted,
+            fitted.at("1"),
+            fitted.renamed("2", "otherwise"),
+            fitted.with_source("fit", role="off"),
         )
         for choice in (FmuChoice(), FmuChoice(3))
         for found in offered(each, FILES, choice, depot).values()
     ]
-    assert len(OFFERS) == len(offered(one, FILES, FmuChoice(), depot))
+    assert len(OFFERS) == len(offered(fitted, FILES, FmuChoice(), depot))
     # all but the FMU are the same for both choices
     assert len(set(keys)) == 4 * (len(OFFERS) + 1)
 

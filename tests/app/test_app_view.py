@@ -110,7 +110,7 @@ def test_what_is_no_longer_there_is_not_looked_at(found: Compared) -> None:
 
 
 def test_recordings_held_out_are_told_apart(found: Compared) -> None:
-    labels = [one["label"] for one in recording_options(found)]
+    labels = [option["label"] for option in recording_options(found)]
     assert [label.rsplit(" (", 1)[1] for label in labels] == ["fitted)", "held out)"]
     assert len(recording_options(found, fitted_only=True)) == 1
 
@@ -241,18 +241,22 @@ def test_the_table_of_errors_begins_with_both_models(runs: tuple[Run, ...]) -> N
 def test_a_chosen_bin_is_described_by_its_own_error(
     runs: tuple[Run, ...], location: FileLocation
 ) -> None:
-    one = next(one for one in location.bins[SIGNAL] if one.by == "deflection")
-    chosen = chosen_samples(location, [one.by, one.bin])
+    found_bin = next(
+        found_bin for found_bin in location.bins[SIGNAL] if found_bin.by == "deflection"
+    )
+    chosen = chosen_samples(location, [found_bin.by, found_bin.bin])
     assert chosen is not None
-    assert np.count_nonzero(chosen) == one.count
-    words = chosen_words(runs[-1], SIGNAL, location, [one.by, one.bin], chosen)
-    assert words.startswith(f"Deflection {one.bin}: {one.count} of ")
-    assert shown(SIGNAL).error(one.rmse) in words
+    assert np.count_nonzero(chosen) == found_bin.count
+    words = chosen_words(runs[-1], SIGNAL, location, [found_bin.by, found_bin.bin], chosen)
+    assert words.startswith(f"Deflection {found_bin.bin}: {found_bin.count} of ")
+    assert shown(SIGNAL).error(found_bin.rmse) in words
 
 
 def test_a_slack_state_keeps_its_letters(runs: tuple[Run, ...], location: FileLocation) -> None:
-    one = next(one for one in location.bins[SIGNAL] if one.bin.startswith("III"))
-    mark = [one.by, one.bin]
+    found_bin = next(
+        found_bin for found_bin in location.bins[SIGNAL] if found_bin.bin.startswith("III")
+    )
+    mark = [found_bin.by, found_bin.bin]
     chosen = chosen_samples(location, mark)
     assert chosen is not None
     assert chosen_words(runs[-1], SIGNAL, location, mark, chosen).startswith("Slack state III")
@@ -279,8 +283,10 @@ def test_a_cell_is_described_by_what_it_spans(
 def test_a_band_of_frequencies_has_no_samples_to_show(
     runs: tuple[Run, ...], location: FileLocation
 ) -> None:
-    one = next(one for one in location.bins[SIGNAL] if one.by == "frequency")
-    mark = [one.by, one.bin]
+    found_bin = next(
+        found_bin for found_bin in location.bins[SIGNAL] if found_bin.by == "frequency"
+    )
+    mark = [found_bin.by, found_bin.bin]
     chosen = chosen_samples(location, mark)
     assert chosen is not None
     assert "no samples" in chosen_words(runs[-1], SIGNAL, location, mark, chosen)
@@ -296,9 +302,9 @@ def test_the_densest_bins_stand_first(location: FileLocation) -> None:
     bins = location.bins[SIGNAL]
     held = sample_shares(bins)
     chosen = strongest_bins(bins)
-    excess = [one.share - held[one] for one in chosen]
+    excess = [error_bin.share - held[error_bin] for error_bin in chosen]
     assert chosen
-    assert all(one.stands_out for one in chosen)
+    assert all(error_bin.stands_out for error_bin in chosen)
     assert excess == sorted(excess, reverse=True)
     row = bin_row(chosen[0], shown(SIGNAL), held[chosen[0]])
     assert row[1] == chosen[0].bin

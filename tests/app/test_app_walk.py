@@ -101,7 +101,7 @@ def test_from_a_hidden_effect_to_the_fmu_that_has_it(walk: Walk, tmp_path: Path)
     assert follows(improved) < 0.1 * error
     findings = json.loads(walk.save(walk.build("Write the numbers"), tmp_path).read_text())
     assert findings["added"] == ["coulomb_friction"]
-    errors = [one["rmse"]["joint_position"] for one in findings["ladder"]]
+    errors = [step["rmse"]["joint_position"] for step in findings["ladder"]]
     assert errors == sorted(errors, reverse=True)
     report = walk.save(walk.build("Write the report"), tmp_path)
     assert "Coulomb friction" in report.read_text()
@@ -138,7 +138,7 @@ def test_a_bad_file_is_told_in_its_place_and_costs_nothing_else(walk: Walk) -> N
         walk.page.get_by_role("button", name="Remove").last.click()
         walk.settle()
     walk.page.get_by_text("1 recording is fitted").wait_for()
-    assert [one["name"] for one in walk.document()["sources"]] == [
+    assert [source["name"] for source in walk.document()["sources"]] == [
         "demo_fit.csv",
         "demo_validate.csv",
     ]
@@ -146,7 +146,7 @@ def test_a_bad_file_is_told_in_its_place_and_costs_nothing_else(walk: Walk) -> N
 
 def test_names_of_files_are_never_markup(walk: Walk) -> None:
     rude = "<img src=x onerror=alert(1)><b>bold.csv"
-    walk.page.on("dialog", lambda one: walk.faults.append(one.message) or one.dismiss())
+    walk.page.on("dialog", lambda dialog: walk.faults.append(dialog.message) or dialog.dismiss())
     walk.step("Data")
     upload(walk, **{rude: (DATA / "demo_fit.csv").read_bytes()})
     walk.page.get_by_text(rude, exact=True).first.wait_for()
@@ -233,7 +233,7 @@ def test_a_zoom_survives_a_reload_whatever_comes_last(walk: Walk, late: str) -> 
     """Figures come before the first answer of the server, or after the last one."""
     before = look(walk)
     held: list[Route] = []
-    walk.page.route(late, lambda one: held.append(one))
+    walk.page.route(late, lambda route: held.append(route))
     with walk.page.expect_request(late):
         walk.page.reload(wait_until="commit")
     if late != CALLS:
@@ -257,7 +257,7 @@ def test_a_choice_counts_though_news_come_before_its_answer(walk: Walk) -> None:
     walk.step("Compare")
     walk.settle()
     held: list[Route] = []
-    walk.page.route(CALLS, lambda one: held.append(one))
+    walk.page.route(CALLS, lambda route: held.append(route))
     with walk.page.expect_request(CALLS):
         walk.choose("Recording", "demo_validate.csv (held out)")
     with walk.page.expect_request(CALLS):

@@ -13,7 +13,7 @@ from elastic_tendon.app.workspace import (
     RESULTS,
     SESSIONS,
     Failure,
-    Report,
+    Progress,
     Result,
     Session,
     Shelf,
@@ -52,7 +52,7 @@ def finished(session: Session) -> bool:
 def test_work_changes_the_document_when_it_is_done(workspace: Workspace) -> None:
     session = workspace.open(None)
     before = session.revision
-    assert session.start("add", "changing", lambda _report: renamed)
+    assert session.start("add", "changing", lambda _progress: renamed)
     wait_for(lambda: finished(session))
     assert session.document.version.title == "changed"
     assert session.revision > before
@@ -61,23 +61,23 @@ def test_work_changes_the_document_when_it_is_done(workspace: Workspace) -> None
 def test_one_piece_of_work_at_a_time(workspace: Workspace) -> None:
     session, go_on = workspace.open(None), Event()
 
-    def waits(_report: Report) -> None:
+    def waits(_progress: Progress) -> None:
         assert go_on.wait(LONG)
 
     assert session.start("add", "waiting", waits)
     assert not session.start("add", "another", waits)
     go_on.set()
     wait_for(lambda: finished(session))
-    assert session.start("add", "the next", lambda _report: None)
+    assert session.start("add", "the next", lambda _progress: None)
 
 
 def test_cancel_comes_back_at_once_and_nothing_is_kept(workspace: Workspace) -> None:
     session, go_on, ended = workspace.open(None), Event(), Event()
 
-    def swallows_the_interrupt(report: Report) -> object:
+    def swallows_the_interrupt(progress: Progress) -> object:
         assert go_on.wait(LONG)
         try:
-            report("going on", 0.5)
+            progress("going on", 0.5)
         except KeyboardInterrupt:  # as a fit does, which keeps its best so far
             ended.set()
         return renamed
@@ -85,7 +85,7 @@ def test_cancel_comes_back_at_once_and_nothing_is_kept(workspace: Workspace) -> 
     session.start("add", "fitting", swallows_the_interrupt)  # type: ignore[arg-type]
     session.stop()
     assert finished(session)
-    assert session.start("add", "the next", lambda _report: None)
+    assert session.start("add", "the next", lambda _progress: None)
     go_on.set()
     assert ended.wait(LONG)
     wait_for(lambda: finished(session))
@@ -95,7 +95,7 @@ def test_cancel_comes_back_at_once_and_nothing_is_kept(workspace: Workspace) -> 
 def test_a_cancelled_result_is_not_computed_again_unasked(workspace: Workspace) -> None:
     session, go_on = workspace.open(None), Event()
 
-    def slow(_shelf: Shelf, _report: Report) -> int:
+    def slow(_shelf: Shelf, _progress: Progress) -> int:
         assert go_on.wait(LONG)
         return 1
 
@@ -113,7 +113,7 @@ def test_what_a_stopped_fit_brings_back_is_no_result() -> None:
         if share == 1.0:
             raise KeyboardInterrupt
 
-    shelf, result = Shelf(), Result(("fit",), "fitting", lambda _shelf, _report: "best so far")
+    shelf, result = Shelf(), Result(("fit",), "fitting", lambda _shelf, _progress: "best so far")
     with pytest.raises(KeyboardInterrupt):
         shelf.obtain(result, interrupted)
     assert shelf.find(result) is None
@@ -122,7 +122,7 @@ def test_what_a_stopped_fit_brings_back_is_no_result() -> None:
 def test_what_goes_wrong_is_told_where_it_was_asked_for(workspace: Workspace) -> None:
     session = workspace.open(None)
 
-    def refused(_report: Report) -> None:
+    def refused(_progress: Progress) -> None:
         raise MeasurementError("run.csv: row 3 is empty")
 
     session.start("data", "reading", refused)
@@ -133,7 +133,7 @@ def test_what_goes_wrong_is_told_where_it_was_asked_for(workspace: Workspace) ->
 
 
 def test_a_fault_of_ours_is_told_too_and_not_tried_again(workspace: Workspace) -> None:
-    def broken(_shelf: Shelf, _report: Report) -> int:
+    def broken(_shelf: Shelf, _progress: Progress) -> int:
         raise ZeroDivisionError("by zero")
 
     session, result = workspace.open(None), Result(("broken",), "dividing", broken)
@@ -146,12 +146,12 @@ def test_a_fault_of_ours_is_told_too_and_not_tried_again(workspace: Workspace) -
 
 def test_the_shelf_lets_go_of_what_was_not_asked_for_the_longest() -> None:
     shelf = Shelf()
-    results = [Result((str(i),), "", lambda _shelf, _report: "there") for i in range(RESULTS + 1)]
+    results = [Result((str(i),), "", lambda _shelf, _progress: "there") for i in range(RESULTS + 1)]
     for result in results[:-1]:
         shelf.put(result, "there")
     shelf.find(results[0])
     shelf.put(results[-1], "there")
-    assert [shelf.find(one) for one in results[:2]] == ["there", None]
+    assert [shelf.find(result) for result in results[:2]] == ["there", None]
 
 
 def test_a_dropped_session_comes_back_by_its_document(workspace: Workspace) -> None:

@@ -404,9 +404,9 @@ def test_comparing_tells_how_far_it_is(run, recording: str, monkeypatch) -> None
     def telling():
         yield lambda text, share: told.append((text, share))
 
-    monkeypatch.setattr(cli.measurements, "progress", telling)
+    monkeypatch.setattr(cli.measurements, "progress_bar", telling)
     assert run("compare", MODEL, recording, f"{recording}[0:1]").exit_code == 0
-    simulating = [one for one in told if one[0].endswith(": simulating")]
+    simulating = [call for call in told if call[0].endswith(": simulating")]
     assert [share for _, share in simulating] == [0.0, 0.5]
     assert simulating[0][0].startswith("run.csv")
 
@@ -679,7 +679,9 @@ def test_an_estimated_shift_is_told_and_kept(run, table) -> None:
     (file,) = json.loads(Path("c.json").read_text())["files"]
     assert file["preparation"]["time_shift"]["joint_position"] == pytest.approx(0.008, abs=5e-4)
     assert any("joint_position" in note for note in file["notes"])
-    (warning,) = [one for one in result.stderr.splitlines() if one.startswith("warning: run.csv: ")]
+    (warning,) = [
+        line for line in result.stderr.splitlines() if line.startswith("warning: run.csv: ")
+    ]
     assert "joint_position is taken as 8.0" in warning
     assert "standard error 0." in warning
     assert "friction that it lacks or a wrong inertia passes for a delay" in warning
@@ -713,8 +715,8 @@ def test_series_and_static_curve_are_compared_together_with_all_figures(run, tab
     each = ("overlay", "torque_over_deflection", "missing_torque", "joint_position_share_of_error")
     moving = ("error_maps", "joint_position_correlation")
     assert names == {
-        *(f"{file}_{one}.png" for file in ("run", "curve") for one in each),
-        *(f"run_{one}.png" for one in moving),
+        *(f"{file}_{figure}.png" for file in ("run", "curve") for figure in each),
+        *(f"run_{figure}.png" for figure in moving),
     }
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in Path("f").iterdir())
     assert sorted(path.name for path in Path().iterdir()) == [
@@ -783,7 +785,9 @@ def test_add_writes_json_whatever_the_effect(run, recording: str, effect) -> Non
     content = json.loads(Path("a.json").read_text())
     assert content["effects"] == [effect.id]
     assert [rung["added"] for rung in content["ladder"]] == [None, None, effect.id]
-    fitted = {one["path"]: one for one in content["parameters"]}
-    assert {f"effects.{effect.id}.{one.name}" for one in effect.parameters} <= fitted.keys()
-    assert {type(one["determined"]) for one in fitted.values()} == {bool}
+    fitted = {estimate["path"]: estimate for estimate in content["parameters"]}
+    assert {
+        f"effects.{effect.id}.{parameter.name}" for parameter in effect.parameters
+    } <= fitted.keys()
+    assert {type(estimate["determined"]) for estimate in fitted.values()} == {bool}
     assert content["model"]["effects"].keys() == {effect.id}

@@ -11,17 +11,17 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+import elastic_tendon as et
 from elastic_tendon import cli, demo
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.cli import diagnosis as command
-from elastic_tendon.diagnosis import diagnose as loop_module
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import MeasurementError
 from hand_made_diagnosis import COULOMB, friction_found, nothing_missing, something_unknown
 
 MODEL = str(demo.DATA / "demo_model.toml")
-FITTED, JUDGE = (str(demo.DATA / f"demo_{one}.csv") for one in ("fit", "validate"))
+FITTED, JUDGE = (str(demo.DATA / f"demo_{role}.csv") for role in ("fit", "validate"))
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def run(monkeypatch, tmp_path: Path):
             calls.append((arguments, others))
             return found() if loop is None else loop(*arguments, **others)
 
-        monkeypatch.setattr(loop_module, "diagnose", diagnose)
+        monkeypatch.setattr(et, "diagnose", diagnose)
         result = CliRunner().invoke(
             *(cli.app, ["diagnose", MODEL, *data, *options]), env={"COLUMNS": "80"}, **settings
         )
@@ -55,13 +55,13 @@ def test_recordings_reach_the_loop_and_the_answer_comes_first(run) -> None:
     assert done.exit_code == 0, done.output
     ((model, fitted, heldout), others) = done.calls[0]
     assert model == load_model(MODEL)
-    assert [one.name for one in fitted] == ["demo_fit.csv"]
-    assert [one.name for one in heldout] == ["demo_validate.csv"]
+    assert [recording.name for recording in fitted] == ["demo_fit.csv"]
+    assert [recording.name for recording in heldout] == ["demo_validate.csv"]
     assert others["ask"] is None
     assert done.stdout.startswith("Coulomb friction is surely missing")
     order = [
-        done.stdout.index(one)
-        for one in ("cannot tell apart", "after each step", "does better", "Round 1")
+        done.stdout.index(words)
+        for words in ("cannot tell apart", "after each step", "does better", "Round 1")
     ]
     assert order == sorted(order)
     assert files() == []

@@ -39,7 +39,7 @@ def rough(tmp_path: Path) -> str:
 
 
 def row(text: str, label: str) -> list[str]:
-    (line,) = [one for one in text.splitlines() if one.strip().startswith(label)]
+    (line,) = [line for line in text.splitlines() if line.strip().startswith(label)]
     return line.strip().removeprefix(label).split()
 
 
@@ -68,8 +68,8 @@ def test_files_hold_what_was_selected(run, tmp_path: Path) -> None:
     result = run(MODEL, "--state", "III", "--state", "I", *files, *chosen)
     assert result.exit_code == 0
     content = json.loads((tmp_path / "joint.json").read_text())
-    assert [one["state"] for one in content["models"]] == ["III", "I"]
-    assert [one["name"] for one in content["models"][0]["outputs"]] == [
+    assert [linear_model["state"] for linear_model in content["models"]] == ["III", "I"]
+    assert [output["name"] for output in content["models"][0]["outputs"]] == [
         "joint_velocity",
         "deflection",
     ]
@@ -98,8 +98,8 @@ def test_on_a_boundary_both_sides_are_shown(run) -> None:
     assert "(upper tendon goes slack): the models of both sides are given." in " ".join(
         result.stdout.split()
     )
-    (one,) = json.loads(Path("joint.json").read_text())["models"]
-    assert [side["state"] for side in one["sides"]] == ["III", "II"]
+    (linear_model,) = json.loads(Path("joint.json").read_text())["models"]
+    assert [side["state"] for side in linear_model["sides"]] == ["III", "II"]
 
 
 def test_friction_slides_unless_it_is_held(run, rough: str) -> None:

@@ -5,19 +5,19 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import elastic_tendon as et
 from elastic_tendon import cli, demo
-from elastic_tendon.diagnosis import diagnose as loop_module
 from hand_made_diagnosis import friction_found
 
 MODEL = str(demo.DATA / "demo_model.toml")
-FITTED, JUDGE = (str(demo.DATA / f"demo_{one}.csv") for one in ("fit", "validate"))
+FITTED, JUDGE = (str(demo.DATA / f"demo_{role}.csv") for role in ("fit", "validate"))
 
 
 @pytest.fixture
 def run(monkeypatch, tmp_path: Path):
     """Call a command in an empty folder; the diagnosis is made beforehand."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(loop_module, "diagnose", lambda *_given, **_options: friction_found())
+    monkeypatch.setattr(et, "diagnose", lambda *_given, **_options: friction_found())
     return lambda *words: CliRunner().invoke(cli.app, list(words), env={"COLUMNS": "80"})
 
 
@@ -53,7 +53,7 @@ def test_a_diagnosis_is_a_page_with_what_to_do_next(run) -> None:
 
 @pytest.mark.parametrize("command", ["compare", "diagnose"])
 def test_what_cannot_be_written_is_refused_before_the_work(run, monkeypatch, command: str) -> None:
-    monkeypatch.setattr(loop_module, "diagnose", lambda *_given, **_options: pytest.fail("worked"))
+    monkeypatch.setattr(et, "diagnose", lambda *_given, **_options: pytest.fail("worked"))
     Path("old.html").write_text("kept")
     for name, words in (
         ("page.pdf", "page.pdf: a report is a page for a browser; let its name end in .html"),

@@ -108,7 +108,7 @@ def test_runs_that_fail_are_told_and_the_others_are_done(run):
     assert "1 of 2 runs failed" in done.stderr
     assert "like run 1: transmission.pretension_force" in done.stderr
     failures = pd.read_csv("runs.csv", keep_default_na=False)["failure"]
-    assert [bool(one) for one in failures] == [False, True]
+    assert [bool(failure) for failure in failures] == [False, True]
 
 
 def test_where_every_run_fails_the_exit_status_says_so(run):

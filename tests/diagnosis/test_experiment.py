@@ -15,7 +15,7 @@ from elastic_tendon.diagnosis.result import Experiment
 from elastic_tendon.diagnosis.separation import Rival, known, left_over, power, predict, refit
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.fit import FitResult, fit
-from elastic_tendon.measurement import Measurement, read_measurement
+from elastic_tendon.measurement import Measurement, ReadOptions, read_measurement
 from truth.catalogue import actuator_of, signal_maps_of
 from truth.experiments import Limits, multisine
 from truth.noise import Sensor
@@ -171,7 +171,7 @@ def test_table_is_a_recording_that_can_be_read_and_simulated(tmp_path) -> None:
     assert list(table.columns) == ["time_s", "motor_position_rad", "load_torque_Nm"]
     path = tmp_path / "experiment.csv"
     table.to_csv(path, index=False)
-    read = read_measurement(str(path), joint_required=False)
+    read = read_measurement(str(path), ReadOptions(joint_required=False))
     np.testing.assert_allclose(read.motor_position, experiment.motor_position, atol=1e-12)
     np.testing.assert_allclose(np.diff(read.time), 1.0 / RATE, atol=1e-9)
 

@@ -7,9 +7,14 @@ import pytest
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.columns import Layout, find_layout
 from elastic_tendon.measurement.formats import Group
+from elastic_tendon.measurement.options import ReadOptions
 from elastic_tendon.measurement.preparation import Preparation
 
 BASE = ("time_s", "motor_position_rad")
+
+
+def prepared(*mapping: str) -> Preparation:
+    return ReadOptions(mapping).over(Preparation())
 
 
 def layout(
@@ -17,12 +22,12 @@ def layout(
 ) -> Layout:
     """Layout of a table with time and motor position beside these columns."""
     group = Group("", (*BASE, *columns), units or {})
-    return find_layout([group], Preparation().merged(items), "run.csv")
+    return find_layout([group], prepared(*items), "run.csv")
 
 
 def joint(found: Layout) -> tuple[str, float, str | None]:
     """Name, factor and unit of the joint position."""
-    (column,) = (one for one in found.signals if one.signal == "joint_position")
+    (column,) = (column for column in found.signals if column.signal == "joint_position")
     return column.name, column.factor, column.prepared.unit
 
 
@@ -127,7 +132,7 @@ def test_unused_columns_are_counted_not_listed_for_ever() -> None:
 def test_motor_velocity_is_said_not_to_be_used() -> None:
     found = layout("joint_position_rad", "motor_velocity_rad_per_s")
     assert any("motor position is differentiated" in note for note in found.notes)
-    assert {one.signal for one in found.signals} == {"motor_position", "joint_position"}
+    assert {column.signal for column in found.signals} == {"motor_position", "joint_position"}
 
 
 GROUPS = (
@@ -138,17 +143,20 @@ GROUPS = (
 
 
 def test_signals_of_several_groups_have_their_own_time() -> None:
-    preparation = Preparation().merged(["joint_position=joint/position:deg"])
+    preparation = prepared("joint_position=joint/position:deg")
     found = find_layout(GROUPS, preparation, "run.mf4")
     assert {group: column.name for group, column in found.times.items()} == {
         "motor": "time_s",
         "joint": "time_s",
     }
-    assert [one.label for one in found.signals] == ["motor/motor_position_rad", "joint/position"]
+    assert [column.label for column in found.signals] == [
+        "motor/motor_position_rad",
+        "joint/position",
+    ]
 
 
 def test_time_mapped_in_one_group_is_found_by_name_in_the_others() -> None:
-    preparation = Preparation().merged(["joint_position=joint/position", "time=joint/stamp:ms"])
+    preparation = prepared("joint_position=joint/position", "time=joint/stamp:ms")
     found = find_layout(GROUPS, preparation, "run.mf4")
     assert found.times["joint"].label == "joint/stamp"
     assert found.times["joint"].factor == 1e-3
@@ -165,14 +173,14 @@ def test_time_mapped_in_one_group_is_found_by_name_in_the_others() -> None:
 )
 def test_groups_in_doubt(items: tuple[str, ...], fragment: str) -> None:
     with pytest.raises(MeasurementError, match=fragment):
-        find_layout(GROUPS, Preparation().merged(items), "run.mf4")
+        find_layout(GROUPS, prepared(*items), "run.mf4")
 
 
 def test_deflection_and_torque_without_time_are_a_static_curve() -> None:
     group = Group("", ("joint_deflection_deg", "joint_torque_mNm"))
     found = find_layout([group], Preparation(), "curve.csv")
     assert found.static
-    assert [one.signal for one in found.signals] == ["joint_deflection", "joint_torque"]
+    assert [column.signal for column in found.signals] == ["joint_deflection", "joint_torque"]
 
 
 def test_static_curve_with_time_and_without_motor_is_refused() -> None:
@@ -198,7 +206,7 @@ def test_load_that_is_nearly_named_is_refused(name: str, advice: str) -> None:
         layout("joint_position_rad", name)
     assert f"--map {advice}, or rename" in str(refused.value)
     used = layout("joint_position_rad", name, items=(f"joint_torque={name}:Nm",))
-    assert "joint_torque" in {one.signal for one in used.signals}
+    assert "joint_torque" in {column.signal for column in used.signals}
 
 
 def test_suffix_that_is_no_unit_of_a_signal_makes_another_quantity() -> None:
@@ -214,7 +222,7 @@ def test_unit_that_nobody_says_is_noted_as_assumed() -> None:
 @pytest.mark.parametrize("name", ["data[1]", "position[motor]"])
 def test_brackets_of_a_place_are_no_unit(name: str) -> None:
     group = Group("", (*BASE, name), bracketed_units=False)
-    found = find_layout([group], Preparation().merged([f"joint_position={name}"]), "run.mcap")
+    found = find_layout([group], prepared(f"joint_position={name}"), "run.mcap")
     assert joint(found) == (name, 1.0, "rad")
 
 

@@ -9,6 +9,7 @@ import pytest
 import tomli_w
 
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement.options import ReadOptions
 from elastic_tendon.measurement.preparation import (
     COMPARISON,
     Preparation,
@@ -117,12 +118,13 @@ def test_bad_map_item(item: str, fragment: str) -> None:
 
 
 def test_command_line_comes_before_the_file() -> None:
-    merged = check_preparation(FULL, "full").merged(
-        ["joint_position=q"],
+    options = ReadOptions(
+        mapping=("joint_position=q",),
         time_shift={"joint_torque": 0.1},
         resample=0.01,
-        remove_offset=["motor_position"],
+        remove_offset=("motor_position",),
     )
+    merged = options.over(check_preparation(FULL, "full"))
     assert merged.columns["joint_position"] == SignalColumn(column="q")
     assert merged.columns["motor_position"] == SignalColumn(remove_offset="start")
     assert merged.columns["time"].unit == "ms"
@@ -134,15 +136,19 @@ def test_command_line_comes_before_the_file() -> None:
 @pytest.mark.parametrize(
     ("changes", "fragment"),
     [
-        ({"items": ["joint_position=a", "joint_position=b"]}, "names a signal twice"),
-        ({"remove_offset": ["elbow"]}, "there is no signal 'elbow'"),
-        ({"time_shift": {"elbow": 1.0}}, "'elbow' cannot be shifted"),
-        ({"resample": -1.0}, "resample: -1.0 is found"),
+        ({"mapping": ("joint_position=a", "joint_position=b")}, "mapping: a signal is mapped twi"),
+        ({"mapping": ("elbow=q",)}, "mapping: 'elbow=q': there is no signal 'elbow'"),
+        ({"mapping": ("a.toml", "b.toml")}, "mapping: it names two preparations, a.toml and b.t"),
+        ({"remove_offset": ("elbow",)}, "remove_offset: 'elbow' is none of motor_position, joint"),
+        ({"time_shift": {"elbow": 1.0}}, "time_shift: 'elbow' is none of motor_position, joint_p"),
+        ({"time_shift": {"load_torque": float("nan")}}, "time_shift: give load_torque a time in"),
+        ({"resample": -1.0}, "resample: give a step in s, above 0"),
+        ({"interpolation": "spline"}, "interpolation: 'spline' is none of hold, linear, cubic"),
     ],
 )
 def test_wrong_option_is_told(changes: dict[str, Any], fragment: str) -> None:
     with pytest.raises(MeasurementError, match=fragment):
-        Preparation().merged(**changes)
+        ReadOptions(**changes)
 
 
 def test_comparison_holds_a_preparation_for_each_run_and_piece(tmp_path: Path) -> None:
@@ -156,7 +162,7 @@ def test_comparison_holds_a_preparation_for_each_run_and_piece(tmp_path: Path) -
     path.write_text(json.dumps({"schema": COMPARISON, "files": files}))
     for data in ("run.csv", "a/run.csv", "moved/run.csv"):
         found = read_preparations(path, Path(data))
-        assert [one.resample for one in found] == pytest.approx([0.1, 0.2])
+        assert [preparation.resample for preparation in found] == pytest.approx([0.1, 0.2])
 
 
 @pytest.mark.parametrize(

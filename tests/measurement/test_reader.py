@@ -17,6 +17,7 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import (
     Measurement,
     Preparation,
+    ReadOptions,
     read_measurement,
     read_measurements,
     read_prepared,
@@ -28,6 +29,10 @@ from elastic_tendon.measurement.recording import Array
 
 HEADER = "time_s,motor_position_rad,joint_position_rad"
 ROWS = [f"{0.01 * i:.2f},{0.1 * i:.1f},{0.2 * i:.1f}" for i in range(12)]
+
+
+def mapped(*mapping: str) -> ReadOptions:
+    return ReadOptions(mapping=mapping)
 
 
 @pytest.fixture
@@ -76,7 +81,7 @@ def test_units_by_suffix(write) -> None:
 
 def test_map_takes_sign_scale_and_offset(write) -> None:
     lines = [HEADER.replace("joint_position_rad", "enc 2"), *ROWS]
-    run = read_measurement(write(*lines), ["joint_position=enc 2*-2+1"])
+    run = read_measurement(write(*lines), mapped("joint_position=enc 2*-2+1"))
     assert run.signals["joint_position"][1] == pytest.approx(1.0 - 2.0 * 0.2)
 
 
@@ -161,7 +166,7 @@ def test_bad_window(write, window: str, fragment: str) -> None:
 
 def test_mapped_column_must_exist(write) -> None:
     with pytest.raises(MeasurementError, match="there is no column enc"):
-        read_measurement(write(HEADER, *ROWS), ["joint_position=enc"])
+        read_measurement(write(HEADER, *ROWS), mapped("joint_position=enc"))
 
 
 def test_trailing_blank_lines_are_no_samples(write) -> None:
@@ -187,24 +192,28 @@ def saved(folder: Path, frame: pd.DataFrame, name: str = "run.csv") -> str:
     return str(path)
 
 
-def assert_same_samples(one: Measurement, other: Measurement) -> None:
+def assert_same_samples(first: Measurement, second: Measurement) -> None:
     """Bit for bit, in every array."""
-    assert np.array_equal(one.time, other.time)
-    assert np.array_equal(one.motor_position, other.motor_position)
-    assert one.signals.keys() == other.signals.keys()
-    assert all(np.array_equal(one.signals[name], other.signals[name]) for name in one.signals)
-    assert (one.load_torque is None) == (other.load_torque is None)
-    if one.load_torque is not None and other.load_torque is not None:
-        assert np.array_equal(one.load_torque, other.load_torque)
-    assert one.static == other.static
-    assert one.preparation == other.preparation
+    assert np.array_equal(first.time, second.time)
+    assert np.array_equal(first.motor_position, second.motor_position)
+    assert first.signals.keys() == second.signals.keys()
+    assert all(np.array_equal(first.signals[name], second.signals[name]) for name in first.signals)
+    assert (first.load_torque is None) == (second.load_torque is None)
+    if first.load_torque is not None and second.load_torque is not None:
+        assert np.array_equal(first.load_torque, second.load_torque)
+    assert first.static == second.static
+    assert first.preparation == second.preparation
 
 
 def written_comparison(path: Path, measurements: Sequence[Measurement]) -> str:
     """Path of the JSON of a comparison, as far as it says how files were read."""
     files = [
-        {"name": one.name, "source": one.source, "preparation": preparation_json(one.preparation)}
-        for one in measurements
+        {
+            "name": recording.name,
+            "source": recording.source,
+            "preparation": preparation_json(recording.preparation),
+        }
+        for recording in measurements
     ]
     path.write_text(json.dumps({"schema": COMPARISON, "files": files}))
     return str(path)
@@ -267,17 +276,17 @@ def test_replay_gives_the_same_samples(tmp_path: Path, case: str) -> None:
 def test_comparison_of_an_earlier_run_replays_every_piece(tmp_path: Path) -> None:
     data = saved(tmp_path, runs_with_gaps())
     found = read_measurements(data)
-    assert [one.name for one in found] == [
+    assert [recording.name for recording in found] == [
         "run.csv#1",
         "run.csv#2[0.003:0.793]",
         "run.csv#2[1.303:2.493]",
     ]
     earlier = tmp_path / "earlier.json"
     written_comparison(earlier, found)
-    again = read_prepared(data, [str(earlier)])
+    again = read_prepared(data, mapped(str(earlier)))
     assert len(again) == len(found)
-    for one, other in zip(again, found, strict=True):
-        assert_same_samples(one, other)
+    for first, second in zip(again, found, strict=True):
+        assert_same_samples(first, second)
 
 
 def test_files_of_one_name_are_told_apart_by_their_paths(tmp_path: Path) -> None:
@@ -286,14 +295,14 @@ def test_files_of_one_name_are_told_apart_by_their_paths(tmp_path: Path) -> None
         (tmp_path / folder).mkdir()
         frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": column})
         data = saved(tmp_path / folder, frame)
-        found += read_prepared(data, [f"joint_position={column}"])
+        found += read_prepared(data, mapped(f"joint_position={column}"))
     earlier = written_comparison(tmp_path / "earlier.json", found)
     for measurement in found:
-        (again,) = read_prepared(measurement.source, [earlier])
+        (again,) = read_prepared(measurement.source, mapped(earlier))
         assert_same_samples(again, measurement)
     moved = saved(tmp_path, table(0.01 * np.arange(50)))
     with pytest.raises(MeasurementError, match=r"several files called run.csv \(.*a.run.csv, .*b"):
-        read_prepared(moved, [earlier])
+        read_prepared(moved, mapped(earlier))
 
 
 def test_window_of_pieces_prepared_alike_is_read_once(tmp_path: Path) -> None:
@@ -301,10 +310,10 @@ def test_window_of_pieces_prepared_alike_is_read_once(tmp_path: Path) -> None:
     time[50:] += 1.0
     data = saved(tmp_path, table(time))
     earlier = written_comparison(tmp_path / "earlier.json", read_measurements(data))
-    (found,) = read_prepared(f"{data}[0.1:0.4]", [earlier])
+    (found,) = read_prepared(f"{data}[0.1:0.4]", mapped(earlier))
     assert found.time[[0, -1]] == pytest.approx([0.1, 0.4])
     assert found.name == "run.csv[0.1:0.4]"
-    found, late = read_prepared(f"{data}[0.1:1.6]", [earlier])
+    found, late = read_prepared(f"{data}[0.1:1.6]", mapped(earlier))
     assert (found.time[-1], late.time[0], late.time[-1]) == pytest.approx((0.49, 1.5, 1.6))
 
 
@@ -313,36 +322,36 @@ def test_a_part_compared_beside_its_whole_is_not_read_again(tmp_path: Path) -> N
     whole, part = read_measurement(data), read_measurement(f"{data}[0.2:0.5]")
     earlier = written_comparison(tmp_path / "earlier.json", [whole, part])
     for again, once in ((data, whole), (f"{data}[0.2:0.5]", part)):
-        (found,) = read_prepared(again, [earlier])
+        (found,) = read_prepared(again, mapped(earlier))
         assert_same_samples(found, once)
 
 
 def test_window_of_pieces_prepared_differently(tmp_path: Path) -> None:
     data = saved(tmp_path, table(0.01 * np.arange(100)))
     pieces = [
-        read_prepared(data + window, remove_offset=["joint_position"])[0]
+        read_prepared(data + window, ReadOptions(remove_offset=("joint_position",)))[0]
         for window in ("[0:0.4]", "[0.5:0.9]")
     ]
     earlier = written_comparison(tmp_path / "earlier.json", pieces)
-    early, late = read_prepared(f"{data}[0.1:0.75]", [earlier])
+    early, late = read_prepared(f"{data}[0.1:0.75]", mapped(earlier))
     assert (early.time[-1], late.time[0], late.time[-1]) == pytest.approx((0.4, 0.5, 0.75))
     assert early.preparation.columns == pieces[0].preparation.columns
     assert late.preparation.columns == pieces[1].preparation.columns
     with pytest.raises(MeasurementError, match="says nothing about this window"):
-        read_prepared(f"{data}[0.95:0.99]", [earlier])
-    whole = read_prepared(data, remove_offset=["joint_position"])
+        read_prepared(f"{data}[0.95:0.99]", mapped(earlier))
+    whole = read_prepared(data, ReadOptions(remove_offset=("joint_position",)))
     both = written_comparison(tmp_path / "both.json", [*whole, pieces[1]])
     with pytest.raises(MeasurementError, match="two ways to read a part of this window"):
-        read_prepared(f"{data}[0.6:0.8]", [both])
+        read_prepared(f"{data}[0.6:0.8]", mapped(both))
 
 
 def test_whole_text_of_a_mapping_is_tried_as_a_column_first(tmp_path: Path) -> None:
     frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": "enc-2"})
     data = saved(tmp_path, frame)
-    (found,) = read_prepared(data, ["joint_position=enc-2"])
+    (found,) = read_prepared(data, mapped("joint_position=enc-2"))
     assert found.signals["joint_position"] == pytest.approx(signal(found.time)[1])
     frame["enc"] = 1.0
-    (both,) = read_prepared(saved(tmp_path, frame, "both.csv"), ["joint_position=enc-2"])
+    (both,) = read_prepared(saved(tmp_path, frame, "both.csv"), mapped("joint_position=enc-2"))
     assert_same_samples(both, found)
 
 
@@ -353,19 +362,19 @@ def test_printed_window_gives_the_same_samples(tmp_path: Path, start: float, ste
     time[60:] += 50 * step
     data = saved(tmp_path, table(time))
     found = read_measurements(data)
-    assert [len(one.time) for one in found] == [60, 140]
-    for one in found:
-        (again,) = read_measurements(str(tmp_path / one.name))
-        assert np.array_equal(again.time, one.time)
-        assert again.name == one.name
+    assert [len(recording.time) for recording in found] == [60, 140]
+    for recording in found:
+        (again,) = read_measurements(str(tmp_path / recording.name))
+        assert np.array_equal(again.time, recording.time)
+        assert again.name == recording.name
 
 
 def test_runs_that_are_too_short_are_left_out_with_a_note(tmp_path: Path) -> None:
     data = saved(tmp_path, pd.concat([runs_with_gaps(), runs_with_gaps().head(4).assign(run=3)]))
     found = read_measurements(data)
-    assert {one.name.partition("[")[0] for one in found} == {"run.csv#1", "run.csv#2"}
+    assert {recording.name.partition("[")[0] for recording in found} == {"run.csv#1", "run.csv#2"}
     note = "1 runs with less than 10 samples were left out: 3"
-    assert all(note in one.notes for one in found)
+    assert all(note in recording.notes for recording in found)
     (late,) = read_measurements(f"{data}[2.1:2.4]")
     assert late.name == "run.csv#2[2.1:2.4]"
     assert "2 runs with less than 10 samples in the window were left out: 1, 3" in late.notes
@@ -399,7 +408,7 @@ def test_window_asked_for_comes_before_the_one_written_down(tmp_path: Path) -> N
 
 def test_two_preparations_are_refused(tmp_path: Path) -> None:
     with pytest.raises(MeasurementError, match="names two preparations"):
-        read_prepared(str(tmp_path / "run.csv"), ["a.toml", "b.toml"])
+        read_prepared(str(tmp_path / "run.csv"), mapped("a.toml", "b.toml"))
 
 
 def test_one_recording_is_wanted_where_there_are_several(tmp_path: Path) -> None:
@@ -413,7 +422,10 @@ def test_runs_are_told_apart_by_number_or_text(tmp_path: Path) -> None:
     frame = pd.concat([table(time), table(time)])
     frame["run"] = ["slow"] * 30 + ["fast"] * 30
     data = saved(tmp_path, frame)
-    assert [one.name for one in read_measurements(data)] == ["run.csv#slow", "run.csv#fast"]
+    assert [recording.name for recording in read_measurements(data)] == [
+        "run.csv#slow",
+        "run.csv#fast",
+    ]
     (fast,) = read_measurements(data, Preparation(runs=("fast",)))
     assert fast.preparation.runs == ("fast",)
     with pytest.raises(MeasurementError, match=r"no run 'idle' \(found: slow, fast\)"):
@@ -438,7 +450,7 @@ def test_gap_splits_and_short_pieces_are_left_out(tmp_path: Path) -> None:
     time[40:] += 1.0
     time[45:] += 1.0
     found = read_measurements(saved(tmp_path, table(time)))
-    assert [len(one.time) for one in found] == [40, 55]
+    assert [len(recording.time) for recording in found] == [40, 55]
     assert any("was split into 3 pieces" in note for note in found[0].notes)
     note = "1 pieces with less than 10 samples of every signal were left out, 5 samples over 0.04 s"
     assert note in found[0].notes
@@ -497,7 +509,7 @@ def test_resampling_does_not_bridge_a_gap(tmp_path: Path) -> None:
     frame = table(0.01 * np.arange(200))
     frame.loc[50:100, "joint_position_rad"] = np.nan
     found = read_measurements(saved(tmp_path, frame), Preparation(resample=0.01))
-    assert [one.time[-1] for one in found] == pytest.approx([0.49, 1.99])
+    assert [recording.time[-1] for recording in found] == pytest.approx([0.49, 1.99])
     assert any(note.startswith("the recording has gaps or long blanks") for note in found[0].notes)
 
 
@@ -586,13 +598,13 @@ def test_offset_at_the_start_needs_a_time(tmp_path: Path) -> None:
     values = np.arange(20.0)
     frame = pd.DataFrame({"joint_deflection_rad": values, "joint_torque_Nm": values})
     with pytest.raises(MeasurementError, match="read it without --remove-offset"):
-        read_prepared(saved(tmp_path, frame), remove_offset=["joint_deflection"])
+        read_prepared(saved(tmp_path, frame), ReadOptions(remove_offset=("joint_deflection",)))
 
 
 def test_mapping_meant_for_a_time_series_is_noted_at_a_static_curve(tmp_path: Path) -> None:
     values = np.arange(20.0)
     frame = pd.DataFrame({"joint_deflection_rad": values, "joint_torque_Nm": values})
-    (found,) = read_prepared(saved(tmp_path, frame), ["joint_position=enc"])
+    (found,) = read_prepared(saved(tmp_path, frame), mapped("joint_position=enc"))
     note = "said of columns and not used, as this is a static curve: joint_position"
     assert note in found.notes
 
@@ -607,7 +619,7 @@ def test_names_that_no_file_can_have() -> None:
 def test_step_too_short_for_the_memory(tmp_path: Path) -> None:
     data = saved(tmp_path, table(0.01 * np.arange(50)))
     with pytest.raises(MeasurementError, match="resampled to 1e-09 s it has more than 2000000"):
-        read_prepared(data, resample=1e-9)
+        read_prepared(data, ReadOptions(resample=1e-9))
 
 
 def test_shift_takes_back_what_a_sensor_is_late(tmp_path: Path) -> None:
@@ -630,7 +642,8 @@ def test_shift_to_be_estimated_is_kept_for_the_comparison(tmp_path: Path) -> Non
 def test_what_was_done_is_noted(tmp_path: Path) -> None:
     frame = table(0.01 * np.arange(50)).rename(columns={"joint_position_rad": "enc2"})
     (found,) = read_prepared(
-        saved(tmp_path, frame), ["joint_position=enc2:deg*-1"], remove_offset=["joint_position"]
+        saved(tmp_path, frame),
+        ReadOptions(("joint_position=enc2:deg*-1",), remove_offset=("joint_position",)),
     )
     assert found.notes[0] == "joint_position was read from enc2 in deg, times -1"
     assert re.fullmatch(r"joint_position: an offset of -?[0-9.e-]+ was removed.*", found.notes[1])
@@ -654,7 +667,7 @@ def test_more_samples_than_the_memory_is_meant_for(
 def test_progress_is_told(tmp_path: Path) -> None:
     shares: list[float] = []
     data = saved(tmp_path, table(0.001 * np.arange(5000)))
-    read_measurements(data, report=lambda _, share: shares.append(share))
+    read_prepared(data, progress=lambda _, share: shares.append(share))
     assert shares[-1] == pytest.approx(1.0)
     assert shares == sorted(shares)
 
@@ -743,7 +756,10 @@ def test_labels_of_runs_are_one_where_their_numbers_are(tmp_path: Path) -> None:
     frame["run"] = ["1.0", "1"] * 15 + ["01"] * 30
     frame.loc[59, "run"] = "end"
     found = read_measurements(saved(tmp_path, frame))
-    assert [(one.name, len(one.time)) for one in found] == [("run.csv#1", 30), ("run.csv#01", 29)]
+    assert [(recording.name, len(recording.time)) for recording in found] == [
+        ("run.csv#1", 30),
+        ("run.csv#01", 29),
+    ]
 
 
 def test_duration_of_parquet_is_in_s_whatever_its_name_says(tmp_path: Path) -> None:
@@ -753,15 +769,15 @@ def test_duration_of_parquet_is_in_s_whatever_its_name_says(tmp_path: Path) -> N
     frame.to_parquet(path)
     with pytest.raises(MeasurementError, match=r"file; say which with --map time=time_ms:s$"):
         read_measurements(path)
-    (found,) = read_prepared(path, ["time=time_ms:s"])
+    (found,) = read_prepared(path, mapped("time=time_ms:s"))
     assert found.time == pytest.approx(0.01 * np.arange(50))
 
 
 def test_samples_between_the_samples_are_refused(write) -> None:
     data = write(HEADER, *ROWS)
     with pytest.raises(MeasurementError, match=r"was sampled every 0\.01 s.* --resample 0\.01 or"):
-        read_prepared(data, resample=0.005)
-    assert len(read_prepared(data, resample=0.01)[0].time) == len(ROWS)
+        read_prepared(data, ReadOptions(resample=0.005))
+    assert len(read_prepared(data, ReadOptions(resample=0.01))[0].time) == len(ROWS)
 
 
 @pytest.mark.parametrize(("rows_at_rest", "moves"), [(1, True), (12, False)])
@@ -770,6 +786,6 @@ def test_an_offset_taken_from_a_motion_is_told(write, rows_at_rest: int, moves: 
         f"{0.01 * i:.2f},0,{0.3 + 0.1 * max(i - rows_at_rest, 0):.1f}"
         for i in range(rows_at_rest + 20)
     ]
-    (run,) = read_prepared(write(HEADER, *rows), remove_offset=["joint_position"])
-    (note,) = (one for one in run.notes if "an offset of" in one)
+    (run,) = read_prepared(write(HEADER, *rows), ReadOptions(remove_offset=("joint_position",)))
+    (note,) = (note for note in run.notes if "an offset of" in note)
     assert ("though it moves by" in note) is moves

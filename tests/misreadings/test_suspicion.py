@@ -11,7 +11,7 @@ import elastic_tendon
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.actuator.transmission import characteristic_torque
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.measurement import Measurement, read_measurement
+from elastic_tendon.measurement import Measurement, ReadOptions, read_measurement
 from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.misreadings.readings import ratio_of_pulleys
 from elastic_tendon.misreadings.suspicion import refuse_suspicious, suspicions
@@ -175,7 +175,7 @@ def test_the_cure_cures(loaded, tmp_path, name) -> None:
     np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="")
     (sentence,) = suspicions(model, read_measurement(str(path)))
     items = re.findall(r"--map (\S+)", sentence)
-    cured = read_measurement(str(path), items)
+    cured = read_measurement(str(path), ReadOptions(tuple(items)))
     assert suspicions(model, cured) == ()
     np.testing.assert_allclose(cured.motor_position, recording.motor_position, atol=1e-9)
     np.testing.assert_allclose(

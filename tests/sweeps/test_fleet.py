@@ -14,6 +14,7 @@ from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.registry import Registry
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.estimation.determinability import Estimate
+from elastic_tendon.measurement import ReadOptions
 from elastic_tendon.sweeps import fleet as subject
 from elastic_tendon.sweeps.fleet import (
     SIGNALS,
@@ -74,7 +75,8 @@ def logs(machine, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def task(model, logs):
-    return pickle.loads(pickle.dumps(fleet(model, robots_of(logs), interpolation="cubic")))
+    options = ReadOptions(interpolation="cubic")
+    return pickle.loads(pickle.dumps(fleet(model, robots_of(logs), options)))
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +154,7 @@ def test_identity_is_that_of_files_and_what_lies_beside_them(model, tmp_path):
     names = [str(log)]
 
     def identity(**options):
-        return fleet(model, robots_of(names), **options).identity
+        return fleet(model, robots_of(names), ReadOptions(**options)).identity
 
     first = identity()
     assert identity() == first

@@ -5,17 +5,19 @@ their TOML text. What follows from a document is computed by `results`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, replace
 from hashlib import sha256
-from typing import Literal
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, model_validator
 
 from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.actuator.quantity import STRICT
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 
 GIVEN, EDITED = "as given", "edited by hand"  # titles of models that were made from no other
 
+OPTIONS = tuple(field.name for field in fields(ReadOptions))
 Role = Literal["fit", "validate", "split", "off"]
 
 
@@ -28,9 +30,8 @@ class Source(BaseModel):
     name : what the user calls it
     role : "fit"; "validate", which is never fitted; "split": fitted before `split` s and never
         after it; "off": left out
-    mapping, time_shift, resample, remove_offset, interpolation : see `reader.read_prepared`
     window : s, None where it is open
-    as_declared : take the data as they are, even if they look read wrongly
+    options : how it is read else
     """
 
     model_config = STRICT
@@ -39,13 +40,19 @@ class Source(BaseModel):
     name: str
     role: Role = "fit"
     split: float | None = None
-    mapping: tuple[str, ...] = ()
-    time_shift: dict[str, float | Literal["auto"]] = Field(default_factory=dict)
-    resample: float | None = Field(default=None, gt=0.0)
-    remove_offset: tuple[str, ...] = ()
-    interpolation: Interpolation = "linear"
     window: tuple[float | None, float | None] = (None, None)
-    as_declared: bool = False
+    options: ReadOptions = DEFAULT
+
+    def changed(self, **changes: Any) -> "Source":
+        """The same read otherwise; an option of reading changes by its own name.
+
+        Raises
+        ------
+        MeasurementError, pydantic.ValidationError : a change is not allowed
+        """
+        options = {name: changes.pop(name) for name in OPTIONS if name in changes}
+        own = dict(self) | changes | {"options": replace(self.options, **options)}
+        return Source.model_validate(own)
 
 
 class Version(BaseModel):
@@ -61,7 +68,7 @@ class Version(BaseModel):
     added : ids of all effects that came in since the root, in this order
     model : text of its model.toml
     given : the same as it was loaded, where numbers were edited by hand since; else ""
-    effective : numbers that the data determine, see `identify.ladder.Step`
+    effective : numbers that the data determine, see `estimation.ladder.Step`
     fitted_to : `Document.data_key` of the data that it was fitted to, "" where it was not
     searched : `Document.data_key` of the data in which more was searched from here, else ""
     """
@@ -97,6 +104,17 @@ class Document(BaseModel):
     versions: tuple[Version, ...]
     current: str
 
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        known: set[str | None] = {None}
+        for version in self.versions:
+            if version.parent not in known:
+                raise ValueError(f"version {version.id} is older than what it was made from")
+            known.add(version.id)
+        if self.current not in known:
+            raise ValueError(f"there is no version {self.current}")
+        return self
+
     @property
     def version(self) -> Version:
         """The version that is looked at."""
@@ -109,7 +127,7 @@ class Document(BaseModel):
         ------
         KeyError : there is none
         """
-        return {one.id: one for one in self.versions}[version_id]
+        return {version.id: version for version in self.versions}[version_id]
 
     def path(self) -> tuple[Version, ...]:
         """Versions from the root to the current one."""
@@ -120,11 +138,13 @@ class Document(BaseModel):
 
     def children(self, version_id: str) -> tuple[Version, ...]:
         """Versions made from this one, the oldest first."""
-        return tuple(one for one in self.versions if one.parent == version_id)
+        return tuple(version for version in self.versions if version.parent == version_id)
 
     def data_key(self) -> str:
         """Changes whenever other data are fitted or held out, or the same ones read otherwise."""
-        text = "\n".join(one.model_dump_json() for one in self.sources if one.role != "off")
+        text = "\n".join(
+            source.model_dump_json() for source in self.sources if source.role != "off"
+        )
         return sha256(text.encode()).hexdigest()
 
     # ---- changes ---------------------------------------------------------------------------
@@ -138,13 +158,10 @@ class Document(BaseModel):
 
         Raises
         ------
-        pydantic.ValidationError : a change is not allowed
+        MeasurementError, pydantic.ValidationError : a change is not allowed
         """
         return self.with_sources(
-            [
-                Source.model_validate(one.model_dump() | changes) if one.key == key else one
-                for one in self.sources
-            ]
+            [source.changed(**changes) if source.key == key else source for source in self.sources]
         )
 
     def with_model(self, model: Model, title: str = GIVEN) -> "Document":
@@ -179,7 +196,7 @@ class Document(BaseModel):
 
     def adding(self, version: Version) -> "Document":
         """The same with one more version, which gets an id and becomes the current one."""
-        taken = max((int(one.id) for one in self.versions), default=0)
+        taken = max((int(version.id) for version in self.versions), default=0)
         named = version.model_copy(update={"id": str(taken + 1)})
         return self.model_copy(update={"versions": (*self.versions, named), "current": named.id})
 
@@ -203,9 +220,9 @@ class Document(BaseModel):
 
     def without(self, version_id: str) -> "Document":
         """The same less a version and all that was made from it; one root always stays."""
-        gone = {version_id, *(one.id for one in self._below(version_id))}
+        gone = {version_id, *(child.id for child in self._below(version_id))}
         parent = self.find(version_id).parent
-        left = tuple(one for one in self.versions if one.id not in gone)
+        left = tuple(version for version in self.versions if version.id not in gone)
         if not left:
             return self
         current = self.current
@@ -223,7 +240,9 @@ class Document(BaseModel):
         return version.parent is None and not version.given and not self.children(version.id)
 
     def _replacing(self, version: Version) -> "Document":
-        versions = tuple(version if one.id == version.id else one for one in self.versions)
+        versions = tuple(
+            version if existing.id == version.id else existing for existing in self.versions
+        )
         return self.model_copy(update={"versions": versions})
 
 

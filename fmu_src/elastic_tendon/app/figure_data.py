@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 AS_GIVEN, SIMULATED = "as given", "simulated"  # what models are called beside the data
-_UNITS = {one.name: SUFFIXES[one.unit] for one in OUTPUTS}
+_UNITS = {output.name: SUFFIXES[output.unit] for output in OUTPUTS}
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ def figures(
     static = all(file.measurement.static for file in fitted.files)
     for signal in rungs[0].rmse:
         yield _table(f"ladder_{signal}", partial(ladder, rungs, signal, static=static))
-    for one in rounds:
-        if one.candidates:
-            yield _table("candidates", partial(candidates, one))
+    for search_round in rounds:
+        if search_round.candidates:
+            yield _table("candidates", partial(candidates, search_round))
 
 
 def _table(name: str, draw: Callable[[], go.Figure]) -> Table:
@@ -111,7 +111,7 @@ def _samples(runs: Sequence[Run]) -> "pd.DataFrame":
 def _side_by_side(known: Sequence[Compared]) -> Iterator[tuple[Run, ...]]:
     """Of each recording, the models beside it."""
     labels = (AS_GIVEN, SIMULATED)[-len(known) :]
-    for files in zip(*(_files(one) for one in known), strict=True):
+    for files in zip(*(_files(compared) for compared in known), strict=True):
         yield tuple(Run(label, file) for label, file in zip(labels, files, strict=True))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Source
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.workspace import Report, Result, Shelf
+from elastic_tendon.app.workspace import Progress, Result, Shelf
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats import open_source
 from elastic_tendon.measurement.formats.base import label, silent
@@ -28,8 +28,8 @@ class Beginning:
 def beginnings(source: Source, files: Files) -> Result[tuple[Beginning, ...]]:
     """The first values of the columns of a file; of a column that cannot be read there are none."""
 
-    def compute(shelf: Shelf, report: Report) -> tuple[Beginning, ...]:
-        shelf.obtain(results.contents(source, files), report)  # nothing in it crashes a reader
+    def compute(shelf: Shelf, progress: Progress) -> tuple[Beginning, ...]:
+        shelf.obtain(results.contents(source, files), progress)  # nothing in it crashes a reader
         opened = open_source(files[source.key])
         found: list[Beginning] = []
         for group in opened.groups:
@@ -42,9 +42,10 @@ def beginnings(source: Source, files: Files) -> Result[tuple[Beginning, ...]]:
                 chunk = {}
             found += [
                 Beginning(
-                    label(group.name, one), tuple(map(_cell, islice(chunk.get(one, ()), VALUES)))
+                    label(group.name, column),
+                    tuple(map(_cell, islice(chunk.get(column, ()), VALUES))),
                 )
-                for one in columns
+                for column in columns
             ]
         return tuple(found)
 

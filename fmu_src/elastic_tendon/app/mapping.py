@@ -55,7 +55,7 @@ class Row:
         """Units to choose from, the present one among them."""
         usual = list(USUAL[DIMENSIONS[self.signal]])
         own = [self.unit] if self.unit and self.unit not in usual else []
-        return [{"value": one, "label": _WRITTEN.get(one, one)} for one in (*usual, *own)]
+        return [{"value": unit, "label": _WRITTEN.get(unit, unit)} for unit in (*usual, *own)]
 
 
 def rows_of(source: Source, labels: Sequence[str], found: Measurement | None) -> tuple[Row, ...]:
@@ -77,12 +77,12 @@ def rows_of(source: Source, labels: Sequence[str], found: Measurement | None) ->
 def _possible(found: Measurement | None) -> tuple[str, ...]:
     if found is None:
         return READ
-    return STATIC if found.static else tuple(one for one in READ if one != "joint_deflection")
+    return STATIC if found.static else tuple(name for name in READ if name != "joint_deflection")
 
 
 def _items(source: Source) -> list[str]:
     """Corrections of single signals; what else a mapping holds is the name of a preparation."""
-    return [item for item in source.mapping if "=" in item]
+    return [item for item in source.options.mapping if "=" in item]
 
 
 def _row(signal: str, corrected: SignalColumn | None, read: SignalColumn | None) -> Row:
@@ -119,7 +119,9 @@ def remapped(
     else:
         number = number_of(value, f"{words(row.signal)}, {field}") or 0.0
         new = replace(row, times=number) if field == "times" else replace(row, plus=number)
-    others = [item for item in source.mapping if item.partition("=")[0].strip() != row.signal]
+    others = [
+        item for item in source.options.mapping if item.partition("=")[0].strip() != row.signal
+    ]
     return (*others, item_of(new, labels)) if new.column is not None else tuple(others)
 
 
@@ -196,7 +198,7 @@ def shifts_of(source: Source, signal: str, text: str | None) -> dict[str, Any]:
     MeasurementError : it is neither a number nor "auto"
     """
     others: Mapping[str, Any] = {
-        name: one for name, one in source.time_shift.items() if name != signal
+        name: shift for name, shift in source.options.time_shift.items() if name != signal
     }
     if text is not None and text.strip() == "auto":
         return {**others, signal: "auto"}
@@ -209,7 +211,7 @@ def shifted(found: Measurement | None) -> tuple[str, ...]:
     if found is None or found.static:
         return ()
     held = found.inputs.keys() | found.signals.keys()
-    return tuple(one for one in SHIFTED if one in held)
+    return tuple(name for name in SHIFTED if name in held)
 
 
 DECLARE = "; if the file is right, add --as-declared"  # what `refuse_suspicious` ends with

@@ -53,15 +53,15 @@ def sections(model: Model, loaded: Model) -> tuple[Section, ...]:
             _title(table),
             tuple(
                 Number(
-                    path=one.path,
-                    words=one.path.rpartition(".")[2].replace("_", " "),
-                    text=shown(values[one.path]),
-                    was=shown(before[one.path]),
-                    unit=unit_in_words(one.unit),
-                    bounds=f"{_bound(one.lower)} to {_bound(one.upper)}",
-                    meaning=one.meaning,
+                    path=quantity.path,
+                    words=quantity.path.rpartition(".")[2].replace("_", " "),
+                    text=shown(values[quantity.path]),
+                    was=shown(before[quantity.path]),
+                    unit=unit_in_words(quantity.unit),
+                    bounds=f"{_bound(quantity.lower)} to {_bound(quantity.upper)}",
+                    meaning=quantity.meaning,
                 )
-                for one in group
+                for quantity in group
             ),
         )
         for table, group in _by_table(model)
@@ -69,12 +69,14 @@ def sections(model: Model, loaded: Model) -> tuple[Section, ...]:
 
 
 def _by_table(model: Model) -> list[tuple[str, list[Quantity]]]:
-    def table(one: Quantity) -> str:
-        return one.path.rpartition(".")[0]
+    def table(quantity: Quantity) -> str:
+        return quantity.path.rpartition(".")[0]
 
     # the pretension stands behind the springs, and belongs to the transmission
     order = list(dict.fromkeys(map(table, quantities(model.effect_ids))))
-    ordered = sorted(quantities(model.effect_ids), key=lambda one: order.index(table(one)))
+    ordered = sorted(
+        quantities(model.effect_ids), key=lambda quantity: order.index(table(quantity))
+    )
     return [(name, list(group)) for name, group in groupby(ordered, key=table)]
 
 
@@ -138,7 +140,7 @@ def edited(model: Model, texts: Mapping[str, str]) -> tuple[Model, dict[str, str
         try:
             model = model.with_values({path: number})
         except ModelError as error:
-            problems = "; ".join(one.removeprefix(f"{path}: ") for one in error.problems)
+            problems = "; ".join(problem.removeprefix(f"{path}: ") for problem in error.problems)
             # as the user wrote the number, and as the table writes its bounds
             problems = with_minus(problems.replace(f"{number} is", f"{text.strip()} is"))
             refused[path] = f"{problems}; {shown(values[path])} is kept."

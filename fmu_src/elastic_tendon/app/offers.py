@@ -61,9 +61,9 @@ def missing(source: Source, labels: Sequence[str]) -> tuple[str, ...]:
     source : Source
     labels : columns of the file
     """
-    if any("=" not in item for item in source.mapping):
+    if any("=" not in item for item in source.options.mapping):
         return ()  # a preparation may name them
-    said = {item.partition("=")[0].strip() for item in source.mapping}
+    said = {item.partition("=")[0].strip() for item in source.options.mapping}
     known = said | {_named(label) for label in labels}
     if {"joint_deflection", "joint_torque"} <= known and not known & {"time", "motor_position"}:
         return ()  # a static curve
@@ -75,7 +75,7 @@ def missing_in_words(source: Source, labels: Sequence[str]) -> str:
     signals = missing(source, labels)
     if len(signals) < 2:
         return ""
-    named = enumerated([f"the {words(one)}" for one in signals])
+    named = enumerated([f"the {words(signal)}" for signal in signals])
     static = "; a static curve needs joint deflection and joint torque only"
     return (
         f"{source.name}: no names tell which columns are {named}; choose them below"
@@ -94,8 +94,8 @@ def guessed(source: Source, labels: Sequence[str]) -> tuple[Offer, ...]:
     wanted = missing(source, labels)
     if not wanted:
         return ()
-    said = dict(parse_map(item, labels) for item in source.mapping)
-    taken = {one.column for one in said.values()}
+    said = dict(parse_map(item, labels) for item in source.options.mapping)
+    taken = {column.column for column in said.values()}
     free = [label for label in labels if label not in taken and _named(label) is None]
     absent = [*wanted, *(["load_torque"] if "load_torque" not in said else [])]
     if "load_torque" in map(_named, labels):
@@ -104,7 +104,7 @@ def guessed(source: Source, labels: Sequence[str]) -> tuple[Offer, ...]:
     items = tuple(_items(found, labels))
     if not found.keys() & set(wanted) or not items:
         return ()
-    told = enumerated([item_in_words(one, labels) for one in items])
+    told = enumerated([item_in_words(item, labels) for item in items])
     return (Offer("Take this mapping", f"Going by the names, it may be: {told}.", items),)
 
 
@@ -113,8 +113,10 @@ def _told_apart(signals: Sequence[str], free: Sequence[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for table in (_TELLING, _HINTING):
         for signal in signals:
-            left = [one for one in free if one not in found.values()]
-            telling = [one for one in left if _tells(one, signal, table.get(signal, frozenset()))]
+            left = [label for label in free if label not in found.values()]
+            telling = [
+                label for label in left if _tells(label, signal, table.get(signal, frozenset()))
+            ]
             if signal not in found and len(telling) == 1:
                 found[signal] = telling[0]
     return {signal: found[signal] for signal in signals if signal in found}
@@ -142,14 +144,14 @@ def advised(sentence: str, labels: Sequence[str]) -> tuple[Offer, ...]:
 
     Parameters
     ----------
-    sentence : with advice for the command line, as of `identify.suspicion`
+    sentence : with advice for the command line, as of `misreadings.suspicion`
     labels : columns of the file
     """
     ways = [advised_items(clause) for clause in sentence.split("; or ") if ADVICE.search(clause)]
     usable = list(dict.fromkeys(way for way in ways if _usable(way, labels)))
     button = "Read it so"
     return tuple(
-        Offer(button, f"{enumerated([item_in_words(one, labels) for one in way])}.", way)
+        Offer(button, f"{enumerated([item_in_words(item, labels) for item in way])}.", way)
         for way in usable
     )
 
@@ -161,13 +163,15 @@ def _usable(items: Sequence[str], labels: Sequence[str]) -> bool:
     except MeasurementError:
         return False
     return all(
-        one.column in labels and (one.unit is None or parse_unit(one.unit) is not None)
-        for one in read
+        column.column in labels and (column.unit is None or parse_unit(column.unit) is not None)
+        for column in read
     )
 
 
 def taken(source: Source, items: Sequence[str]) -> tuple[str, ...]:
     """The mapping of a source with items taken over, in place of what it says of these signals."""
     signals = {item.partition("=")[0].strip() for item in items}
-    others = [one for one in source.mapping if one.partition("=")[0].strip() not in signals]
+    others = [
+        item for item in source.options.mapping if item.partition("=")[0].strip() not in signals
+    ]
     return (*others, *items)

@@ -18,18 +18,18 @@ SEARCH = "Find which effect is missing"
 SEARCH_AGAIN = "Find what else is missing"
 
 
-def refitted(judged: Round) -> list[tuple[Candidate, ...]]:
-    """Candidates that were refitted, in groups that these data cannot tell apart, likeliest first.
+def refitted(search_round: Round) -> list[tuple[Candidate, ...]]:
+    """Candidates that were refitted, in indistinguishable classes, likeliest first.
 
     Parameters
     ----------
-    judged : Round
+    search_round : Round
 
     Returns
     -------
     list of tuple of Candidate; a tuple of one where nothing else explains as much
     """
-    left = [candidate for candidate in judged.candidates if candidate.fitted]
+    left = [candidate for candidate in search_round.candidates if candidate.fitted]
     groups = []
     while left:
         alike = {left[0].ids, *left[0].equivalence_class}
@@ -38,29 +38,30 @@ def refitted(judged: Round) -> list[tuple[Candidate, ...]]:
     return groups
 
 
-def unlikely(judged: Round) -> list[Candidate]:
+def unlikely(search_round: Round) -> list[Candidate]:
     """Candidates of which the screen expects too little for a refit."""
-    return [candidate for candidate in judged.candidates if not candidate.fitted]
+    return [candidate for candidate in search_round.candidates if not candidate.fitted]
 
 
-def known(judged: Round, effect_id: str) -> Candidate | None:
+def known(search_round: Round, effect_id: str) -> Candidate | None:
     """The candidate that is an effect alone, None where it is none of the round."""
-    return next((row for row in judged.candidates if row.ids == (effect_id,)), None)
+    return next((row for row in search_round.candidates if row.ids == (effect_id,)), None)
 
 
-def suggestion(judged: Round) -> str:
+def suggestion(search_round: Round) -> str:
     """What the search would do next, and why."""
-    if not judged.chosen:
-        return f"The search would add nothing: {judged.reason}. {unsure_sentence(judged)}".rstrip()
-    return f"{judged.reason}, and is {hedge(_chance(judged))} there. The choice is yours."
+    reason = search_round.reason
+    if not search_round.chosen:
+        return f"The search would add nothing: {reason}. {unsure_sentence(search_round)}".rstrip()
+    return f"{reason}, and is {hedge(_chance(search_round))} there. The choice is yours."
 
 
-def _chance(judged: Round) -> float:
+def _chance(search_round: Round) -> float:
     """Probability of what was chosen, or of what these data cannot tell from it, 0 to 1."""
-    chosen = next(row for row in judged.candidates if row.ids == judged.chosen)
+    chosen = next(row for row in search_round.candidates if row.ids == search_round.chosen)
     return sum(
         row.probability
-        for row in judged.candidates
+        for row in search_round.candidates
         if set(chosen.ids) <= set(row.ids) or row.ids in chosen.equivalence_class
     )
 
@@ -92,9 +93,9 @@ def refusal(model: Model, effect: Effect) -> str:
     return ""
 
 
-def why_not_tried(judged: Round | None) -> str:
+def why_not_tried(search_round: Round | None) -> str:
     """Why an effect that is no candidate of the round cannot be tried."""
-    if judged is None:
+    if search_round is None:
         return "Try is available after the search."
     return "The search knows no numbers for it on this model; adding it has it fitted."
 
@@ -102,15 +103,15 @@ def why_not_tried(judged: Round | None) -> str:
 def choices(model: Model | None = None) -> list[dict[str, str]]:
     """Effects as options to choose from; only those that a model can take, where one is given."""
     return [
-        {"value": one.id, "label": one.title}
-        for one in effects.BY_ID.values()
-        if model is None or not refusal(model, one)
+        {"value": effect.id, "label": effect.title}
+        for effect in effects.BY_ID.values()
+        if model is None or not refusal(model, effect)
     ]
 
 
-def first_choice(judged: Round | None) -> str | None:
+def first_choice(search_round: Round | None) -> str | None:
     """The effect that is looked at first: what the search names; none where it names none."""
-    return next(iter(judged.chosen), None) if judged is not None else None
+    return next(iter(search_round.chosen), None) if search_round is not None else None
 
 
 def tried_sentences(found: walk.Tried, candidate: Candidate) -> list[str]:
@@ -129,7 +130,7 @@ def tried_sentences(found: walk.Tried, candidate: Candidate) -> list[str]:
 
 def signature_words(found: Signature) -> str:
     """What the picture of an effect shows, and on which machine."""
-    units = {one.name: unit_text(one.unit) for one in found.effect.parameters}
+    units = {parameter.name: unit_text(parameter.unit) for parameter in found.effect.parameters}
     numbers = ", ".join(
         f"{name} {value:.3g}" + ("" if units[name] == "1" else f" {units[name]}")
         for name, value in found.numbers.items()

@@ -65,7 +65,7 @@ def error_rows(runs: Sequence[Run], signal: str) -> Iterator[list[str]]:
 
 
 def _figures(error: ErrorFigures, quantity: Shown) -> list[str]:
-    sizes = (quantity.small * one for one in (error.rmse, error.max_abs, error.bias))
+    sizes = (quantity.small * size for size in (error.rmse, error.max_abs, error.bias))
     fit = "–" if error.fit_percent is None else f"{error.fit_percent:.1f}"
     return [str(error.count), *map(number, sizes), fit, noise_ratio(error.noise_ratio)]
 
@@ -93,12 +93,12 @@ def cursor_rows(runs: Sequence[Run], signal: str, cursors: Cursors) -> list[list
     names = ["measured", *(run.label for run in runs)]
 
     def row(name: str, take: Callable[[Reading], float], digits: str = "#.5g") -> list[str]:
-        first, second = (None if one is None else take(one) for one in read)
+        first, second = (None if reading is None else take(reading) for reading in read)
         both = None if first is None or second is None else second - first
-        cells = ("–" if one is None else format(one, digits) for one in (first, second, both))
+        cells = ("–" if value is None else format(value, digits) for value in (first, second, both))
         return [name, *cells]
 
-    rows = [row("time (s)", lambda one: one.time, ".4f")]
+    rows = [row("time (s)", lambda reading: reading.time, ".4f")]
     for index, name in enumerate(names):
         rows.append(row(f"{name} ({quantity.unit})", partial(_value, index)))
     for index, name in enumerate(names[1:], start=1):
@@ -106,12 +106,12 @@ def cursor_rows(runs: Sequence[Run], signal: str, cursors: Cursors) -> list[list
     return rows
 
 
-def _value(index: int, one: Reading) -> float:
-    return one.values[index][1]
+def _value(index: int, reading: Reading) -> float:
+    return reading.values[index][1]
 
 
-def _error(index: int, quantity: Shown, one: Reading) -> float:
-    return quantity.small * (_value(index, one) - _value(0, one))
+def _error(index: int, quantity: Shown, reading: Reading) -> float:
+    return quantity.small * (_value(index, reading) - _value(0, reading))
 
 
 def in_order(cursors: Cursors) -> tuple[float | None, float | None]:
@@ -240,18 +240,18 @@ def _sentence_case(words: str) -> str:
 def strongest_bins(bins: Sequence[Bin]) -> list[Bin]:
     """Bins that stand out and say most of where the error lies; the densest first."""
     shares = sample_shares(bins)
-    found = strongest([one for one in bins if one.stands_out], shares)
-    return sorted(found, key=lambda one: shares[one] - one.share)
+    found = strongest([error_bin for error_bin in bins if error_bin.stands_out], shares)
+    return sorted(found, key=lambda error_bin: shares[error_bin] - error_bin.share)
 
 
-def bin_row(one: Bin, quantity: Shown, sample_share: float) -> list[str]:
+def bin_row(error_bin: Bin, quantity: Shown, sample_share: float) -> list[str]:
     """A bin in words and numbers: what, where, RMS, bias, share of error, of samples."""
-    in_time = one.by != "frequency"  # a band has neither samples nor a bias
+    in_time = error_bin.by != "frequency"  # a band has neither samples nor a bias
     return [
-        one.by.replace("_", " "),
-        one.bin,
-        number(quantity.small * one.rmse),
-        number(quantity.small * one.bias) if in_time else "–",
-        f"{100.0 * one.share:.0f}",
+        error_bin.by.replace("_", " "),
+        error_bin.bin,
+        number(quantity.small * error_bin.rmse),
+        number(quantity.small * error_bin.bias) if in_time else "–",
+        f"{100.0 * error_bin.share:.0f}",
         f"{100.0 * sample_share:.0f}" if in_time else "–",
     ]

@@ -10,13 +10,10 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
-from elastic_tendon import effects
+import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
-from elastic_tendon.app.workspace import Report, Result, Shelf
-from elastic_tendon.comparison.compare import Comparison, compare
-from elastic_tendon.comparison.locate import Location, locate
-from elastic_tendon.errors import MeasurementError
+from elastic_tendon.app.workspace import Progress, Result, Shelf
 from elastic_tendon.estimation.ladder import Rung, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -31,7 +28,7 @@ Files = Mapping[str, Path]
 
 @dataclass(frozen=True)
 class Data:
-    """Recordings that are fitted, and those that only judge."""
+    """Recordings that are fitted, and those that are held out."""
 
     fitted: tuple[Measurement, ...]
     heldout: tuple[Measurement, ...]
@@ -41,16 +38,16 @@ class Data:
 class Compared:
     """A model beside the recordings that are fitted, and beside those held out, if there are."""
 
-    fitted: Comparison
-    heldout: Comparison | None
+    fitted: et.Comparison
+    heldout: et.Comparison | None
 
 
 def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
     """Names of the columns of a file, by which a mapping finds them."""
 
-    def compute(_shelf: Shelf, report: Report) -> tuple[str, ...]:
+    def compute(_shelf: Shelf, progress: Progress) -> tuple[str, ...]:
         with _calling_it(source, files) as path:
-            report(f"opening {source.name}", 0.0)
+            progress(f"opening {source.name}", 0.0)
             check_harmless(path, source.name)
             groups = open_source(path).groups
         return tuple(label(group.name, column) for group in groups for column in group.columns)
@@ -59,28 +56,27 @@ def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
 
 
 def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
-    """The recordings of one file, as it says it is read; whether they are right is not judged."""
+    """The recordings of one file, as it says it is read, not yet checked."""
 
-    def compute(shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
-        shelf.obtain(contents(source, files), report)
+    def compute(shelf: Shelf, progress: Progress) -> tuple[Measurement, ...]:
+        shelf.obtain(contents(source, files), progress)
         with _calling_it(source, files) as path:
             found = read_prepared(
                 str(path) + (window_text(*source.window) if any_end(source) else ""),
-                source.mapping,
-                time_shift=source.time_shift,
-                resample=source.resample,
-                remove_offset=source.remove_offset,
-                interpolation=source.interpolation,
-                report=report,
+                source.options,
+                progress,
             )
-        return tuple(replace(one, name=one.name.replace(path.name, source.name)) for one in found)
+        return tuple(
+            replace(recording, name=recording.name.replace(path.name, source.name))
+            for recording in found
+        )
 
     return Result(("reading", _how(source)), f"reading {source.name}", compute)
 
 
 def _how(source: Source) -> str:
     """Changes whenever a file is read otherwise."""
-    return source.model_dump_json(exclude={"role", "split", "as_declared"})
+    return source.model_dump_json(exclude={"role": True, "split": True, "options": {"as_declared"}})
 
 
 @contextmanager
@@ -88,12 +84,12 @@ def _calling_it(source: Source, files: Files) -> Iterator[Path]:
     """Path of a file; errors call it as the user does, for it may lie under a name of our own."""
     path = files.get(source.key)
     if path is None:
-        raise MeasurementError(f"{source.name}: the app holds it no longer; add it again")
+        raise et.MeasurementError(f"{source.name}: the app holds it no longer; add it again")
     try:
         yield path
-    except MeasurementError as error:
+    except et.MeasurementError as error:
         sentence = str(error).replace(str(path), source.name).replace(path.name, source.name)
-        raise MeasurementError(sentence) from None
+        raise et.MeasurementError(sentence) from None
 
 
 def any_end(source: Source) -> bool:
@@ -101,69 +97,71 @@ def any_end(source: Source) -> bool:
     return any(end is not None for end in source.window)
 
 
-def looked_at(document: Document, source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
+def checked(document: Document, source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
     """The recordings of one file, believed as far as the model as given tells; noise is known."""
     root = document.path()[0]
 
-    def compute(shelf: Shelf, report: Report) -> tuple[Measurement, ...]:
-        read = shelf.obtain(reading(source, files), report)
-        found = believed(root.loaded(), read, report, as_declared=source.as_declared)
-        for index, one in enumerate(found):
-            report(f"finding the noise of {one.name}", index / len(found))
-            _ = one.noise  # kept by the measurement
+    def compute(shelf: Shelf, progress: Progress) -> tuple[Measurement, ...]:
+        read = shelf.obtain(reading(source, files), progress)
+        found = believed(root.loaded(), read, progress, as_declared=source.options.as_declared)
+        for index, recording in enumerate(found):
+            progress(f"finding the noise of {recording.name}", index / len(found))
+            _ = recording.noise  # kept by the measurement
         return tuple(found)
 
-    key = ("looked at", _how(source), str(source.as_declared), _hash(root.model))
-    return Result(key, f"looking at {source.name}", compute)
+    key = ("checked", _how(source), str(source.options.as_declared), _hash(root.model))
+    return Result(key, f"checking {source.name}", compute)
 
 
 def data(document: Document, files: Files) -> Result[Data]:
     """All recordings that are used, believed as far as the model as given tells, and split."""
 
-    def compute(shelf: Shelf, report: Report) -> Data:
+    def compute(shelf: Shelf, progress: Progress) -> Data:
         fitted: list[Measurement] = []
         heldout: list[Measurement] = []
         for source in document.sources:
             if source.role == "off":
                 continue
-            for one in shelf.obtain(looked_at(document, source, files), report):
-                first, second = split_up(source, one)
+            for recording in shelf.obtain(checked(document, source, files), progress):
+                first, second = split_up(source, recording)
                 fitted += first
                 heldout += second
         if not fitted:
-            raise MeasurementError("no recording is fitted; add one and let it be fitted")
+            raise et.MeasurementError("no recording is fitted; add one and let it be fitted")
         return Data(tuple(fitted), tuple(heldout))
 
     root = _hash(document.path()[0].model)
     return Result(("data", document.data_key(), root), "reading the data", compute)
 
 
-def split_up(source: Source, one: Measurement) -> tuple[list[Measurement], list[Measurement]]:
-    """The part of a recording that is fitted, and the part that only judges.
+def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement], list[Measurement]]:
+    """The part of a recording that is fitted, and the part that is held out.
 
     Raises
     ------
     MeasurementError : one of the parts is too short
     """
     if source.role == "validate":
-        return [], [one]
+        return [], [recording]
     if source.role == "split" and source.split is not None:
-        later = one.time[one.time > source.split]  # a sample at the split is fitted only
+        later = recording.time[
+            recording.time > source.split
+        ]  # a sample at the split is fitted only
         start = float(later[0]) if len(later) else source.split
-        return [one.window(None, source.split)], [one.window(start, None)]
-    return [one], []
+        return [recording.window(None, source.split)], [recording.window(start, None)]
+    return [recording], []
 
 
 def compared(document: Document, version: Version, files: Files) -> Result[Compared]:
     """A version beside the data."""
 
-    def compute(shelf: Shelf, report: Report) -> Compared:
-        found = shelf.obtain(data(document, files), report)
+    def compute(shelf: Shelf, progress: Progress) -> Compared:
+        found = shelf.obtain(data(document, files), progress)
         model = version.loaded()
-        library_path(model.effect_ids, report)
-        report(f"comparing {version.title}", 0.5)
-        heldout = compare(model, found.heldout) if found.heldout else None
-        return Compared(compare(model, found.fitted), heldout)
+        library_path(model.effect_ids, progress)
+        progress(f"comparing {version.title}", 0.5)
+        heldout = et.compare(model, found.heldout) if found.heldout else None
+        return Compared(et.compare(model, found.fitted), heldout)
 
     return Result(
         ("compared", document.data_key(), _hash(version.model)),
@@ -172,12 +170,12 @@ def compared(document: Document, version: Version, files: Files) -> Result[Compa
     )
 
 
-def located(document: Document, version: Version, files: Files) -> Result[Location]:
+def located(document: Document, version: Version, files: Files) -> Result[et.Location]:
     """Where a version fails, in the recordings that are fitted."""
 
-    def compute(shelf: Shelf, report: Report) -> Location:
-        found = shelf.obtain(compared(document, version, files), report)
-        return locate(found.fitted, report)
+    def compute(shelf: Shelf, progress: Progress) -> et.Location:
+        found = shelf.obtain(compared(document, version, files), progress)
+        return et.locate(found.fitted, progress)
 
     return Result(
         ("located", document.data_key(), _hash(version.model)),
@@ -190,26 +188,26 @@ def climbed(document: Document, files: Files) -> Result[tuple[Rung, ...]]:
     """The ladder of errors from the root to the current version."""
     path = document.path()
 
-    def compute(shelf: Shelf, report: Report) -> tuple[Rung, ...]:
-        return climb(ladder_steps(document, files, shelf, report))
+    def compute(shelf: Shelf, progress: Progress) -> tuple[Rung, ...]:
+        return climb(ladder_steps(document, files, shelf, progress))
 
-    hashes = [_hash(one.model + one.title) for one in path]
+    hashes = [_hash(version.model + version.title) for version in path]
     return Result(("climbed", document.data_key(), *hashes), "comparing each step", compute)
 
 
 def ladder_steps(
-    document: Document, files: Files, shelf: Shelf, report: Report
+    document: Document, files: Files, shelf: Shelf, progress: Progress
 ) -> tuple[Step, ...]:
     """The versions from the root to the current one as steps of a ladder."""
     steps = []
     for version in document.path():
-        found = shelf.obtain(compared(document, version, files), report)
-        parameters = 0 if version.change is None else len(effects.BY_ID[version.change].parameters)
+        found = shelf.obtain(compared(document, version, files), progress)
+        added = version.change
         steps.append(
             Step(
                 title=version.title,
-                added=version.change,
-                parameters=parameters,
+                added=added,
+                parameters=len(et.effects.BY_ID[added].parameters) if added else 0,
                 effective=version.effective,
                 comparison=found.fitted,
                 heldout=found.heldout,

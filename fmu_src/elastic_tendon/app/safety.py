@@ -8,7 +8,9 @@ Sec-Fetch-Site, and do not know the token in the path.
 from collections.abc import Callable, Collection
 from hmac import compare_digest
 
-from flask import Flask, Response, abort, make_response, request
+from flask import Flask, Response, abort, request
+
+from elastic_tendon.app.requests import text
 
 UPLOAD = 25 * 1024 * 1024  # bytes of a file
 # base64 makes four characters of three bytes; beside the file there is the session's document
@@ -59,17 +61,17 @@ def protect(
     @server.before_request
     def refuse_strangers() -> None:
         if request.host not in allowed:
-            _refuse(403, "This name is not the app's; open the URL that it printed.")
+            abort(text(403, "This name is not the app's; open the URL that it printed."))
         origin = request.headers.get("Origin")
         if origin is not None and origin not in origins:
-            _refuse(403, "Another site sent this; open the URL that the app printed.")
+            abort(text(403, "Another site sent this; open the URL that the app printed."))
         if request.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site") and not _is_link():
-            _refuse(403, "Another site sent this; open the URL that the app printed.")
+            abort(text(403, "Another site sent this; open the URL that the app printed."))
         given = request.path.split("/")[1]
         if not compare_digest(given.encode(), token.encode()):
-            _refuse(404, "There is nothing here; open the whole URL that the app printed.")
+            abort(text(404, "There is nothing here; open the whole URL that the app printed."))
         if (request.content_length or 0) > BODY:
-            _refuse(413, "This is too large; name the file on the command line instead.")
+            abort(text(413, "This is too large; name the file on the command line instead."))
 
     @server.after_request
     def harden(response: Response) -> Response:
@@ -85,7 +87,3 @@ def _is_link() -> bool:
     """Whether a link to the whole page was followed, which changes nothing."""
     mode = request.headers.get("Sec-Fetch-Mode"), request.headers.get("Sec-Fetch-Dest")
     return request.method == "GET" and mode == ("navigate", "document")
-
-
-def _refuse(status: int, sentence: str) -> None:
-    abort(make_response((f"{sentence}\n", status, {"Content-Type": "text/plain; charset=utf-8"})))

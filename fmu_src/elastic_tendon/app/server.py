@@ -12,7 +12,7 @@ from typing import Any
 import waitress
 from dash import Dash
 
-from elastic_tendon.app import safety, shell
+from elastic_tendon.app import requests, safety, shell
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.steps import STEPS
 from elastic_tendon.app.workspace import Workspace
@@ -67,6 +67,7 @@ def listen(
     app = dash_app(workspace, token)
     names = {reached, "localhost", LOOPBACK} if _is_loopback(address) else {reached}
     safety.protect(app.server, {f"{name}:{bound}" for name in names}, token, app.csp_hashes)
+    requests.check(app)
     # that requests wait for each other while a step opens is nothing to tell
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)
     server = waitress.create_server(

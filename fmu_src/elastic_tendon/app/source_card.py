@@ -39,12 +39,12 @@ Found = tuple[Measurement, ...] | Failure | None
 
 @dataclass(frozen=True)
 class Seen:
-    """What is known of a source: its columns, its recordings as read, and as looked at."""
+    """What is known of a source: its columns, its recordings as read, and as checked."""
 
     source: Source
     labels: tuple[str, ...] | Failure | None
     read: Found
-    looked: Found
+    checked: Found
     beginnings: tuple[Beginning, ...] = ()
 
     @property
@@ -54,8 +54,8 @@ class Seen:
 
     @property
     def recordings(self) -> tuple[Measurement, ...]:
-        """The recordings, looked at where they were."""
-        for found in (self.looked, self.read):
+        """The recordings, checked where they were."""
+        for found in (self.checked, self.read):
             if isinstance(found, tuple):
                 return found
         return ()
@@ -71,12 +71,12 @@ class Seen:
 
     def sentence(self) -> str:
         """Why the file cannot be used as it is read, "" where it can."""
-        for found in (self.labels, self.read, self.looked):
+        for found in (self.labels, self.read, self.checked):
             if isinstance(found, Failure):
                 return found.sentence
         try:
-            for one in self.recordings:
-                split_up(self.source, one)
+            for recording in self.recordings:
+                split_up(self.source, recording)
         except MeasurementError as error:
             return str(error)
         return ""
@@ -185,7 +185,7 @@ def found(seen: Seen, theme: Theme) -> list[Component]:
 
 
 def _glimpse(beginnings: Sequence[Beginning]) -> list[Component]:
-    if not any(one.values for one in beginnings):
+    if not any(beginning.values for beginning in beginnings):
         return []
     head = html.Thead(
         html.Tr(
@@ -200,11 +200,11 @@ def _glimpse(beginnings: Sequence[Beginning]) -> list[Component]:
     rows = [
         html.Tr(
             [
-                html.Th(one.label, scope="row"),
-                *(html.Td(with_minus(value), className="figure") for value in one.values),
+                html.Th(beginning.label, scope="row"),
+                *(html.Td(with_minus(value), className="figure") for value in beginning.values),
             ]
         )
-        for one in beginnings
+        for beginning in beginnings
     ]
     more = [html.P(f"The first {COLUMNS} columns.", className="quiet")]
     return [
@@ -218,12 +218,12 @@ def facts(seen: Seen) -> str:
     read = seen.recordings
     if not read:
         return "" if seen.sentence() else "is being read…"
-    samples = sum(len(one.time) for one in read)
+    samples = sum(len(recording.time) for recording in read)
     counted = samples_text(samples)
     pieces = "" if len(read) == 1 else f" in {len(read)} recordings"
     if read[0].static:
         return f"a static curve of {counted}"
-    seconds = sum(float(one.time[-1] - one.time[0]) for one in read)
+    seconds = sum(float(recording.time[-1] - recording.time[0]) for recording in read)
     rate = 1.0 / float(np.median(np.diff(read[0].time)))
     return f"{counted}{pieces}, {number(seconds)} s at {number(rate)} Hz"
 
@@ -232,22 +232,25 @@ def _offered(seen: Seen, form: Form) -> list[Component]:
     """A button for each way to read the file right that is known."""
     key = seen.source.key
     offers = seen.offers()
-    form.structure.append([(one.button, one.words) for one in offers])
+    form.structure.append([(offer.button, offer.words) for offer in offers])
     return [
         html.Div(
-            [html.Button(one.button, id={"data-offer": key, "index": index}), html.Span(one.words)],
+            [
+                html.Button(offer.button, id={"data-offer": key, "index": index}),
+                html.Span(offer.words),
+            ],
             className="row offer",
         )
-        for index, one in enumerate(offers)
+        for index, offer in enumerate(offers)
     ]
 
 
 def _declared(seen: Seen, form: Form) -> list[Component]:
     """A way to insist, where the data look read wrongly."""
     source = seen.source
-    if not (source.as_declared or seen.sentence().endswith(DECLARE)):
+    if not (source.options.as_declared or seen.sentence().endswith(DECLARE)):
         return []
-    value = ["yes"] if source.as_declared else []
+    value = ["yes"] if source.options.as_declared else []
     place = form.place(source.key, "as_declared", value)
     label = "The file is right: take it as declared"
     return [dcc.Checklist([{"value": "yes", "label": label}], value, id=place)]
@@ -264,7 +267,7 @@ def _use(seen: Seen, form: Form) -> html.Div:
         if name != "split" or not static  # without a time
     ]
     form.structure.append(roles)
-    start, end = (("" if one is None else f"{one:.9g}") for one in source.window)
+    start, end = (("" if end is None else f"{end:.9g}") for end in source.window)
     parts: list[Component] = [
         dcc.RadioItems(
             roles,
@@ -293,7 +296,7 @@ def _labelled(before: str, control: Component, unit: str = "") -> html.Label:
 
 def _mapping(seen: Seen, form: Form) -> html.Div:
     heads = ("signal", "column of the file", "unit", "times", "plus")
-    head = html.Thead(html.Tr([html.Th(one, scope="col") for one in heads]))
+    head = html.Thead(html.Tr([html.Th(title, scope="col") for title in heads]))
     rows = [_mapping_row(seen, row, form) for row in seen.rows()]
     return html.Div(html.Table([head, html.Tbody(rows)]), className="mapping")
 
@@ -303,7 +306,7 @@ def _mapping_row(seen: Seen, row: Row, form: Form) -> html.Tr:
     columns = list(seen.columns)
     if row.column is not None and row.column not in columns:
         columns.append(row.column)
-    options = [{"value": one, "label": one} for one in columns]
+    options = [{"value": name, "label": name} for name in columns]
     options.insert(0, {"value": BY_NAME, "label": "found by its name"})
     empty = "by its name" if seen.first is None else "not there"
     column = form.choice(key, "column", row.column, options, signal, placeholder=empty)
@@ -317,21 +320,21 @@ def _mapping_row(seen: Seen, row: Row, form: Form) -> html.Tr:
             form.of_signal(signal, "times", times),
             html.Span([form.of_signal(signal, "plus", plus), row.si], className="measure"),
         ]
-    return html.Tr([html.Th(words(signal), scope="row"), *(html.Td(one) for one in cells)])
+    return html.Tr([html.Th(words(signal), scope="row"), *(html.Td(cell) for cell in cells)])
 
 
 def _advanced(seen: Seen, form: Form) -> html.Details:
     source = seen.source
-    resample = "" if source.resample is None else f"{source.resample:.9g}"
+    resample = "" if source.options.resample is None else f"{source.options.resample:.9g}"
     late = shifted(seen.first)
-    zeroed = [one for one in late if one != "load_torque"]
+    zeroed = [name for name in late if name != "load_torque"]
     parts: list[Component] = [
         _labelled(
             "inputs between the samples:",
             form.choice(
                 source.key,
                 "interpolation",
-                source.interpolation,
+                source.options.interpolation,
                 [{"value": name, "label": label} for name, label in INTERPOLATIONS.items()],
                 searchable=False,
             ),
@@ -339,13 +342,13 @@ def _advanced(seen: Seen, form: Form) -> html.Details:
         _labelled("resample, one every", form.text(source.key, "resample", resample), "s"),
     ]
     if zeroed:
-        value = [one for one in zeroed if one in source.remove_offset]
+        value = [name for name in zeroed if name in source.options.remove_offset]
         place = form.place(source.key, "remove_offset", value)
-        options = [{"value": one, "label": words(one)} for one in zeroed]
+        options = [{"value": name, "label": words(name)} for name in zeroed]
         boxes = dcc.Checklist(options, value, id=place, inline=True)
         parts.append(html.Div(["begins at 0 by definition:", boxes], className="row"))
     for signal in late:
-        shift = source.time_shift.get(signal, "")
+        shift = source.options.time_shift.get(signal, "")
         text = shift if isinstance(shift, str) else f"{shift:.9g}"
         control = form.text(source.key, "shift", text, signal, placeholder="0, or auto")
         parts.append(_labelled(f"{words(signal)} is late by", control, "s"))
@@ -368,7 +371,7 @@ def _figure(seen: Seen, theme: Theme) -> list[Component]:
 
 def _quality(seen: Seen) -> list[Component]:
     told = findings(seen)
-    return [html.Ul([html.Li(one) for one in told], className="findings")] if told else []
+    return [html.Ul([html.Li(sentence) for sentence in told], className="findings")] if told else []
 
 
 def findings(seen: Seen) -> list[str]:
@@ -379,20 +382,22 @@ def findings(seen: Seen) -> list[str]:
     told = [
         f"Noise of the {shown(name, static=first.static).words}: "
         f"{noise_in_words(noise, shown(name, static=first.static))}"
-        for name, noise in (first.noise.items() if isinstance(seen.looked, tuple) else ())
+        for name, noise in (first.noise.items() if isinstance(seen.checked, tuple) else ())
     ]
     if first.load_torque is None and not first.static:
         told.append("There is no load torque: none is taken to act.")
     if len(first.signals) == 1 and not first.static:
         told.append("There is no measured torque: the model is judged by the joint position alone.")
     told += noted(seen.recordings)
-    if seen.looked is None and seen.source.role != "off" and not seen.sentence():
+    if seen.checked is None and seen.source.role != "off" and not seen.sentence():
         told.append("Checking units, signs and columns against the model…")
     return told
 
 
 def noted(recordings: Sequence[Measurement]) -> list[str]:
     """Notes of all recordings, each once."""
-    every = list(dict.fromkeys(in_app_words(note) for one in recordings for note in one.notes))
+    every = list(
+        dict.fromkeys(in_app_words(note) for recording in recordings for note in recording.notes)
+    )
     more = len(every) - MOST_NOTES
     return every[:MOST_NOTES] + ([f"and {more} more notes"] if more > 0 else [])

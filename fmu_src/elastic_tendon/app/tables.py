@@ -17,9 +17,11 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = ""
     """
     first, *others = heads
     head = [html.Th(first, scope="col")]
-    head += [html.Th(one, scope="col", className="figure") for one in others]
+    head += [html.Th(title, scope="col", className="figure") for title in others]
     body = [
-        html.Tr([html.Th(name, scope="row"), *(html.Td(one, className="figure") for one in cells)])
+        html.Tr(
+            [html.Th(name, scope="row"), *(html.Td(cell, className="figure") for cell in cells)]
+        )
         for name, *cells in rows
     ]
     above = [html.Caption(caption)] if caption else []

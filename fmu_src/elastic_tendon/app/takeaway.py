@@ -16,19 +16,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakValueDictionary, finalize
 
-from elastic_tendon.actuator.parameters import Model
+import elastic_tendon as et
 from elastic_tendon.app import results, walk
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.workspace import Report, Result, Shelf, Workspace
-from elastic_tendon.comparison.compare import SLACK_STATES, Comparison
-from elastic_tendon.comparison.locate import Location
+from elastic_tendon.app.workspace import Progress, Result, Shelf, Workspace
+from elastic_tendon.comparison.compare import SLACK_STATES
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.result import Round
-from elastic_tendon.errors import BuildError, LinearisationError
 from elastic_tendon.estimation.add import with_estimates
-from elastic_tendon.fmu.export import FmiVersion, export_fmu, model_identifier
+from elastic_tendon.fmu.export import FmiVersion, model_identifier
 from elastic_tendon.reports.provenance import comments
 
 if TYPE_CHECKING:
@@ -105,7 +103,7 @@ def safe_name(text: str) -> str:
 
 def path_of(document: Document) -> str:
     """The way to the current version, in the titles of its steps."""
-    return " → ".join(one.title for one in document.path())
+    return " → ".join(version.title for version in document.path())
 
 
 def file_name(document: Document, kind: Kind) -> str:
@@ -117,10 +115,12 @@ def _result(
     kind: Kind,
     words: str,
     document: Document,
-    compute: Callable[[Shelf, Report], Built],
+    compute: Callable[[Shelf, Progress], Built],
     *options: str,
 ) -> Result[Built]:
-    way = "\n".join(one.model_dump_json(exclude={"id", "parent"}) for one in document.path())
+    way = "\n".join(
+        version.model_dump_json(exclude={"id", "parent"}) for version in document.path()
+    )
     key = (kind, document.data_key(), sha256(way.encode()).hexdigest(), *options)
     return Result(key, words, compute)
 
@@ -131,17 +131,17 @@ def _result(
 def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
     """The FMU of the current version."""
 
-    def compute(_shelf: Shelf, report: Report) -> Built:
+    def compute(_shelf: Shelf, progress: Progress) -> Built:
         if not choice.platforms:
-            raise BuildError("no platform is chosen; choose at least one for the FMU to run on")
+            raise et.BuildError("no platform is chosen; choose at least one for the FMU to run on")
 
         def write(path: Path) -> None:
-            export_fmu(
+            et.export_fmu(
                 *(document.version.loaded(), path),
                 fmi_version=choice.fmi_version,
                 platforms=choice.platforms,
                 source=choice.source,
-                progress=report,
+                progress=progress,
             )
 
         return depot.build(file_name(document, "fmu"), write)
@@ -153,11 +153,11 @@ def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
 def model_file(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """The current version as model.toml, with comments on where it comes from."""
 
-    def compute(shelf: Shelf, report: Report) -> Built:
+    def compute(shelf: Shelf, progress: Progress) -> Built:
         version, notes = document.version, list(_provenance(document))
         text = version.model
         if version.parent is not None and walk.is_fitted(document, version):
-            answer = shelf.obtain(walk.answer(document, version, files), report).result
+            answer = shelf.obtain(walk.answer(document, version, files), progress).result
             text = with_estimates(answer.model, answer.findings.estimates).to_toml()
             notes.append("uncertainties: as estimated from what was fitted")
         name = file_name(document, "model")
@@ -171,38 +171,37 @@ def _provenance(document: Document) -> Iterator[str]:
     yield f"made by elastic-tendon {installed('elastic-tendon')}, in its app"
     yield f"steps: {path_of(document)}"
     for role, words in PURPOSES.items():
-        if names := [one.name for one in document.sources if one.role == role]:
+        if names := [source.name for source in document.sources if source.role == role]:
             yield f"{words}: {', '.join(names)}"
 
 
 def linear(document: Document, depot: Depot) -> Result[Built]:
     """Linear models of each slack state, of the model as given and of the current version."""
 
-    def compute(_shelf: Shelf, report: Report) -> Built:
+    def compute(_shelf: Shelf, progress: Progress) -> Built:
         way = document.path()
         ends = [("as_given", way[0])] if len(way) == 1 else [("before", way[0]), ("after", way[-1])]
 
         def write(path: Path) -> None:
             with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-                for index, (label, one) in enumerate(ends):
-                    report(f"linearising {one.title}", index / len(ends))
-                    _add_linear(archive, label, one.loaded(), depot)
+                for index, (label, version) in enumerate(ends):
+                    progress(f"linearising {version.title}", index / len(ends))
+                    _add_linear(archive, label, version.loaded(), depot)
 
         return depot.build(file_name(document, "linear"), write)
 
     return _result("linear", "linearising", document, compute)
 
 
-def _add_linear(archive: zipfile.ZipFile, label: str, model: Model, depot: Depot) -> None:
+def _add_linear(archive: zipfile.ZipFile, label: str, model: et.Model, depot: Depot) -> None:
     from elastic_tendon.linear.linear_json import linear_json
-    from elastic_tendon.linear.linearise import linearise
     from elastic_tendon.linear.mat import write_mat
 
     found, faults = [], []
     for state in SLACK_STATES.values():
         try:
-            found.append(linearise(model, state))
-        except LinearisationError as fault:
+            found.append(et.linearise(model, state))
+        except et.LinearisationError as fault:
             faults.append(fault)
     if not found:
         raise faults[0]
@@ -221,11 +220,13 @@ def numbers(document: Document, files: Files, depot: Depot) -> Result[Built]:
     from elastic_tendon.comparison.comparison_json import comparison_json
     from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 
-    def compute(shelf: Shelf, report: Report) -> Built:
+    def compute(shelf: Shelf, progress: Progress) -> Built:
         if _was_walked(document):
-            content = diagnosis_json(shelf.obtain(walk.concluded(document, files), report))
+            content = diagnosis_json(shelf.obtain(walk.concluded(document, files), progress))
         else:
-            content = comparison_json(*_compared(document, document.version, files, shelf, report))
+            content = comparison_json(
+                *_compared(document, document.version, files, shelf, progress)
+            )
         text, name = _json(content), file_name(document, "numbers")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
 
@@ -235,17 +236,17 @@ def numbers(document: Document, files: Files, depot: Depot) -> Result[Built]:
 def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """The report that stands alone: of a diagnosis; where nothing was fitted, of a comparison."""
 
-    def compute(shelf: Shelf, report: Report) -> Built:
+    def compute(shelf: Shelf, progress: Progress) -> Built:
         from elastic_tendon.reports.html.document import comparison_document, diagnosis_document
 
         origin = _origin(document, files)
         if _was_walked(document):
-            found = shelf.obtain(walk.concluded(document, files), report)
-            _, where = _compared(document, document.path()[0], files, shelf, report)
-            text = diagnosis_document(found, where, origin, report)
+            found = shelf.obtain(walk.concluded(document, files), progress)
+            _, where = _compared(document, document.path()[0], files, shelf, progress)
+            text = diagnosis_document(found, where, origin, progress)
         else:
-            found_now = _compared(document, document.version, files, shelf, report)
-            text = comparison_document(*found_now, origin, report)
+            found_now = _compared(document, document.version, files, shelf, progress)
+            text = comparison_document(*found_now, origin, progress)
         name = file_name(document, "report")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
 
@@ -255,26 +256,29 @@ def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]
 def _was_walked(document: Document) -> bool:
     """Whether every step to the current version was fitted to the data that are chosen now."""
     steps = document.path()[1:]
-    return bool(steps) and all(walk.is_fitted(document, one) for one in steps)
+    return bool(steps) and all(walk.is_fitted(document, step) for step in steps)
 
 
 def _compared(
-    document: Document, version: Version, files: Files, shelf: Shelf, report: Report
-) -> tuple[Comparison, Location]:
+    document: Document, version: Version, files: Files, shelf: Shelf, progress: Progress
+) -> tuple[et.Comparison, et.Location]:
     """A version beside the recordings that are fitted, and where it fails."""
-    compared = shelf.obtain(results.compared(document, version, files), report)
-    return compared.fitted, shelf.obtain(results.located(document, version, files), report)
+    compared = shelf.obtain(results.compared(document, version, files), progress)
+    return compared.fitted, shelf.obtain(results.located(document, version, files), progress)
 
 
 def _origin(document: Document, files: Files) -> "Origin":
     """How to come to the same again; files go by the names that the user knows."""
     from elastic_tendon.reports.html.origin import origin_of
 
-    used = [one for one in document.sources if one.role != "off" and one.key in files]
-    names = {str(files[one.key]): one.name for one in used}
-    found = origin_of(_command(document), [(PURPOSES[one.role], files[one.key]) for one in used])
+    used = [source for source in document.sources if source.role != "off" and source.key in files]
+    names = {str(files[source.key]): source.name for source in used}
+    found = origin_of(
+        _command(document), [(PURPOSES[source.role], files[source.key]) for source in used]
+    )
     return replace(
-        found, files=tuple(replace(one, name=names.get(one.name, one.name)) for one in found.files)
+        found,
+        files=tuple(replace(file, name=names.get(file.name, file.name)) for file in found.files),
     )
 
 
@@ -282,24 +286,26 @@ def _command(document: Document) -> str:
     """What to type, and then to do on the page."""
     first, *steps = document.path()
     model = file_name(document.at(first.id), "model")
-    fitted = [one.name for one in document.sources if one.role in ("fit", "split")]
+    fitted = [source.name for source in document.sources if source.role in ("fit", "split")]
     if not steps:
         return shlex.join(["elastic-tendon", "compare", model, *fitted])
-    heldout = [one.name for one in document.sources if one.role == "validate"]
+    heldout = [source.name for source in document.sources if source.role == "validate"]
     words = ["elastic-tendon", "app", model, *fitted]
     words += [word for name in heldout for word in ("--validate", name)]
-    then = ", then ".join(one.title for one in steps)
+    then = ", then ".join(step.title for step in steps)
     return f"{shlex.join(words)}  # {model}: as given; on the page: {then}"
 
 
 def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """What the figures show, a table each, and every recording beside its simulation."""
 
-    def compute(shelf: Shelf, report: Report) -> Built:
+    def compute(shelf: Shelf, progress: Progress) -> Built:
         ends = dict.fromkeys((document.path()[0], document.version))
-        known = [shelf.obtain(results.compared(document, one, files), report) for one in ends]
-        located = shelf.obtain(results.located(document, document.version, files), report)
-        rungs = shelf.obtain(results.climbed(document, files), report)
+        known = [
+            shelf.obtain(results.compared(document, version, files), progress) for version in ends
+        ]
+        located = shelf.obtain(results.located(document, document.version, files), progress)
+        rungs = shelf.obtain(results.climbed(document, files), progress)
         rounds = _rounds(document, files, shelf)
         tables = [*figures(known, located, rungs, rounds), *recordings(known)]
 
@@ -307,7 +313,7 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
             with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
                 for index, table in enumerate(tables):
                     member = f"{table.folder}/{index + 1:02}_{safe_name(table.name)}.csv"
-                    share = partial(report, f"writing {member}", index / len(tables))
+                    share = partial(progress, f"writing {member}", index / len(tables))
                     _add_table(archive, member, table.make(), share)
 
         return depot.build(file_name(document, "data"), write)
@@ -318,22 +324,22 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
 def _rounds(document: Document, files: Files, shelf: Shelf) -> list[Round]:
     """What the search found on the way, as far as it is at hand; it is not worth another search."""
     rounds = []
-    for one in document.path():
-        if walk.was_searched(document, one):
-            found = shelf.find(walk.outcome(document, one, files))
+    for version in document.path():
+        if walk.was_searched(document, version):
+            found = shelf.find(walk.outcome(document, version, files))
             if isinstance(found, Outcome):
                 rounds.append(found.round)
     return rounds
 
 
 def _add_table(
-    archive: zipfile.ZipFile, member: str, table: "pd.DataFrame", report: Callable[[], None]
+    archive: zipfile.ZipFile, member: str, table: "pd.DataFrame", progress: Callable[[], None]
 ) -> None:
     """Write a table row by row, so that the user can stop it."""
     with archive.open(member, "w", force_zip64=True) as binary:
         text = TextIOWrapper(binary, encoding="utf-8", newline="")
         for start in range(0, max(len(table), 1), _ROWS):
-            report()
+            progress()
             table.iloc[start : start + _ROWS].to_csv(text, index=False, header=start == 0)
         text.flush()
         text.detach()

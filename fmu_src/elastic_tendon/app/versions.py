@@ -39,7 +39,7 @@ class Row:
 
 def tree(document: Document) -> list[Row]:
     """All versions, each followed by those made from it; not compared with anything."""
-    roots = [one for one in document.versions if one.parent is None]
+    roots = [version for version in document.versions if version.parent is None]
     return [row for root in roots for row in _branch(document, root, 0, len(roots))]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.workspace import Failure, Report, Result, Session, Shelf
+from elastic_tendon.app.workspace import Failure, Progress, Result, Session, Shelf
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
 from elastic_tendon.reports.interactive.overlay import Run
@@ -73,7 +73,7 @@ def fitted_view(stored: Mapping[str, Any] | None, found: Compared) -> View:
 def _one_of(names: Iterable[str], *wanted: str | None) -> str:
     """The first that is wanted and among the names, else the first of these."""
     held = list(names)
-    return next((one for one in wanted if one is not None and one in held), held[0])
+    return next((name for name in wanted if name is not None and name in held), held[0])
 
 
 def recording_options(found: Compared, *, fitted_only: bool = False) -> list[dict[str, str]]:
@@ -91,10 +91,10 @@ def recording_options(found: Compared, *, fitted_only: bool = False) -> list[dic
 
 def signal_options(file: FileComparison) -> list[dict[str, str]]:
     """Choices of signals, with units."""
-    found = {one: shown(one, static=file.measurement.static) for one in file.signals}
+    found = {signal: shown(signal, static=file.measurement.static) for signal in file.signals}
     return [
-        {"value": one, "label": f"{quantity.words} ({quantity.unit})"}
-        for one, quantity in found.items()
+        {"value": signal, "label": f"{quantity.words} ({quantity.unit})"}
+        for signal, quantity in found.items()
     ]
 
 
@@ -143,8 +143,8 @@ def fingerprint(session: Session, rests_on: Sequence[Result[Any]], *looks: objec
     rests_on : results that the figure shows, as far as they are there
     looks : all else that it depends on
     """
-    there = [one.key for one in rests_on if session.shelf.find(one) is not None]
-    titles = [one.title for one in session.document.path()]
+    there = [result.key for result in rests_on if session.shelf.find(result) is not None]
+    titles = [version.title for version in session.document.path()]
     return sha256(repr((there, titles, looks)).encode()).hexdigest()
 
 
@@ -156,16 +156,16 @@ def while_waiting(session: Session, rests_on: Sequence[Result[Any]], words: str)
     rests_on : results that are waited for
     words : str
     """
-    found = [session.shelf.find(one) for one in rests_on]
-    return "" if any(isinstance(one, Failure) for one in found) else words
+    found = [session.shelf.find(result) for result in rests_on]
+    return "" if any(isinstance(part, Failure) for part in found) else words
 
 
 def located_heldout(document: Document, version: Version, files: Files) -> Result[Location]:
     """Where a version fails, in the recordings that are held out; none where there are none."""
 
-    def compute(shelf: Shelf, report: Report) -> Location:
-        found = shelf.obtain(results.compared(document, version, files), report)
-        return locate(found.heldout or Comparison(version.loaded(), ()), report)
+    def compute(shelf: Shelf, progress: Progress) -> Location:
+        found = shelf.obtain(results.compared(document, version, files), progress)
+        return locate(found.heldout or Comparison(version.loaded(), ()), progress)
 
     of_fitted = results.located(document, version, files)
     words = f"{of_fitted.words} in the recordings held out"

@@ -3,18 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from elastic_tendon import effects
-from elastic_tendon.actuator.parameters import load_model
+import elastic_tendon as et
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.workspace import Change, Report, Result, Session, Shelf, Work
-from elastic_tendon.comparison.compare import compare
+from elastic_tendon.app.workspace import Change, Progress, Result, Session, Shelf, Work
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.data import Data, data_of
-from elastic_tendon.diagnosis.result import Diagnosis, Round
+from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
 from elastic_tendon.estimation.ladder import REFIT, Rung, Step, climb
 from elastic_tendon.native.library import library_path
@@ -49,8 +47,8 @@ def was_searched(document: Document, version: Version) -> bool:
 def given_data(document: Document, version: Version, files: Files) -> Result[Data]:
     """The model as given from which a version was made, with the data as the search uses them."""
 
-    def compute(shelf: Shelf, report: Report) -> Data:
-        found = shelf.obtain(results.data(document.at(version.id), files), report)
+    def compute(shelf: Shelf, progress: Progress) -> Data:
+        found = shelf.obtain(results.data(document.at(version.id), files), progress)
         return data_of(_root(document, version).loaded(), found.fitted, found.heldout)
 
     return Result(_key("given data", document, version), "preparing the data", compute)
@@ -59,11 +57,11 @@ def given_data(document: Document, version: Version, files: Files) -> Result[Dat
 def answer(document: Document, version: Version, files: Files) -> Result[Answer]:
     """A version's numbers refitted; where they are fitted to these data already, they stay."""
 
-    def compute(shelf: Shelf, report: Report) -> Answer:
-        data = shelf.obtain(given_data(document, version, files), report)
+    def compute(shelf: Shelf, progress: Progress) -> Answer:
+        data = shelf.obtain(given_data(document, version, files), progress)
         if version.parent is None:
-            return by_hand.base(data, report)
-        return by_hand.again(data, version.added, version.loaded(), report)
+            return by_hand.base(data, progress)
+        return by_hand.again(data, version.added, version.loaded(), progress)
 
     key = _key("answer", document, version, version.model, *version.added)
     return Result(key, f"refitting {version.title}", compute)
@@ -72,10 +70,10 @@ def answer(document: Document, version: Version, files: Files) -> Result[Answer]
 def outcome(document: Document, version: Version, files: Files) -> Result[Outcome]:
     """What the search finds when it looks on from a version that is fitted to these data."""
 
-    def compute(shelf: Shelf, report: Report) -> Outcome:
-        data = shelf.obtain(given_data(document, version, files), report)
-        current = shelf.obtain(answer(document, version, files), report)
-        return by_hand.look(data, current, report)
+    def compute(shelf: Shelf, progress: Progress) -> Outcome:
+        data = shelf.obtain(given_data(document, version, files), progress)
+        current = shelf.obtain(answer(document, version, files), progress)
+        return by_hand.look(data, current, progress)
 
     key = _key("outcome", document, version, version.model, *version.added)
     return Result(key, "finding which effect is missing", compute)
@@ -83,18 +81,18 @@ def outcome(document: Document, version: Version, files: Files) -> Result[Outcom
 
 def tried(document: Document, version: Version, effect_id: str, files: Files) -> Result[Tried]:
     """A version with a candidate of its round, beside the data; nothing is added."""
-    title = effects.BY_ID[effect_id].title
+    title = et.effects.BY_ID[effect_id].title
 
-    def compute(shelf: Shelf, report: Report) -> Tried:
-        looked_at = document.at(version.id)
-        before = shelf.obtain(results.compared(looked_at, version, files), report)
-        found = shelf.obtain(outcome(document, version, files), report)
+    def compute(shelf: Shelf, progress: Progress) -> Tried:
+        shown = document.at(version.id)
+        before = shelf.obtain(results.compared(shown, version, files), progress)
+        found = shelf.obtain(outcome(document, version, files), progress)
         model = by_hand.preview(version.loaded(), found, effect_id)
-        library_path(model.effect_ids, report)
-        report(f"trying {title}", 0.5)
-        data = shelf.obtain(results.data(looked_at, files), report)
-        heldout = compare(model, data.heldout) if data.heldout else None
-        after = Compared(compare(model, data.fitted), heldout)
+        library_path(model.effect_ids, progress)
+        progress(f"trying {title}", 0.5)
+        data = shelf.obtain(results.data(shown, files), progress)
+        heldout = et.compare(model, data.heldout) if data.heldout else None
+        after = Compared(et.compare(model, data.fitted), heldout)
         names = (version.title, f"+ {title}")
         rungs = climb([_step(*pair) for pair in zip(names, (before, after), strict=True)])
         return Tried(after, rungs[0], rungs[1])
@@ -109,42 +107,44 @@ def _step(title: str, found: Compared) -> Step:
 
 def shows(effect_id: str) -> Result[Signature]:
     """How an effect shows on the bundled `EXAMPLE`, at its typical size."""
-    effect = effects.BY_ID[effect_id]
+    effect = et.effects.BY_ID[effect_id]
 
-    def compute(_shelf: Shelf, report: Report) -> Signature:
-        library_path((effect_id,), report)
-        report(f"drawing how {effect.title} shows", 0.5)
-        return signature(effect, load_model(EXAMPLE))
+    def compute(_shelf: Shelf, progress: Progress) -> Signature:
+        library_path((effect_id,), progress)
+        progress(f"drawing how {effect.title} shows", 0.5)
+        return signature(effect, et.load_model(EXAMPLE))
 
     return Result(("shows", effect_id), f"drawing how {effect.title} shows", compute)
 
 
-def concluded(document: Document, files: Files) -> Result[Diagnosis]:
+def concluded(document: Document, files: Files) -> Result[et.Diagnosis]:
     """The diagnosis that the way to the current version amounts to.
 
     The search looks on from that version, to tell whether more is missing.
     """
     path = document.path()
 
-    def compute(shelf: Shelf, report: Report) -> Diagnosis:
-        data = shelf.obtain(given_data(document, path[0], files), report)
+    def compute(shelf: Shelf, progress: Progress) -> et.Diagnosis:
+        data = shelf.obtain(given_data(document, path[0], files), progress)
         walk = [
             by_hand.Walked(
-                title=one.title,
-                added=one.change,
-                answer=shelf.obtain(answer(document, one, files), report),
-                outcome=shelf.obtain(outcome(document, one, files), report)
-                if was_searched(document, one) or one is path[-1]
+                title=version.title,
+                added=version.change,
+                answer=shelf.obtain(answer(document, version, files), progress),
+                outcome=shelf.obtain(outcome(document, version, files), progress)
+                if was_searched(document, version) or version is path[-1]
                 else None,
             )
-            for one in path[1:]
+            for version in path[1:]
         ]
         if not walk:
-            first = shelf.obtain(answer(document, path[0], files), report)
+            first = shelf.obtain(answer(document, path[0], files), progress)
             walk.append(by_hand.Walked(REFIT, None, first, None))
-        return by_hand.concluded(data, walk, report)
+        return by_hand.concluded(data, walk, progress)
 
-    texts = [f"{one.title}\n{was_searched(document, one)}\n{one.model}" for one in path]
+    texts = [
+        f"{version.title}\n{was_searched(document, version)}\n{version.model}" for version in path
+    ]
     return Result(_key("concluded", document, path[-1], *texts), "concluding", compute)
 
 
@@ -174,8 +174,8 @@ def refitting(session: Session) -> Work:
     """Refit the current version to the data; a version below it comes of that."""
     document = session.document
 
-    def work(report: Report) -> Change:
-        return _growth(document.current, [_refitted(document, session, report)])
+    def work(progress: Progress) -> Change:
+        return _growth(document.current, [_refitted(document, session, progress)])
 
     return work
 
@@ -184,11 +184,11 @@ def searching(session: Session) -> Work:
     """Find which effect the current version misses; refit it first where it is not."""
     document, data_key = session.document, session.document.data_key()
 
-    def work(report: Report) -> Change:
-        made = _fitted(document, session, report)
+    def work(progress: Progress) -> Change:
+        made = _fitted(document, session, progress)
         grow = _growth(document.current, made)
         grown = grow(document)
-        session.shelf.obtain(outcome(grown, grown.version, session.files), report)
+        session.shelf.obtain(outcome(grown, grown.version, session.files), progress)
         if made:
             searched = made[-1].model_copy(update={"searched": data_key})
             return _growth(document.current, [searched])
@@ -205,8 +205,8 @@ def trying(session: Session, effect_id: str) -> Work:
     """Find how a candidate of its round changes the current version; nothing is added."""
     document = session.document
 
-    def work(report: Report) -> None:
-        session.shelf.obtain(tried(document, document.version, effect_id, session.files), report)
+    def work(progress: Progress) -> None:
+        session.shelf.obtain(tried(document, document.version, effect_id, session.files), progress)
 
     return work
 
@@ -215,14 +215,14 @@ def adding(session: Session, effect_id: str) -> Work:
     """Add an effect to the current version and refit both; refit it first where it is not."""
     document, files, shelf = session.document, session.files, session.shelf
 
-    def work(report: Report) -> Change:
-        made = _fitted(document, session, report)
+    def work(progress: Progress) -> Change:
+        made = _fitted(document, session, progress)
         grown = _growth(document.current, made)(document)
-        data = shelf.obtain(given_data(grown, grown.version, files), report)
-        current = shelf.obtain(answer(grown, grown.version, files), report)
-        found = by_hand.with_effect(data, current, effect_id, report)
-        title = f"+ {effects.BY_ID[effect_id].title}"
-        report(title, 1.0)  # a fit that was stopped comes back with its best so far
+        data = shelf.obtain(given_data(grown, grown.version, files), progress)
+        current = shelf.obtain(answer(grown, grown.version, files), progress)
+        found = by_hand.with_effect(data, current, effect_id, progress)
+        title = f"+ {et.effects.BY_ID[effect_id].title}"
+        progress(title, 1.0)  # a fit that was stopped comes back with its best so far
         version = _version(grown, title, found).model_copy(update={"change": effect_id})
         _keep(grown, version, found, session)
         return _growth(document.current, [*made, version])
@@ -230,16 +230,16 @@ def adding(session: Session, effect_id: str) -> Work:
     return work
 
 
-def _fitted(document: Document, session: Session, report: Report) -> list[Version]:
+def _fitted(document: Document, session: Session, progress: Progress) -> list[Version]:
     """What has to come below the current version for it to be fitted to the data."""
     if is_fitted(document, document.version):
         return []
-    return [_refitted(document, session, report)]
+    return [_refitted(document, session, progress)]
 
 
-def _refitted(document: Document, session: Session, report: Report) -> Version:
+def _refitted(document: Document, session: Session, progress: Progress) -> Version:
     before = document.version
-    found = session.shelf.obtain(answer(document, before, session.files), report)
+    found = session.shelf.obtain(answer(document, before, session.files), progress)
     version = _version(document, REFIT if before.parent is None else REFITTED_AGAIN, found)
     _keep(document, version, found, session)
     return version
@@ -282,4 +282,4 @@ def _growth(base: str, made: Sequence[Version]) -> Change:
 
 
 def _has(document: Document, version_id: str) -> bool:
-    return any(one.id == version_id for one in document.versions)
+    return any(version.id == version_id for version in document.versions)

@@ -11,13 +11,15 @@ from pathlib import Path
 from threading import RLock, Thread
 from typing import Any, Generic, Literal, TypeVar
 
+from pydantic import ValidationError
+
 from elastic_tendon.app.document import Document, from_browser
 from elastic_tendon.errors import ElasticTendonError
 
 T = TypeVar("T")
-Report = Callable[[str, float], None]  # what is being done, and the share of it that is done
+Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
 Change = Callable[[Document], Document]
-Work = Callable[[Report], Change | None]
+Work = Callable[[Progress], Change | None]
 Stored = Mapping[str, object]  # what the browser keeps: id, revision, document
 
 SESSIONS = 8  # that are held; the browser brings back the document of one that was dropped
@@ -56,7 +58,7 @@ class Shelf:
             self._held.move_to_end(result.key)
             return self._held[result.key]  # type: ignore[return-value]  # its key is its own
 
-    def obtain(self, result: "Result[T]", report: Report) -> T:
+    def obtain(self, result: "Result[T]", progress: Progress) -> T:
         """A result, computed here and now if need be.
 
         Raises
@@ -70,8 +72,8 @@ class Shelf:
         if found is not None:
             return found
         try:
-            computed = result.compute(self, report)
-            report(result.words, 1.0)  # a fit that was stopped comes back with its best so far
+            computed = result.compute(self, progress)
+            progress(result.words, 1.0)  # a fit that was stopped comes back with its best so far
         except ElasticTendonError as error:
             self.put(result, Failure(str(error)))
             raise
@@ -98,7 +100,7 @@ class Shelf:
     def forget_failures(self) -> None:
         """Let what failed be tried again."""
         with self._lock:
-            for key in [key for key, one in self._held.items() if isinstance(one, Failure)]:
+            for key in [key for key, value in self._held.items() if isinstance(value, Failure)]:
                 del self._held[key]
 
 
@@ -112,7 +114,7 @@ class Result(Generic[T]):
 
     key: tuple[str, ...]
     words: str
-    compute: Callable[[Shelf, Report], T] = field(compare=False)
+    compute: Callable[[Shelf, Progress], T] = field(compare=False)
 
 
 @dataclass
@@ -130,7 +132,7 @@ class Job:
     sentence: str = ""
     stopping: bool = False
 
-    def report(self, words: str, share: float) -> None:
+    def progress(self, words: str, share: float) -> None:
         """Note how far the work is.
 
         Raises
@@ -177,8 +179,8 @@ class Session:
     def compute(self, step: str, result: Result[Any]) -> bool:
         """Begin to compute what a step shows; see `start`."""
 
-        def work(report: Report) -> None:
-            self.shelf.obtain(result, report)
+        def work(progress: Progress) -> None:
+            self.shelf.obtain(result, progress)
 
         return self.start(step, result.words, work, result)
 
@@ -202,7 +204,7 @@ class Session:
             return True
 
     def stop(self) -> None:
-        """Let go of the work under way: at its next report it ends, and leaves nothing."""
+        """Let go of the work under way: when it next tells how far it is, it ends with nothing."""
         with self._lock:
             if self.job is not None and self.job.state == "running":
                 self.job.stopping = True
@@ -215,7 +217,7 @@ class Session:
         state: Literal["done", "failed"] = "done"
         change: Change | None = None
         try:
-            change = work(job.report)
+            change = work(job.progress)
         except Stopped:
             return
         except ElasticTendonError as error:
@@ -267,12 +269,22 @@ class Workspace:
         return self._folder / (secrets.token_hex(8) + suffix)
 
     def open(self, stored: Stored | None) -> Session:
-        """The session that a browser kept, or a new one."""
+        """The session that a browser kept, or a new one.
+
+        Raises
+        ------
+        ElasticTendonError : the browser kept none
+        """
         with self._lock:
-            session_id = str(stored["id"]) if stored else secrets.token_hex(8)
-            session = self._sessions.get(session_id)
+            try:
+                session_id = str(stored["id"]) if stored else secrets.token_hex(8)
+                session = self._sessions.get(session_id)
+                document = from_browser(stored) if stored and not session else self._start
+            except (KeyError, TypeError, ValidationError):
+                raise ElasticTendonError(
+                    "the browser's copy of this session is damaged; open the app in a new tab"
+                ) from None
             if session is None:
-                document = from_browser(stored) if stored else self._start
                 session = Session(session_id, document, self._files)
                 self._sessions[session.id] = session
             self._sessions.move_to_end(session.id)

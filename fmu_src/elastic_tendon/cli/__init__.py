@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli import app as app_command
 from elastic_tendon.cli import diagnosis, linear, measurements, models
 from elastic_tendon.cli import sweep as sweep_command
@@ -35,9 +36,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from elastic_tendon.version import __version__
-
-        output.print(f"elastic-tendon {__version__}", highlight=False)
+        output.print(f"elastic-tendon {et.__version__}", highlight=False)
         raise typer.Exit
 
 

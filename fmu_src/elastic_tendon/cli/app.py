@@ -8,18 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastic_tendon.cli.reading import (
-    AsDeclaredOption,
-    InterpolationOption,
-    MapOption,
-    Reading,
-    RemoveOffsetOption,
-    ResampleOption,
-    ShiftOption,
-    ValidateOption,
-)
+import elastic_tendon as et
+from elastic_tendon.cli.reading import ValidateOption, reading
 from elastic_tendon.cli.shared import EffectOption, app, load, notice, output, reporting
-from elastic_tendon.errors import ElasticTendonError
 
 if TYPE_CHECKING:
     from elastic_tendon.app.document import Source
@@ -30,6 +21,7 @@ LOOPBACK = "127.0.0.1"
 
 @app.command(name="app")
 @reporting
+@reading
 def open_app(
     model: Annotated[
         str | None,
@@ -43,12 +35,8 @@ def open_app(
     demo: Annotated[
         bool, typer.Option("--demo", help="Begin with the demo's model and recordings.")
     ] = False,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="To listen on; 0: any that is free.")
@@ -72,14 +60,11 @@ def open_app(
     """
     if demo and (model or data or validate):
         raise typer.BadParameter("--demo brings its own model and data; leave yours out")
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     try:
         from elastic_tendon.app.document import new_document
         from elastic_tendon.app.server import listen
     except ModuleNotFoundError as error:
-        raise ElasticTendonError(
+        raise et.ElasticTendonError(
             f'the app needs {error.name}, which is not installed; pip install "elastic-tendon[app]"'
         ) from None
     from elastic_tendon import demo as bundled
@@ -91,8 +76,8 @@ def open_app(
         heldout = [str(bundled.DATA / "demo_validate.csv")]
     loaded = load(model or EXAMPLE, own_effects)
     files: dict[str, Path] = {}
-    sources = [_source(one, "fit", reading, files) for one in fitted]
-    sources += [_source(one, "validate", reading, files) for one in heldout]
+    sources = [_source(recording, "fit", options, files) for recording in fitted]
+    sources += [_source(recording, "validate", options, files) for recording in heldout]
     served = listen(new_document(loaded, sources), files, address=network or LOOPBACK, port=port)
     if network is not None:
         notice.print("note: other machines can reach the app, and what is sent is not encrypted")
@@ -107,7 +92,7 @@ def open_app(
         served.close()
 
 
-def _source(data: str, role: str, reading: Reading, files: dict[str, Path]) -> "Source":
+def _source(data: str, role: str, options: "et.ReadOptions", files: dict[str, Path]) -> "Source":
     """A recording of the command line as the app keeps it; its path stays here."""
     from elastic_tendon.app.document import Source
     from elastic_tendon.measurement.reader import split_window
@@ -120,12 +105,7 @@ def _source(data: str, role: str, reading: Reading, files: dict[str, Path]) -> "
             "key": key,
             "name": path.name,
             "role": role,
-            "mapping": reading.mapping,
-            "time_shift": reading.time_shift,
-            "resample": reading.resample,
-            "remove_offset": reading.remove_offset,
-            "interpolation": reading.interpolation,
-            "window": tuple(one if isfinite(one) else None for one in window or (inf, inf)),
-            "as_declared": reading.as_declared,
+            "options": options,
+            "window": tuple(end if isfinite(end) else None for end in window or (inf, inf)),
         }
     )

@@ -10,17 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastic_tendon.cli.reading import (
-    AsDeclaredOption,
-    DataArgument,
-    InterpolationOption,
-    MapOption,
-    Reading,
-    RemoveOffsetOption,
-    ResampleOption,
-    ShiftOption,
-    ValidateOption,
-)
+import elastic_tendon as et
+from elastic_tendon.cli.reading import DataArgument, ValidateOption, read_all, reading, words
 from elastic_tendon.cli.search_options import (
     HorizonOption,
     NoiseOption,
@@ -49,7 +40,7 @@ from elastic_tendon.cli.shared import (
     made_by,
     notice,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_figures,
     save_json,
@@ -58,8 +49,8 @@ from elastic_tendon.cli.shared import (
 from elastic_tendon.output import check_folder, check_writable, write_file, write_text
 
 if TYPE_CHECKING:
-    from elastic_tendon.diagnosis.result import Diagnosis, Round
-    from elastic_tendon.estimation.add import Report
+    from elastic_tendon.diagnosis.result import Round
+    from elastic_tendon.measurement.formats import Progress
 
 
 @app.command()
@@ -79,10 +70,10 @@ def demo() -> None:
     notice.print(
         "A machine was measured twice, and its model does not agree. The model is compared with "
         "the first recording and refitted to it; then every effect of the catalogue is tried. The "
-        "second recording is kept apart and only judges.\n"
+        "second recording is held out.\n"
     )
-    with progress() as report:
-        found = bundled.run(report)
+    with progress_bar() as progress:
+        found = bundled.run(progress)
     write_file(picture, lambda path: bundled.draw(found, path), force=force)
     _show_answer(found)
     _show_evidence(found, every=False)
@@ -93,16 +84,13 @@ def demo() -> None:
 
 @app.command()
 @reporting
+@reading
 def diagnose(
     model: ModelArgument,
     data: DataArgument,
     validate: ValidateOption = None,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "et.ReadOptions",
     noise: NoiseOption = None,
     only: OnlyOption = None,
     without: WithoutOption = None,
@@ -147,38 +135,39 @@ def diagnose(
     if step and not _is_terminal():
         fault = "it asks on the terminal, and there is none; leave it out"
         raise typer.BadParameter(fault, param_hint="--step")
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     sigmas = noise_of(noise)
     loaded = load(model, own_effects)
-    options = options_of(only, without, relevance, horizon, time_limit)
-    from elastic_tendon.diagnosis.diagnose import diagnose as find
+    search = options_of(only, without, relevance, horizon, time_limit)
     from elastic_tendon.reports.diagnosis_tables import Call, next_lines
 
     with Stage(every) as stage:
-        read = reading.all(loaded, data, stage.report)
-        known = with_noise([*read, *reading.all(loaded, validate or [], stage.report)], sigmas)
+        read = read_all(loaded, data, options, stage.progress)
+        held = read_all(loaded, validate or [], options, stage.progress)
+        known = with_noise([*read, *held], sigmas)
         measurements, heldout = known[: len(read)], known[len(read) :]
         begin = time.monotonic()
-        found = find(
+        found = et.diagnose(
             *(loaded, measurements, heldout),
-            options=options,
-            progress=stage.report,
+            options=search,
+            progress=stage.progress,
             ask=stage.ask if step else None,
         )
         in_time = time_limit is None or time.monotonic() - begin < time_limit
         # files first: a reader that closes the pipe must not cost the user a result
-        files.write(found, [one.name for one in measurements], [one.name for one in heldout])
+        files.write(
+            found,
+            [recording.name for recording in measurements],
+            [recording.name for recording in heldout],
+        )
         if figures is not None:
             from elastic_tendon.reports.diagnosis_figures import all_figures
 
-            save_figures(all_figures(found), figures, force, stage.report)
+            save_figures(all_figures(found), figures, force, stage.progress)
         call = Call(
             model=model,
             data=tuple(data),
-            effects=tuple(word for one in own_effects or () for word in ("--effect", str(one))),
-            reading=reading.options(),
+            effects=tuple(word for file in own_effects or () for word in ("--effect", str(file))),
+            reading=words(options),
             search=repeated(noise, only, without, relevance, horizon),
             saved=_text(save_model),
             learned=_text(files.learned if found.learned else None),
@@ -186,8 +175,8 @@ def diagnose(
         )
         if page is not None:
             used = {"fitted": measurements, "held-out": heldout}
-            came = sources(model, used, reading.mapping, own_effects)
-            text = _report(found, came, next_lines(found, call), stage.report)
+            came = sources(model, used, options.mapping, own_effects)
+            text = _report(found, came, next_lines(found, call), stage.progress)
             write_text(page, text, force=force)
     _show_answer(found)
     _say(next_lines(found, call))
@@ -221,7 +210,7 @@ class Outputs:
         if self.figures is not None:
             check_folder(self.figures, force=self.force)
 
-    def write(self, found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> None:
+    def write(self, found: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> None:
         """Write what was found; `fitted` and `heldout` are the names of the recordings."""
         from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 
@@ -239,7 +228,7 @@ class Outputs:
             write_text(self.experiment, table.to_csv(index=False), force=self.force)
         save_json(diagnosis_json(found, learned), self.json, self.force)
 
-    def tell(self, found: "Diagnosis") -> None:
+    def tell(self, found: "et.Diagnosis") -> None:
         """Say what was not written, and where the pictures are."""
         if self.experiment is not None and found.next_experiment is None:
             notice.print(f"note: no experiment is proposed, so {self.experiment} was not written")
@@ -258,26 +247,26 @@ class Stage:
         self._bar = ExitStack()
 
     def __enter__(self) -> "Stage":
-        self._move = self._bar.enter_context(progress())
+        self._move = self._bar.enter_context(progress_bar())
         return self
 
     def __exit__(self, *_raised: object) -> None:
         self._bar.close()
 
-    def report(self, text: str, share: float) -> None:
+    def progress(self, text: str, share: float) -> None:
         """Move the bar."""
         self._move(text, share)
 
-    def ask(self, one: "Round") -> bool:
+    def ask(self, search_round: "Round") -> bool:
         """Show a round, and ask whether to go on."""
         self._bar.close()
         self._rounds += 1
-        _show_round(self._rounds, one, self._every)
+        _show_round(self._rounds, search_round, self._every)
         try:
             goes_on = typer.confirm("Go on?", default=True, err=True)
         except typer.Abort:  # Ctrl-C or the end of the input: what was found is kept
             goes_on = False
-        self._move = self._bar.enter_context(progress())
+        self._move = self._bar.enter_context(progress_bar())
         return goes_on
 
 
@@ -289,7 +278,7 @@ def _text(path: Path | None) -> str | None:
     return None if path is None else str(path)
 
 
-def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
+def _provenance(found: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
     """Comments for the head of a model.toml: what made it, from what, and what was found."""
     from elastic_tendon.reports.diagnosis_tables import verdict_sentences
     from elastic_tendon.reports.provenance import comments
@@ -304,28 +293,27 @@ def _provenance(found: "Diagnosis", fitted: Sequence[str], heldout: Sequence[str
 
 
 def _report(
-    found: "Diagnosis",
+    found: "et.Diagnosis",
     read: Sequence[tuple[str, Path]],
     advice: Sequence[str],
-    report: "Report",
+    progress: "Progress",
 ) -> str:
     """The report of a diagnosis; what was read by purpose, and what to do next."""
-    from elastic_tendon.comparison.locate import locate
     from elastic_tendon.reports.html.document import diagnosis_document
     from elastic_tendon.reports.html.origin import origin_of
 
-    where = locate(found.steps[0].comparison, report)
-    return diagnosis_document(found, where, origin_of(command_line(), read, advice), report)
+    where = et.locate(found.steps[0].comparison, progress)
+    return diagnosis_document(found, where, origin_of(command_line(), read, advice), progress)
 
 
-def _show_answer(found: "Diagnosis") -> None:
+def _show_answer(found: "et.Diagnosis") -> None:
     from elastic_tendon.reports.diagnosis_tables import doubt_sentences, verdict_sentences
 
     _say(verdict_sentences(found))
     _say(doubt_sentences(found))
 
 
-def _show_evidence(found: "Diagnosis", every: bool) -> None:
+def _show_evidence(found: "et.Diagnosis", every: bool) -> None:
     from elastic_tendon.reports import tables
     from elastic_tendon.reports.neighbours import neighbours_table, would_show_table
 
@@ -336,17 +324,17 @@ def _show_evidence(found: "Diagnosis", every: bool) -> None:
     for table in (neighbours_table(found, every=every), would_show_table(found.would_show)):
         if table is not None:
             output.print(table)
-    for index, judged in enumerate(found.rounds, start=1):
-        _show_round(index, judged, every)
+    for index, search_round in enumerate(found.rounds, start=1):
+        _show_round(index, search_round, every)
 
 
-def _show_round(index: int, one: "Round", every: bool) -> None:
+def _show_round(index: int, search_round: "Round", every: bool) -> None:
     from elastic_tendon.reports import diagnosis_tables as words
 
-    output.print(words.round_title(index, one), highlight=False, markup=False)
-    if table := words.candidates_table(one, every=every):
+    output.print(words.round_title(index, search_round), highlight=False, markup=False)
+    if table := words.candidates_table(search_round, every=every):
         output.print(table)
-    if sentence := words.unsure_sentence(one):
+    if sentence := words.unsure_sentence(search_round):
         output.print(sentence, highlight=False, markup=False)
 
 
@@ -358,6 +346,6 @@ def _say(sentences: Sequence[str]) -> None:
         output.print()
 
 
-def _stop_if(found: "Diagnosis") -> None:
+def _stop_if(found: "et.Diagnosis") -> None:
     if not found.complete:
         raise typer.Exit(INTERRUPTED)

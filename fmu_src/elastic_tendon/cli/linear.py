@@ -4,10 +4,11 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli.shared import (
     EffectOption,
     ForceOption,
@@ -19,16 +20,11 @@ from elastic_tendon.cli.shared import (
     load_effects,
     notice,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_json,
     save_picture,
 )
-from elastic_tendon.errors import LinearisationError
-
-if TYPE_CHECKING:
-    from elastic_tendon.actuator.parameters import Model
-    from elastic_tendon.linear.result import LinearModel
 
 STATES = ("III", "I", "II", "both")  # in this order the active one is looked for
 WITHOUT_POINT = ("I", "II", "III")  # each where it is active
@@ -132,29 +128,25 @@ def linearise(
     Two of --load, --motor-position, --joint-position and --deflection settle the operating point;
     of what is not given, the load is 0 first, then the motor's position.
     """
-    from elastic_tendon.linear.result import Drive, OperatingPoint
-
-    for one in state or ():
-        _check("slack state", one, STATES, "--state")
+    for slack_state in state or ():
+        _check("slack state", slack_state, STATES, "--state")
     _check("drive", drive, DRIVES, "--drive")
     held = dict(map(_mode, modes or ()))
     check_outputs(json_file, mat_file, describe, picture=plot, force=force, read=[model])
     check_outputs(picture=describe, force=force)
-    asked = OperatingPoint(load_torque, motor_position, joint_position, deflection, joint_velocity)
-    point = None if asked == OperatingPoint() else asked
+    asked = et.OperatingPoint(
+        load_torque, motor_position, joint_position, deflection, joint_velocity
+    )
+    point = None if asked == et.OperatingPoint() else asked
     if model.endswith(".fmu"):
         if held or describe is not None:
             raise typer.BadParameter("--mode and --describe need a model.toml, not an FMU")
-        from elastic_tendon.linear.fmu import linearise_fmu
-
         load_effects(own_effects)
-        name, linear = Path(model).stem, partial(linearise_fmu, model)
+        name, linear = Path(model).stem, partial(et.linearise_fmu, model)
     else:
-        from elastic_tendon.linear.linearise import linearise as linearise_model
-
         loaded = load(model, own_effects)
-        name, linear = loaded.name, partial(linearise_model, loaded, modes=held)
-    linear_in = partial(linear, operating_point=point, drive=Drive(drive))
+        name, linear = loaded.name, partial(et.linearise, loaded, modes=held)
+    linear_in = partial(linear, operating_point=point, drive=et.Drive(drive))
     found = [_active(linear_in)] if point and not state else _every(linear_in, state)
     channels = _channels(found[0], inputs, outputs)
     _show(name, found, channels)
@@ -167,7 +159,12 @@ def linearise(
         from elastic_tendon.linear.mat import write_mat
         from elastic_tendon.linear.selection import selected
 
-        write_mat(name, [selected(one, inputs, outputs) for one in found], mat_file, force=force)
+        write_mat(
+            name,
+            [selected(linear_model, inputs, outputs) for linear_model in found],
+            mat_file,
+            force=force,
+        )
     if plot is not None:
         from elastic_tendon.reports.linear_figures import linear_figure
 
@@ -191,13 +188,13 @@ def _mode(text: str) -> tuple[str, int]:
         raise typer.BadParameter(fault, param_hint="--mode") from None
 
 
-def _active(linear_in: Callable[[str], "LinearModel"]) -> "LinearModel":
+def _active(linear_in: Callable[[str], "et.LinearModel"]) -> "et.LinearModel":
     """The linear model of the state that is active at the operating point."""
-    faults: list[LinearisationError] = []
+    faults: list[et.LinearisationError] = []
     for state in STATES:
         try:
             model = linear_in(state)
-        except LinearisationError as fault:  # of an FMU, also that the state is not active
+        except et.LinearisationError as fault:  # of an FMU, also that the state is not active
             faults.append(fault)
         else:
             at = [side.validity.slack_state for side in model.sides]
@@ -207,28 +204,28 @@ def _active(linear_in: Callable[[str], "LinearModel"]) -> "LinearModel":
 
 
 def _every(
-    linear_in: Callable[[str], "LinearModel"], states: Sequence[str] | None
-) -> list["LinearModel"]:
+    linear_in: Callable[[str], "et.LinearModel"], states: Sequence[str] | None
+) -> list["et.LinearModel"]:
     """The linear models of states; of those not asked for by name, the ones that there are."""
     wanted = list(dict.fromkeys(states or WITHOUT_POINT))
-    found: list[LinearModel] = []
-    faults: list[LinearisationError] = []
-    with progress() as report:
+    found: list[et.LinearModel] = []
+    faults: list[et.LinearisationError] = []
+    with progress_bar() as progress:
         for index, state in enumerate(wanted):
-            report(f"linearising in state {state}", index / len(wanted))
+            progress(f"linearising in state {state}", index / len(wanted))
             try:
                 found.append(linear_in(state))
-            except LinearisationError as fault:
+            except et.LinearisationError as fault:
                 faults.append(fault)
     if faults and (states or not found):
         raise faults[0]
-    for one in faults:
-        notice.print(f"note: {one}", markup=False, soft_wrap=True)
+    for refusal in faults:
+        notice.print(f"note: {refusal}", markup=False, soft_wrap=True)
     return found
 
 
 def _channels(
-    model: "LinearModel", inputs: Sequence[str] | None, outputs: Sequence[str] | None
+    model: "et.LinearModel", inputs: Sequence[str] | None, outputs: Sequence[str] | None
 ) -> list[tuple[str, str]] | None:
     """The channels that were asked for; None where none was."""
     from elastic_tendon.linear.selection import selected
@@ -240,7 +237,7 @@ def _channels(
 
 
 def _show(
-    name: str, models: Sequence["LinearModel"], channels: Sequence[tuple[str, str]] | None
+    name: str, models: Sequence["et.LinearModel"], channels: Sequence[tuple[str, str]] | None
 ) -> None:
     from elastic_tendon.reports.linear_tables import linear_table, remarks
 
@@ -249,10 +246,9 @@ def _show(
         output.print(sentence, highlight=False)
 
 
-def _describe(model: "Model", picture: Path, force: bool) -> None:
-    from elastic_tendon.linear.describing_function import describing_function
+def _describe(model: "et.Model", picture: Path, force: bool) -> None:
     from elastic_tendon.reports.describing_function_figure import describing_function_figure
 
-    with progress() as report:
-        found = describing_function(model, progress=report)
+    with progress_bar() as progress:
+        found = et.describing_function(model, progress=progress)
     save_picture(describing_function_figure(model, found), picture, force)

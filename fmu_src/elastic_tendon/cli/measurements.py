@@ -6,17 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastic_tendon.cli.reading import (
-    AsDeclaredOption,
-    DataArgument,
-    InterpolationOption,
-    MapOption,
-    Reading,
-    RemoveOffsetOption,
-    ResampleOption,
-    ShiftOption,
-    ValidateOption,
-)
+import elastic_tendon as et
+from elastic_tendon.cli.reading import DataArgument, ValidateOption, read_all, read_motion, reading
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
     EffectOption,
@@ -35,7 +26,7 @@ from elastic_tendon.cli.shared import (
     made_by,
     notice,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_figures,
     save_json,
@@ -45,15 +36,13 @@ from elastic_tendon.cli.shared import (
 from elastic_tendon.output import check_folder, write_text
 
 if TYPE_CHECKING:
-    from elastic_tendon.actuator.parameters import Model
-    from elastic_tendon.comparison.compare import Comparison, FileComparison
-    from elastic_tendon.comparison.locate import Location
-    from elastic_tendon.estimation.add import Addition, Report
-    from elastic_tendon.measurement import Measurement
+    from elastic_tendon.comparison.compare import FileComparison
+    from elastic_tendon.measurement.formats import Progress
 
 
 @app.command()
 @reporting
+@reading
 def simulate(
     model: ModelArgument,
     out: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.csv", help="Table to write.")],
@@ -61,12 +50,8 @@ def simulate(
         str | None,
         typer.Argument(metavar="[DATA]", help="Motor position and load; without: a smooth motion."),
     ] = None,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     force: ForceOption = False,
 ) -> None:
@@ -80,16 +65,13 @@ def simulate(
     from elastic_tendon.native.library import library_path
 
     check_outputs(out, picture=None, force=force, read=[model, *([data] if data else [])])
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     loaded = load(model, own_effects)
-    with progress() as report:
-        library_path(loaded.effect_ids, report)
+    with progress_bar() as progress:
+        library_path(loaded.effect_ids, progress)
         if data is None:
             table = simulated.default_table(loaded)
         else:
-            measurement = reading.one(loaded, data, report)
+            measurement = read_motion(loaded, data, options, progress)
             table = simulated.measured_table(loaded, measurement)
     write_text(out, table.to_csv(index=False), force=force)
     output.print(f"{len(table)} samples in {out}", highlight=False)
@@ -97,15 +79,12 @@ def simulate(
 
 @app.command()
 @reporting
+@reading
 def compare(
     model: ModelArgument,
     data: DataArgument,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     all_bins: Annotated[
         bool, typer.Option("--all-bins", help="Show the error in all bins, not the worst only.")
@@ -121,32 +100,28 @@ def compare(
     The JSON holds how each file was read: give it to --map, and the same is done again.
     """
     from elastic_tendon.comparison.comparison_json import comparison_json
-    from elastic_tendon.comparison.locate import locate
 
     check_page(page)
     check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
     if figures is not None:
         check_folder(figures, force=force)
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     loaded = load(model, own_effects)
-    with progress() as report:
-        measurements = reading.all(loaded, data, report)
-        comparison = _compared(loaded, measurements, report)
-        location = locate(comparison, report)
+    with progress_bar() as progress:
+        measurements = read_all(loaded, data, options, progress)
+        comparison = _compared(loaded, measurements, progress)
+        location = et.locate(comparison, progress)
         # files first: a reader that closes the pipe must not cost the user a result
         if figures is not None:
             from elastic_tendon.reports.location_figures import all_figures
 
-            save_figures(all_figures(comparison, location), figures, force, report)
+            save_figures(all_figures(comparison, location), figures, force, progress)
         if page is not None:
             from elastic_tendon.reports.html.document import comparison_document
             from elastic_tendon.reports.html.origin import origin_of
 
-            read = sources(model, {"compared": measurements}, reading.mapping, own_effects)
+            read = sources(model, {"compared": measurements}, options.mapping, own_effects)
             text = comparison_document(
-                comparison, location, origin_of(command_line(), read), report
+                comparison, location, origin_of(command_line(), read), progress
             )
             write_text(page, text, force=force)
     save_json(comparison_json(comparison, location), json_file, force)
@@ -163,6 +138,7 @@ def compare(
 
 @app.command()
 @reporting
+@reading
 def add(
     model: ModelArgument,
     effects_and_data: Annotated[
@@ -174,12 +150,8 @@ def add(
     ],
     out: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.toml", help="New model.")],
     validate: ValidateOption = None,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     json_file: JsonOption = None,
     plot: PlotOption = None,
@@ -194,22 +166,20 @@ def add(
     wanted, data = _split(effects_and_data)
     read = [model, *data, *(validate or [])]
     check_outputs(out, json_file, picture=plot, force=force, read=read)
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
     loaded = load(model, None)
     if not data:
         _add_typical(loaded, wanted, out, bool(validate or json_file or plot), force)
         return
-    from elastic_tendon.estimation.add import add as add_to
     from elastic_tendon.reports.provenance import comments
 
-    with progress() as report:
-        measurements = reading.all(loaded, data, report)
-        heldout = reading.all(loaded, validate or [], report)
-        addition = add_to(loaded, wanted, measurements, heldout, report)
-    made = made_by((one.name for one in measurements), (one.name for one in heldout))
-    added = [one for one in wanted if one in addition.model.effects]
+    with progress_bar() as progress:
+        measurements = read_all(loaded, data, options, progress)
+        heldout = read_all(loaded, validate or [], options, progress)
+        addition = et.add(loaded, wanted, measurements, heldout, progress)
+    made = made_by(
+        (recording.name for recording in measurements), (recording.name for recording in heldout)
+    )
+    added = [effect_id for effect_id in wanted if effect_id in addition.model.effects]
     lines = [*made, f"added: {', '.join(added) or 'nothing'}"]
     write_text(out, comments(lines) + addition.model.to_toml(), force=force)
     save_json(addition.to_dict(), json_file, force)
@@ -238,7 +208,7 @@ def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _add_typical(
-    model: "Model", wanted: "Sequence[str]", out: Path, more: bool, force: bool
+    model: "et.Model", wanted: "Sequence[str]", out: Path, more: bool, force: bool
 ) -> None:
     from elastic_tendon.estimation.add import add_typical
     from elastic_tendon.reports.provenance import comments
@@ -256,20 +226,17 @@ def _add_typical(
 
 
 def _compared(
-    model: "Model", measurements: "Sequence[Measurement]", report: "Report"
-) -> "Comparison":
+    model: "et.Model", measurements: "Sequence[et.Measurement]", progress: "Progress"
+) -> "et.Comparison":
     """`compare`, which fits call as well, one recording at a time to tell how far it is."""
-    from elastic_tendon.comparison.compare import Comparison
-    from elastic_tendon.comparison.compare import compare as compare_with
-
     files: list[FileComparison] = []
-    for index, one in enumerate(measurements):
-        report(f"{one.name}: simulating", index / len(measurements))
-        files.extend(compare_with(model, [one]).files)
-    return Comparison(model, tuple(files))
+    for index, recording in enumerate(measurements):
+        progress(f"{recording.name}: simulating", index / len(measurements))
+        files.extend(et.compare(model, [recording]).files)
+    return et.Comparison(model, tuple(files))
 
 
-def _show_comparison(comparison: "Comparison", location: "Location", all_bins: bool) -> None:
+def _show_comparison(comparison: "et.Comparison", location: "et.Location", all_bins: bool) -> None:
     from elastic_tendon.reports import comparison_tables as tables
 
     for file, found in zip(comparison.files, location.files, strict=True):
@@ -281,7 +248,7 @@ def _show_comparison(comparison: "Comparison", location: "Location", all_bins: b
             output.print(table)
 
 
-def _show_addition(addition: "Addition") -> None:
+def _show_addition(addition: "et.Addition") -> None:
     from elastic_tendon.reports import tables
 
     output.print(tables.ladder_table(addition.ladder))

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli.shared import (
     EffectOption,
     ForceOption,
@@ -15,11 +16,10 @@ from elastic_tendon.cli.shared import (
     load,
     load_effects,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_picture,
 )
-from elastic_tendon.errors import BuildError
 
 EXAMPLE = "biorob_x4_joint_3"  # bundled model for which typical values are shown
 
@@ -51,25 +51,24 @@ def export(
 
     A model with many effects of springs and tendons together compiles for minutes.
     """
-    from elastic_tendon.fmu.export import export_fmu
     from elastic_tendon.native.compiler import platforms_named
 
     fmi_version = _fmi_version(fmi)
     try:
         platforms = platforms_named(platform)
-    except BuildError as error:
+    except et.BuildError as error:
         raise typer.BadParameter(str(error), param_hint="--platform") from None
     loaded = load(model, own_effects)
-    with progress() as report:
-        export_fmu(
+    with progress_bar() as progress:
+        et.export_fmu(
             *(loaded, out),
             fmi_version=fmi_version,
-            platforms=[one.name for one in platforms],
+            platforms=[target.name for target in platforms],
             source=source,
             overwrite=force,
-            progress=report,
+            progress=progress,
         )
-    runs_on = ", ".join(one.name for one in platforms)
+    runs_on = ", ".join(target.name for target in platforms)
     told = f"{loaded.name} is in {out}, FMI {fmi_version}.0, for {runs_on}"
     output.print(told, highlight=False, soft_wrap=True)
 
@@ -87,7 +86,6 @@ def design(
     The curves are drawn in characteristic_curves.png in the current folder unless --plot names
     another file; such a picture of an earlier call is replaced.
     """
-    from elastic_tendon.actuator.design import design as design_of
     from elastic_tendon.reports import tables
     from elastic_tendon.reports.comparison_figures import is_ours
     from elastic_tendon.reports.figures import characteristic_curves
@@ -96,7 +94,7 @@ def design(
     force = force or (plot is None and is_ours(picture))
     check_outputs(picture=picture, force=force)
     loaded = load(model, own_effects)
-    output.print(tables.design_table(loaded.name, design_of(loaded)))
+    output.print(tables.design_table(loaded.name, et.design(loaded)))
     if loaded.effect_ids:
         output.print("The paper's equations leave out the effects of this model.", highlight=False)
     save_picture(characteristic_curves(loaded), picture, force)
@@ -151,7 +149,6 @@ def _fmi_version(text: str) -> Literal[2, 3]:
 
 
 def _explain(effect_id: str, plot: Path | None, force: bool) -> None:
-    from elastic_tendon.actuator.parameters import load_model
     from elastic_tendon.estimation.add import effect_by_id
     from elastic_tendon.reports.comparison_figures import is_ours
     from elastic_tendon.reports.effects import effect_page
@@ -162,6 +159,6 @@ def _explain(effect_id: str, plot: Path | None, force: bool) -> None:
     picture = plot or Path(f"effect_{effect_id}.png")
     force = force or (plot is None and is_ours(picture))
     check_outputs(picture=picture, force=force)
-    example = load_model(EXAMPLE)
+    example = et.load_model(EXAMPLE)
     output.print(effect_page(effect, example), highlight=False)
     save_picture(signature_figure(signature(effect, example)), picture, force)

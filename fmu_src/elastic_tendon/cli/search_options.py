@@ -3,16 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import elastic_tendon as et
 from elastic_tendon.cli.shared import notice
-from elastic_tendon.errors import MeasurementError
-
-if TYPE_CHECKING:
-    from elastic_tendon.diagnosis.options import Options
-    from elastic_tendon.measurement import Measurement
 
 NoiseOption = Annotated[
     list[str] | None,
@@ -60,19 +56,17 @@ def options_of(
     relevance: str | None,
     horizon: float | None,
     time_limit: float | None,
-) -> "Options":
+) -> "et.Options":
     """The options as they are given; numbers that mean nothing are wrong usage.
 
     Raises
     ------
     ModelError : an effect that the catalogue does not have
     """
-    from elastic_tendon.diagnosis.options import Options
-
     for seconds, option in ((horizon, "--horizon"), (time_limit, "--time-limit")):
         if seconds is not None and not (isfinite(seconds) and seconds > 0.0):
             raise typer.BadParameter("give a time in s, above 0", param_hint=option)
-    options = Options(
+    options = et.Options(
         only=tuple(only or ()),
         without=tuple(without or ()),
         horizon=horizon,
@@ -118,7 +112,7 @@ def noise_of(given: Sequence[str] | None) -> dict[str, float]:
 
     try:
         parsed = [parse_noise(text) for text in given or ()]
-    except MeasurementError as error:
+    except et.MeasurementError as error:
         raise typer.BadParameter(str(error), param_hint="--noise") from None
     if len(dict(parsed)) < len(parsed):
         raise typer.BadParameter("a signal has its noise twice", param_hint="--noise")
@@ -126,8 +120,8 @@ def noise_of(given: Sequence[str] | None) -> dict[str, float]:
 
 
 def with_noise(
-    measurements: Sequence["Measurement"], sigmas: dict[str, float]
-) -> list["Measurement"]:
+    measurements: Sequence["et.Measurement"], sigmas: dict[str, float]
+) -> list["et.Measurement"]:
     """Recordings with the noise that the user knows, of the signals that each has.
 
     Raises
@@ -136,7 +130,7 @@ def with_noise(
     """
     measured = {name for measurement in measurements for name in measurement.signals}
     if missing := [name for name in sigmas if name not in measured]:
-        raise MeasurementError(
+        raise et.MeasurementError(
             f"--noise {missing[0]}: no recording holds this signal; leave it out"
         )
     known = []

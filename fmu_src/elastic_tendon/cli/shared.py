@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 import typer
 from rich.console import Console
 
-from elastic_tendon.errors import ElasticTendonError
+import elastic_tendon as et
 from elastic_tendon.output import (
-    OutputError,
     check_writable,
     write_file,
     write_folder,
@@ -25,9 +24,7 @@ from elastic_tendon.output import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from elastic_tendon.actuator.parameters import Model
-    from elastic_tendon.estimation.add import Report
-    from elastic_tendon.measurement import Measurement
+    from elastic_tendon.measurement.formats import Progress
 
 INTERRUPTED = 130
 
@@ -81,7 +78,7 @@ def reporting(function: Callable[Parameters, None]) -> Callable[Parameters, None
         written.clear()
         try:
             function(*args, **kwargs)
-        except ElasticTendonError as error:
+        except et.ElasticTendonError as error:
             notice.print(f"elastic-tendon: {error}", markup=False, soft_wrap=True)
             raise typer.Exit(1) from None
         except KeyboardInterrupt:
@@ -94,37 +91,33 @@ def reporting(function: Callable[Parameters, None]) -> Callable[Parameters, None
 
 
 def load_effects(files: list[Path] | None) -> None:
-    if files:
-        from elastic_tendon import effects
-
-        for file in files:
-            effects.load(file)
+    for file in files or ():
+        et.effects.load(file)
 
 
-def load(source: str, own_effects: list[Path] | None) -> "Model":
-    from elastic_tendon.actuator.parameters import load_model
-
+def load(source: str, own_effects: list[Path] | None) -> "et.Model":
     load_effects(own_effects)
-    model = load_model(source)
+    model = et.load_model(source)
     for warning in model.warnings():
         notice.print(f"note: {warning}", markup=False, soft_wrap=True)
     return model
 
 
 @contextmanager
-def progress() -> Iterator["Report"]:
+def progress_bar() -> Iterator["Progress"]:
     """A bar on stderr where that is a terminal; yields the function that moves it."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     quiet = not notice.is_terminal
-    with Progress(*columns, console=notice, transient=True, disable=quiet) as bar:
+    with Bar(*columns, console=notice, transient=True, disable=quiet) as bar:
         task = bar.add_task("", total=1.0)
 
-        def report(text: str, share: float) -> None:
+        def progress(text: str, share: float) -> None:
             bar.update(task, description=text, completed=share)
 
-        yield report
+        yield progress
 
 
 def check_outputs(
@@ -146,9 +139,9 @@ def check_outputs(
     places = [path.resolve() for path in asked]
     if len(set(places)) < len(places):
         raise typer.BadParameter("two outputs have the same name; give each its own")
-    for one in read:
-        if Path(one).resolve() in places or Path(one.split("[")[0]).resolve() in places:
-            raise typer.BadParameter(f"{one} is read; give the output another name")
+    for source in read:
+        if Path(source).resolve() in places or Path(source.split("[")[0]).resolve() in places:
+            raise typer.BadParameter(f"{source} is read; give the output another name")
     for path in asked:
         check_writable(path, force=force)
 
@@ -156,7 +149,7 @@ def check_outputs(
 def check_page(path: Path | None) -> None:
     """Refuse, before any work is done, a report that no browser would open."""
     if path is not None and path.suffix.lower() != ".html":
-        raise OutputError(f"{path}: a report is a page for a browser; let its name end in .html")
+        raise et.OutputError(f"{path}: a report is a page for a browser; let its name end in .html")
 
 
 def command_line() -> str:
@@ -182,7 +175,7 @@ def made_by(fitted: Iterable[str] = (), heldout: Iterable[str] = ()) -> list[str
 
 def sources(
     model: str,
-    read: "Mapping[str, Sequence[Measurement]]",
+    read: "Mapping[str, Sequence[et.Measurement]]",
     mapping: Sequence[str],
     own_effects: Sequence[Path] | None,
 ) -> list[tuple[str, Path]]:
@@ -197,11 +190,14 @@ def sources(
     """
     paths = [("model", Path(model))]
     for used, measurements in read.items():
-        for one in measurements:
+        for recording in measurements:
             # beside a recording may lie how to read it
-            paths += [(used, Path(one.source)), ("how to read it", Path(f"{one.source}.toml"))]
-    paths += [("how to read it", Path(one)) for one in mapping]
-    return paths + [("effect", one) for one in own_effects or ()]
+            paths += [
+                (used, Path(recording.source)),
+                ("how to read it", Path(f"{recording.source}.toml")),
+            ]
+    paths += [("how to read it", Path(item)) for item in mapping]
+    return paths + [("effect", file) for file in own_effects or ()]
 
 
 def save_picture(figure: "Figure", path: Path, force: bool) -> None:
@@ -215,7 +211,7 @@ def save_figures(
     drawings: Iterable[tuple[str, Callable[[], "Figure"]]],
     folder: Path,
     force: bool,
-    report: "Report",
+    progress: "Progress",
 ) -> None:
     """Draw into a folder; `drawings` are names of files without suffix, and what draws each."""
     from elastic_tendon.reports.comparison_figures import save
@@ -223,7 +219,7 @@ def save_figures(
     def write(target: Path) -> None:
         every = list(drawings)
         for index, (name, draw) in enumerate(every):
-            report(f"drawing {name}", index / len(every))
+            progress(f"drawing {name}", index / len(every))
             save(draw(), target / f"{name}.png")
 
     write_folder(folder, write, force=force)

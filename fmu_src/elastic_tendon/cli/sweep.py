@@ -7,15 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from elastic_tendon.cli.reading import (
-    AsDeclaredOption,
-    InterpolationOption,
-    MapOption,
-    Reading,
-    RemoveOffsetOption,
-    ResampleOption,
-    ShiftOption,
-)
+import elastic_tendon as et
+from elastic_tendon.cli.reading import read_all, read_motion, reading, words
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
     EffectOption,
@@ -26,19 +19,14 @@ from elastic_tendon.cli.shared import (
     load,
     notice,
     output,
-    progress,
+    progress_bar,
     reporting,
     save_picture,
 )
-from elastic_tendon.errors import SweepError
 from elastic_tendon.sweeps import FEWEST_REFITS
 
 if TYPE_CHECKING:
-    from elastic_tendon.actuator.parameters import Model
-    from elastic_tendon.estimation.add import Report
-    from elastic_tendon.sweeps.points import Points
-    from elastic_tendon.sweeps.sweep import Swept
-    from elastic_tendon.sweeps.task import Task
+    from elastic_tendon.measurement.formats import Progress
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap
@@ -143,22 +131,23 @@ class Asked:
             fault = f"an interval of 95 % needs {FEWEST_REFITS} refits"
             raise typer.BadParameter(fault, param_hint="--runs")
 
-    def task(self, model: "Model", reading: Reading, report: "Report") -> "Task":
+    def task(self, model: "et.Model", options: "et.ReadOptions", progress: "Progress") -> "et.Task":
         """The runs, ready to be done."""
         if self.work is Work.SIMULATE:
-            return _simulations(self, model, reading, report)
+            return _simulations(self, model, options, progress)
         if self.work is Work.DIAGNOSE:
-            return _fleet(self, model, reading)
+            return _fleet(self, model, options)
         from elastic_tendon.sweeps.bootstrap import bootstrap
 
-        measurements = reading.all(model, self.data, report)
+        measurements = read_all(model, self.data, options, progress)
         return bootstrap(
-            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, report=report
+            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, report=progress
         )
 
 
 @app.command()
 @reporting
+@reading
 def sweep(
     model: ModelArgument,
     out: OutputOption,
@@ -172,12 +161,8 @@ def sweep(
     trajectories: TrajectoriesOption = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
-    mapping: MapOption = None,
-    resample: ResampleOption = None,
-    shift: ShiftOption = None,
-    remove_offset: RemoveOffsetOption = None,
-    as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    *,
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -199,19 +184,14 @@ def sweep(
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("the cluster has workers of its own", param_hint="--workers")
     check_outputs(out, picture=plot, force=force, read=[model, *asked.data])
-    reading = Reading.from_options(
-        mapping, resample, shift, remove_offset, as_declared, interpolation
-    )
-    if not asked.data and reading.options():
-        raise typer.BadParameter(f"no DATA to read: leave {reading.options()[0]} out")
+    if not asked.data and words(options):
+        raise typer.BadParameter(f"no DATA to read: leave {words(options)[0]} out")
     loaded = load(model, own_effects)
-    from elastic_tendon.sweeps.sweep import sweep as run
-
     try:
-        with progress() as report:
-            task = asked.task(loaded, reading, report)
-            done = run(
-                *(task, out), workers=workers, scheduler=scheduler, force=force, progress=report
+        with progress_bar() as progress:
+            task = asked.task(loaded, options, progress)
+            done = et.sweep(
+                *(task, out), workers=workers, scheduler=scheduler, force=force, progress=progress
             )
     except KeyboardInterrupt:
         _stopped(out)
@@ -225,32 +205,34 @@ def sweep(
         raise typer.Exit(1)
 
 
-def _points(asked: Asked, model: "Model") -> "Points":
+def _points(asked: Asked, model: "et.Model") -> "et.Points":
     """What varies, and how; what cannot be read or drawn is wrong usage."""
     from elastic_tendon.sweeps.factors import Values, parse_factor, stated_factors
     from elastic_tendon.sweeps.points import points
 
     hint = "--vary"
     try:
-        factors = [parse_factor(model, one) for one in asked.vary] or stated_factors(model)
+        factors = [parse_factor(model, text) for text in asked.vary] or stated_factors(model)
         hint = "--vary, --method and --runs"
-        listed = all(isinstance(one.distribution, Values) for one in factors)
+        listed = all(isinstance(factor.distribution, Values) for factor in factors)
         method = asked.method or ("grid" if listed and asked.runs is None else "monte-carlo")
         count = asked.runs if asked.runs is not None or method == "grid" else DRAWN_RUNS
         return points(factors, method, count, asked.seed or 0)
-    except SweepError as error:
+    except et.SweepError as error:
         raise typer.BadParameter(str(error), param_hint=hint) from None
 
 
-def _simulations(asked: Asked, model: "Model", reading: Reading, report: "Report") -> "Task":
+def _simulations(
+    asked: Asked, model: "et.Model", options: "et.ReadOptions", progress: "Progress"
+) -> "et.Task":
     from elastic_tendon.native.library import library_path
     from elastic_tendon.sweeps import simulations as module
 
     points = _points(asked, model)
-    library_path(model.effect_ids, report)
+    library_path(model.effect_ids, progress)
     motion = module.default_motion(model)
     if asked.data:
-        motion = module.measured_motion(model, reading.one(model, asked.data[0], report))
+        motion = module.measured_motion(model, read_motion(model, asked.data[0], options, progress))
     try:
         return module.simulations(
             *(model, points),
@@ -258,27 +240,19 @@ def _simulations(asked: Asked, model: "Model", reading: Reading, report: "Report
             outputs=asked.keep or module.OUTPUTS,
             keep="trajectories" if asked.trajectories else "statistics",
         )
-    except SweepError as error:
+    except et.SweepError as error:
         raise typer.BadParameter(str(error), param_hint="--keep") from None
 
 
-def _fleet(asked: Asked, model: "Model", reading: Reading) -> "Task":
-    from elastic_tendon.sweeps.fleet import fleet, robots_of
+def _fleet(asked: Asked, model: "et.Model", options: "et.ReadOptions") -> "et.Task":
+    from elastic_tendon.sweeps.fleet import robots_of
 
     robots = robots_of(asked.data)
     for robot in robots:
         if len(robot.data) > 1:
             told = f"its {len(robot.data)} recordings are taken together; else name them one by one"
             notice.print(f"note: {robot.name} is one robot, and {told}", markup=False)
-    return fleet(
-        *(model, robots),
-        mapping=reading.mapping,
-        resample=reading.resample,
-        time_shift=reading.time_shift,
-        remove_offset=reading.remove_offset,
-        as_declared=reading.as_declared,
-        interpolation=reading.interpolation,
-    )
+    return et.fleet(model, robots, options)
 
 
 def _stopped(out: Path) -> None:
@@ -292,7 +266,7 @@ def _stopped(out: Path) -> None:
     raise typer.Exit(INTERRUPTED)
 
 
-def _show(work: Work, model: "Model", task: "Task", done: "Swept") -> None:
+def _show(work: Work, model: "et.Model", task: "et.Task", done: "et.Swept") -> None:
     from elastic_tendon.actuator.parameters import quantities
     from elastic_tendon.reports import sweep_tables as words
     from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals
@@ -306,7 +280,7 @@ def _show(work: Work, model: "Model", task: "Task", done: "Swept") -> None:
     elif isinstance(task, Bootstrap):
         output.print(words.bootstrap_table(intervals(task, read_results(done.path))))
     else:
-        units = {one.path: one.unit for one in quantities(model.effect_ids)}
+        units = {quantity.path: quantity.unit for quantity in quantities(model.effect_ids)}
         output.print(words.statistics_table(summary, units))
     output.print(words.done_sentence(done), highlight=False, markup=False)
     for sentence in words.failure_sentences(summary, reasons=work is not Work.DIAGNOSE):

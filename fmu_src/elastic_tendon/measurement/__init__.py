@@ -2,6 +2,7 @@
 
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors
 from elastic_tendon.measurement.noise_text import parse_noise
+from elastic_tendon.measurement.options import ReadOptions
 from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.measurement.reader import (
     read_measurement,
@@ -14,6 +15,7 @@ __all__ = [
     "Measurement",
     "NoiseFloor",
     "Preparation",
+    "ReadOptions",
     "Recordings",
     "listed",
     "noise_floors",

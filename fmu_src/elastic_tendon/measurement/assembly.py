@@ -89,10 +89,10 @@ def assemble(reading: Reading, runs: Sequence[Run]) -> list[Measurement]:
         raise _too_short(runs[0], reading)
     notes = _short_run_notes([run.label for run in short], cut=any(run.cut for run in short))
     return [
-        replace(one, notes=(*one.notes, *notes))
+        replace(measurement, notes=(*measurement.notes, *notes))
         for run in runs
         if _count(run, layout) >= MINIMUM_SAMPLES
-        for one in _measurements(reading, run)
+        for measurement in _measurements(reading, run)
     ]
 
 
@@ -122,10 +122,15 @@ def check_static(preparation: Preparation, layout: Layout, source: str) -> None:
 def _measurements(reading: Reading, run: Run) -> list[Measurement]:
     """Measurements of one run: one, or several where it has gaps."""
     name = reading.name(run)
-    columns = {one.signal: _resolved(one, run.tracks[one.signal]) for one in reading.layout.signals}
+    columns = {
+        column.signal: _resolved(column, run.tracks[column.signal])
+        for column in reading.layout.signals
+    }
     tracks = {
-        one.signal: run.tracks[one.signal].converted(one.factor, columns[one.signal].offset)
-        for one in reading.layout.signals
+        column.signal: run.tracks[column.signal].converted(
+            column.factor, columns[column.signal].offset
+        )
+        for column in reading.layout.signals
     }
     notes = (*_run_notes(run, reading), *_offset_notes(reading.layout, columns, tracks))
     if reading.layout.static:
@@ -142,7 +147,7 @@ def _measurements(reading: Reading, run: Run) -> list[Measurement]:
         raise _nothing_in_common(name, tracks)
     if len(parts) > 1:
         notes += _gap_notes(found, left_out, reading.preparation.resample)
-    return [replace(one, notes=(*one.notes, *notes)) for one in found]
+    return [replace(measurement, notes=(*measurement.notes, *notes)) for measurement in found]
 
 
 def _count(run: Run, layout: Layout) -> int:
@@ -157,7 +162,7 @@ def _too_short(run: Run, reading: Reading) -> MeasurementError:
     name = reading.name(run) + reading.asked.suffix(reading.preparation)
     count = _count(run, reading.layout)
     held = {signal for signal, track in run.tracks.items() if len(track.time)}
-    empty = [one.label for one in reading.layout.signals if one.signal not in held]
+    empty = [column.label for column in reading.layout.signals if column.signal not in held]
     if held and empty:
         return MeasurementError(
             f"{name}: column {empty[0]} holds no number; fill it, or choose another column"

@@ -112,28 +112,31 @@ def find_layout(
     """
     search = _Search(groups, preparation, source)
     if search.is_static():
-        found = [search.one(signal, required=True) for signal in STATIC]
+        found = [search.column(signal, required=True) for signal in STATIC]
         times = {}
     else:
         required = ["motor_position", *(["joint_position"] if joint_required else [])]
         search.check_time(required)
         found = [
-            search.one(signal, required=signal in required)
+            search.column(signal, required=signal in required)
             for signal in DIMENSIONS
             if signal not in ("time", "joint_deflection")
         ]
         search.check_load(found)
         used = {column.group for column in found if column is not None}
         times = {group: search.time(group) for group in sorted(used)}
-    signals = tuple(one for one in found if one is not None and one.signal != _UNUSED)
+    signals = tuple(column for column in found if column is not None and column.signal != _UNUSED)
     _check_distinct([*times.values(), *signals], source)
     runs = frozenset(
         group.name
         for group in groups
-        if RUN in group.columns and any(one.group == group.name for one in signals)
+        if RUN in group.columns and any(column.group == group.name for column in signals)
     )
     notes = _notes(groups, [*times.values(), *signals], runs)
-    idle = preparation.columns.keys() - {"time", *(one.signal for one in found if one is not None)}
+    idle = preparation.columns.keys() - {
+        "time",
+        *(column.signal for column in found if column is not None),
+    }
     if idle:
         kind = "a time series" if times else "a static curve"
         notes += (f"said of columns and not used, as this is {kind}: {', '.join(sorted(idle))}",)
@@ -178,7 +181,7 @@ class _Search:
                 "held, save the file without the time to have it read as a static curve"
             )
 
-    def one(self, signal: str, *, required: bool) -> Column | None:
+    def column(self, signal: str, *, required: bool) -> Column | None:
         """Find the column of a signal.
 
         Raises
@@ -386,10 +389,10 @@ def _check_distinct(columns: Sequence[Column], source: str) -> None:
     """Refuse a column that is read as two signals."""
     signals: dict[tuple[str, str], str] = {}
     for column in columns:
-        other = signals.setdefault((column.group, column.name), column.signal)
-        if other != column.signal:
+        first = signals.setdefault((column.group, column.name), column.signal)
+        if first != column.signal:
             raise MeasurementError(
-                f"{source}: column {column.label} is read as {other} and as {column.signal}; map "
+                f"{source}: column {column.label} is read as {first} and as {column.signal}; map "
                 "each signal to a column of its own"
             )
 

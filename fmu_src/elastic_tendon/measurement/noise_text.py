@@ -100,7 +100,7 @@ def floor_notes(floors: Mapping[str, NoiseFloor]) -> tuple[str, ...]:
     the recording itself tells
     """
     notes = (_floor_note(signal, floor) for signal, floor in floors.items())
-    return tuple(one for one in notes if one)
+    return tuple(note for note in notes if note)
 
 
 def _floor_note(signal: str, floor: NoiseFloor) -> str:

@@ -9,7 +9,7 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container
 from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
@@ -143,43 +143,6 @@ class Preparation(BaseModel):
             raise _refused("the window must end after it starts")
         return value
 
-    def merged(
-        self,
-        items: Sequence[str] = (),
-        *,
-        labels: Container[str] = (),
-        time_shift: Mapping[str, float | Literal["auto"]] | None = None,
-        resample: float | None = None,
-        remove_offset: Sequence[str] = (),
-    ) -> "Preparation":
-        """Lay what the command line says over this preparation.
-
-        Parameters
-        ----------
-        items, labels : ``signal=column[:unit][*scale][+offset]``, see `parse_map`; replace the
-            column
-        time_shift : signal -> s or "auto"
-        resample : s
-        remove_offset : signals whose beginning becomes 0
-
-        Raises
-        ------
-        MeasurementError : an item is misspelt, a signal is unknown or comes twice
-        """
-        parsed = [parse_map(item, labels) for item in items]
-        columns = self.columns | dict(parsed)
-        if len(dict(parsed)) < len(parsed):
-            raise MeasurementError("--map names a signal twice; map each signal once")
-        for signal in remove_offset:
-            column = columns.get(signal, SignalColumn())
-            columns[signal] = column.model_copy(update={"remove_offset": "start"})
-        tree = preparation_json(self)
-        tree["columns"] = {name: preparation_json(column) for name, column in columns.items()}
-        tree["time_shift"] = self.time_shift | dict(time_shift or {})
-        if resample is not None:
-            tree["resample"] = resample
-        return check_preparation(tree, "the command line")
-
 
 def parse_map(text: str, labels: Container[str] = ()) -> tuple[str, SignalColumn]:
     """Read one ``--map`` item, ``signal=column[:unit][*scale][+offset]``.
@@ -311,13 +274,13 @@ def _of_comparison(tree: object, source: str, data: Path) -> tuple[Preparation, 
     """
     files = tree.get("files") if isinstance(tree, dict) and tree.get("schema") == COMPARISON else 0
     if not isinstance(files, list) or not all(
-        isinstance(one, dict) and {"source", "preparation"} <= one.keys() for one in files
+        isinstance(file, dict) and {"source", "preparation"} <= file.keys() for file in files
     ):
         raise MeasurementError(
             f"{source}: this is not the JSON of a comparison that says how each file was read "
             f"({COMPARISON}); write one with compare --json"
         )
-    paths = list(dict.fromkeys(str(one["source"]) for one in files))
+    paths = list(dict.fromkeys(str(file["source"]) for file in files))
     same = [path for path in paths if path == str(data)] or [
         path for path in paths if Path(path).name == data.name
     ]
@@ -332,9 +295,9 @@ def _of_comparison(tree: object, source: str, data: Path) -> tuple[Preparation, 
             "them by this path"
         )
     return tuple(
-        check_preparation(one["preparation"], f"{source}: {one.get('name', same[0])}")
-        for one in files
-        if str(one["source"]) == same[0]
+        check_preparation(file["preparation"], f"{source}: {file.get('name', same[0])}")
+        for file in files
+        if str(file["source"]) == same[0]
     )
 
 

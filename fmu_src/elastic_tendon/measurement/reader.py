@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os.path import exists, isfile
 from pathlib import Path
-from typing import Literal, TypedDict
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -13,26 +13,13 @@ import pandas as pd
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.assembly import Asked, Reading, assemble, check_static
 from elastic_tendon.measurement.columns import find_layout
-from elastic_tendon.measurement.formats import Report, Source, open_source, silent
+from elastic_tendon.measurement.formats import Progress, Source, open_source, silent
 from elastic_tendon.measurement.formats.base import label
-from elastic_tendon.measurement.preparation import (
-    Preparation,
-    read_preparations,
-)
+from elastic_tendon.measurement.options import DEFAULT, ReadOptions
+from elastic_tendon.measurement.preparation import Preparation, read_preparations
 from elastic_tendon.measurement.recording import Measurement, window_text
 from elastic_tendon.measurement.rows import read_runs
 from elastic_tendon.simulation.interpolation import Interpolation
-
-
-class _Options(TypedDict):
-    """How `read_prepared` reads."""
-
-    time_shift: Mapping[str, float | Literal["auto"]] | None
-    resample: float | None
-    remove_offset: Sequence[str]
-    interpolation: Interpolation
-    joint_required: bool
-
 
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")
 _MOST_NAMES = 6  # measurements that a sentence names
@@ -75,61 +62,47 @@ def read(
     ------
     MeasurementError : the data cannot be used, or hold several recordings
     """
-    path = "" if isinstance(data, pd.DataFrame) else str(data)
     if isinstance(map, Mapping):
-        mapping = [f"{signal}={column}" for signal, column in map.items()]
+        mapping = tuple(f"{signal}={column}" for signal, column in map.items())
     else:
-        mapping = [] if map is None else [str(map)]
+        mapping = () if map is None else (str(map),)
+    options = ReadOptions(
+        mapping=mapping,
+        time_shift=shift or {},
+        resample=resample,
+        remove_offset=tuple(remove_offset),
+        interpolation=interpolation,
+        joint_required=joint_required,
+    )
+    path = "" if isinstance(data, pd.DataFrame) else str(data)
     asked = path if window is None else path + window_text(*window)
-    options: _Options = {
-        "time_shift": shift,
-        "resample": resample,
-        "remove_offset": remove_offset,
-        "interpolation": interpolation,
-        "joint_required": joint_required,
-    }
     if isinstance(data, pd.DataFrame):
         from elastic_tendon.measurement.formats.frame import FrameSource
 
         source = FrameSource(data)
         ends = split_window(f"{source.name}{asked}")[1]
-        written, _ = _written_preparations(Path(), mapping)
-        found = _read_as_written(source, Asked("", asked, ends), written, mapping, **options)
+        written, _ = _written_preparations(Path(), options)
+        found = _read_as_written(source, Asked("", asked, ends), written, options)
     else:
-        found = read_prepared(asked, mapping, **options)
+        found = read_prepared(asked, options)
     recording = _only(found, path or "the data frame")
     return recording if noise is None else recording.with_noise(noise)
 
 
-def read_measurement(
-    data: str,
-    mapping: Sequence[str] = (),
-    *,
-    interpolation: Interpolation = "linear",
-    joint_required: bool = True,
-) -> Measurement:
-    """Read a file that holds one recording.
-
-    Parameters
-    ----------
-    data, mapping, interpolation, joint_required : see `read_prepared`
-
-    Returns
-    -------
-    Measurement; SI units
+def read_measurement(data: str, options: ReadOptions = DEFAULT) -> Measurement:
+    """Read a file that holds one recording; see `read_prepared`.
 
     Raises
     ------
     MeasurementError : the file cannot be used, or holds several recordings
     """
-    found = read_prepared(data, mapping, interpolation=interpolation, joint_required=joint_required)
-    return _only(found, data)
+    return _only(read_prepared(data, options), data)
 
 
 def _only(found: Sequence[Measurement], data: str) -> Measurement:
     """The one recording that was read."""
     if len(found) > 1:
-        names = ", ".join(one.name for one in found[:_MOST_NAMES])
+        names = ", ".join(recording.name for recording in found[:_MOST_NAMES])
         raise MeasurementError(
             f"{data}: it holds {len(found)} recordings ({names}"
             f"{', ...' if len(found) > _MOST_NAMES else ''}) where one is wanted; choose one by a "
@@ -139,26 +112,16 @@ def _only(found: Sequence[Measurement], data: str) -> Measurement:
 
 
 def read_prepared(
-    data: str,
-    mapping: Sequence[str] = (),
-    *,
-    time_shift: Mapping[str, float | Literal["auto"]] | None = None,
-    resample: float | None = None,
-    remove_offset: Sequence[str] = (),
-    interpolation: Interpolation = "linear",
-    joint_required: bool = True,
-    report: Report = silent,
+    data: str, options: ReadOptions = DEFAULT, progress: Progress = silent
 ) -> list[Measurement]:
-    """Read a file as the command line says: by options, and by what lies beside it.
+    """Read a file by options, and by what lies beside it.
 
     Parameters
     ----------
     data : str; ``file.csv``, or ``file.csv[start:end]`` for a window in s
-    mapping : items ``signal=column[:unit][*scale][+offset]``, and at most one name of a
-        preparation (TOML) or comparison (JSON); without one, ``file.csv.toml`` beside the file is
-        taken where it is there
-    time_shift, resample, remove_offset : see `Preparation.merged`
-    interpolation, joint_required, report : see `read_measurements`
+    options : where they name no preparation, ``file.csv.toml`` beside the file is taken if it is
+        there
+    progress : is told what is being done, and the share of it that is done
 
     Returns
     -------
@@ -169,16 +132,9 @@ def read_prepared(
     MeasurementError : the file or its preparation cannot be used
     """
     path, window = split_window(data)
-    written, notes = _written_preparations(path, mapping)
-    found = _read_as_written(
-        *(_open(path), Asked(str(path), data, window), written, mapping),
-        time_shift=time_shift,
-        resample=resample,
-        remove_offset=remove_offset,
-        interpolation=interpolation,
-        joint_required=joint_required,
-        report=report,
-    )
+    written, notes = _written_preparations(path, options)
+    asked = Asked(str(path), data, window)
+    found = _read_as_written(_open(path), asked, written, options, progress)
     return [replace(measurement, notes=(*notes, *measurement.notes)) for measurement in found]
 
 
@@ -186,14 +142,8 @@ def _read_as_written(
     source: Source,
     asked: Asked,
     written: Sequence[Preparation],
-    mapping: Sequence[str],
-    *,
-    time_shift: Mapping[str, float | Literal["auto"]] | None,
-    resample: float | None,
-    remove_offset: Sequence[str],
-    interpolation: Interpolation,
-    joint_required: bool,
-    report: Report = silent,
+    options: ReadOptions,
+    progress: Progress = silent,
 ) -> list[Measurement]:
     """Read the recordings of an opened source as preparations and options say."""
     labels = {
@@ -202,28 +152,11 @@ def _read_as_written(
         for column in group.columns
         for name in (column, label(group.name, column))
     }
-    items = [item for item in mapping if not _is_file(item)]
-    merged = [
-        one.merged(
-            items,
-            labels=labels,
-            time_shift=time_shift,
-            resample=resample,
-            remove_offset=remove_offset,
-        )
-        for one in written
-    ]
+    merged = [options.over(preparation, labels) for preparation in written]
     return [
         measurement
         for preparation in _for_window(merged, asked.window, asked.data)
-        for measurement in _read(
-            source,
-            asked,
-            preparation,
-            interpolation=interpolation,
-            joint_required=joint_required,
-            report=report,
-        )
+        for measurement in _read(source, asked, preparation, options, progress)
     ]
 
 
@@ -239,19 +172,21 @@ def _for_window(
     ------
     MeasurementError : they say two things about one stretch, or nothing about the window
     """
-    distinct = [one for i, one in enumerate(written) if one not in written[:i]]
+    distinct = [part for i, part in enumerate(written) if part not in written[:i]]
     if window is None:
-        return [one for one in distinct if not any(_lies_within(one, each) for each in distinct)]
-    distinct = [one for one in distinct if _shared(one, window)] or distinct
-    anywhere = [one.model_copy(update={"window": None}) for one in distinct]
+        return [part for part in distinct if not any(_lies_within(part, each) for each in distinct)]
+    distinct = [part for part in distinct if _shared(part, window)] or distinct
+    anywhere = [part.model_copy(update={"window": None}) for part in distinct]
     found: list[Preparation] = []
-    for one, bare in zip(distinct, anywhere, strict=True):
-        alike = all(other == bare for other in anywhere if other.runs == bare.runs)
-        kept = bare.model_copy(update={"window": window if alike else _shared(one, window)})
+    for part, bare in zip(distinct, anywhere, strict=True):
+        alike = all(earlier == bare for earlier in anywhere if earlier.runs == bare.runs)
+        kept = bare.model_copy(update={"window": window if alike else _shared(part, window)})
         if kept.window is not None and kept not in found:
             found.append(kept)
-    for i, one in enumerate(found):
-        if any(one.runs == other.runs and _shared(one, other.window) for other in found[:i]):
+    for i, part in enumerate(found):
+        if any(
+            part.runs == earlier.runs and _shared(part, earlier.window) for earlier in found[:i]
+        ):
             raise MeasurementError(
                 f"{data}: what is written down says two ways to read a part of this window; "
                 "choose one that lies within one piece"
@@ -284,46 +219,26 @@ def _shared(
     return common if common[0] < common[1] else None
 
 
-def _is_file(item: str) -> bool:
-    return "=" not in item or isfile(item)
-
-
 def _written_preparations(
-    path: Path, mapping: Sequence[str]
+    path: Path, options: ReadOptions
 ) -> tuple[tuple[Preparation, ...], tuple[str, ...]]:
     """Preparations from files, and a note where one was not asked for."""
-    files = [Path(item) for item in mapping if _is_file(item)]
-    if len(files) > 1:
-        raise MeasurementError(
-            f"--map names two preparations, {files[0]} and {files[1]}; put both in one file"
-        )
-    if files:
-        return read_preparations(files[0], path), ()
+    if options.files:
+        return read_preparations(options.files[0], path), ()
     beside = Path(f"{path}.toml")
     if isfile(beside):
         return read_preparations(beside, path), (f"read as {beside.name} beside it says",)
     return (Preparation(),), ()
 
 
-def read_measurements(
-    data: str,
-    preparation: Preparation | None = None,
-    *,
-    interpolation: Interpolation = "linear",
-    joint_required: bool = True,
-    report: Report = silent,
-) -> list[Measurement]:
-    """Read the recordings of a file.
+def read_measurements(data: str, preparation: Preparation | None = None) -> list[Measurement]:
+    """Read the recordings of a file by a preparation alone.
 
     Parameters
     ----------
     data : str; ``file.csv``, or ``file.csv[start:end]`` for a window in s, which comes before
         that of the preparation
     preparation : Preparation; None: columns are found by their names
-    interpolation : of motor position and load between the samples; "cubic" suits smooth inputs,
-        "linear" and "hold" those that step or are coarsely rounded
-    joint_required : false where only the motor's motion and the load are wanted
-    report : is told what is being done, and the share of it that is done
 
     Returns
     -------
@@ -337,14 +252,7 @@ def read_measurements(
     preparation = preparation or Preparation()
     if window is not None:
         preparation = preparation.model_copy(update={"window": window})
-    return _read(
-        _open(path),
-        Asked(str(path), data, window),
-        preparation,
-        interpolation=interpolation,
-        joint_required=joint_required,
-        report=report,
-    )
+    return _read(_open(path), Asked(str(path), data, window), preparation, DEFAULT, silent)
 
 
 def _open(path: Path) -> Source:
@@ -361,16 +269,15 @@ def _read(
     source: Source,
     asked: Asked,
     preparation: Preparation,
-    *,
-    interpolation: Interpolation,
-    joint_required: bool,
-    report: Report,
+    options: ReadOptions,
+    progress: Progress,
 ) -> list[Measurement]:
     """Read the recordings of an opened file as a preparation says."""
-    layout = find_layout(source.groups, preparation, source.name, joint_required=joint_required)
+    required = options.joint_required
+    layout = find_layout(source.groups, preparation, source.name, joint_required=required)
     check_static(preparation, layout, source.name)
-    reading = Reading(source.name, asked, layout, preparation, interpolation)
-    return assemble(reading, read_runs(source, layout, preparation, report))
+    reading = Reading(source.name, asked, layout, preparation, options.interpolation)
+    return assemble(reading, read_runs(source, layout, preparation, progress))
 
 
 def split_window(data: str) -> tuple[Path, tuple[float, float] | None]:

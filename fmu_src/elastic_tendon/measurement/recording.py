@@ -85,7 +85,7 @@ class Measurement(Result):
             if not isinstance(getattr(self, name), np.ndarray | None):
                 object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
         if not all(isinstance(values, np.ndarray) for values in self.signals.values()):
-            arrays = {name: np.asarray(one, np.float64) for name, one in self.signals.items()}
+            arrays = {name: np.asarray(values, np.float64) for name, values in self.signals.items()}
             object.__setattr__(self, "signals", arrays)
         for name, values in (*self.inputs.items(), *self.signals.items()):
             if values.shape != self.time.shape:
@@ -125,7 +125,7 @@ class Measurement(Result):
         names = ", ".join((*self.inputs, *self.signals))
         kind = "static curve" if self.static else f"{time[-1] - time[0]:.4g} s at {rate:.4g} Hz"
         lines = [f"{self.name}: {samples_text(len(time))}, {kind}; {names}"]
-        return "\n".join([*lines, *(f"note: {one}" for one in self.notes)])
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Inputs and signals, a column each, SI; the index is the time, s."""
@@ -175,15 +175,15 @@ class Measurement(Result):
             notes=(*self.notes, *(note for note in notes if note)),
         )
 
-    def shares_samples(self, other: "Measurement") -> bool:
+    def shares_samples(self, recording: "Measurement") -> bool:
         """Whether the two are of one recording and overlap in time: equal at all common times."""
-        _, mine, theirs = np.intersect1d(self.time, other.time, return_indices=True)
+        _, mine, theirs = np.intersect1d(self.time, recording.time, return_indices=True)
         if len(mine) < MINIMUM_SAMPLES or np.ptp(self.motor_position[mine]) == 0.0:
             return False
         # a motion may be repeated exactly, but what it measures is never twice the same
-        signals = self.signals.keys() & other.signals.keys()
-        pairs = [(self.signals[name][mine], other.signals[name][theirs]) for name in signals]
-        pairs.append((self.motor_position[mine], other.motor_position[theirs]))
+        signals = self.signals.keys() & recording.signals.keys()
+        pairs = [(self.signals[name][mine], recording.signals[name][theirs]) for name in signals]
+        pairs.append((self.motor_position[mine], recording.motor_position[theirs]))
         return all(np.array_equal(own, others) for own, others in pairs)
 
     def samples(self, keep: slice | NDArray[np.bool_]) -> "Measurement":

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.columns import RUN, Column, Layout
-from elastic_tendon.measurement.formats import Report, Source
+from elastic_tendon.measurement.formats import Progress, Source
 from elastic_tendon.measurement.formats.base import Chunk
 from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.measurement.tracks import Array, Bins, Track, reduced
@@ -75,7 +75,7 @@ class Run:
 
 
 def read_runs(
-    source: Source, layout: Layout, preparation: Preparation, report: Report
+    source: Source, layout: Layout, preparation: Preparation, progress: Progress
 ) -> list[Run]:
     """Read the signals of a file.
 
@@ -84,7 +84,7 @@ def read_runs(
     source : an opened file
     layout : which column is which signal
     preparation : its window, runs and step are used
-    report : is told the share of the file that is read
+    progress : is told the share of the file that is read
 
     Returns
     -------
@@ -99,7 +99,7 @@ def read_runs(
     for index, group in enumerate(groups):
 
         def part(text: str, share: float, index: int = index) -> None:
-            report(text, (index + share) / len(groups))
+            progress(text, (index + share) / len(groups))
 
         reader = _GroupReader(source, layout, group, preparation)
         gathered.append(reader.read(part))
@@ -130,7 +130,7 @@ class _GroupReader:
         self.runs: dict[Label, _Rows] = {}
         self.kept = 0
 
-    def read(self, report: Report) -> dict[Label, _Rows]:
+    def read(self, progress: Progress) -> dict[Label, _Rows]:
         """Read all chunks.
 
         Raises
@@ -141,7 +141,7 @@ class _GroupReader:
         names += [self.time.name] if self.time is not None else []
         names += [RUN] if self.has_runs else []
         row = self.source.first_row
-        for chunk in self.source.read(self.group, list(dict.fromkeys(names)), report):
+        for chunk in self.source.read(self.group, list(dict.fromkeys(names)), progress):
             count = len(next(iter(chunk.values())))
             numbers = np.arange(row, row + count)
             for label, part in self._parts(chunk, numbers):
@@ -162,7 +162,7 @@ class _GroupReader:
             )
         labels = list(map(_label, found))
         for label in dict.fromkeys(labels):
-            alike = [code for code, other in enumerate(labels) if other == label]
+            alike = [code for code, present in enumerate(labels) if present == label]
             yield label, _Part(chunk, numbers).rows(np.isin(codes, alike))
 
     def _take(self, into: _Rows, label: Label, part: _Part) -> None:

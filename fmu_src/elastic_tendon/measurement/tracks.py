@@ -59,17 +59,19 @@ class Bins:
         if not len(self.index):
             return self
         starts = np.flatnonzero(np.diff(self.index, prepend=self.index[0] - 1))
-        sums = (np.add.reduceat(one, starts) for one in (self.count, self.times, self.values))
+        sums = (
+            np.add.reduceat(entries, starts) for entries in (self.count, self.times, self.values)
+        )
         return Bins(self.index[starts], *sums)
 
 
 def reduced(bins: Sequence[Bins], step: float) -> Track:
     """Mean time and mean value of each step, over all chunks."""
     joined = Bins(
-        np.concatenate([one.index for one in bins]),
-        np.concatenate([one.count for one in bins]),
-        np.concatenate([one.times for one in bins]),
-        np.concatenate([one.values for one in bins]),
+        np.concatenate([part.index for part in bins]),
+        np.concatenate([part.count for part in bins]),
+        np.concatenate([part.times for part in bins]),
+        np.concatenate([part.values for part in bins]),
     ).joined()
     time = joined.index * step + joined.times / joined.count
     return Track(time, joined.values / joined.count)
@@ -168,7 +170,7 @@ def on_one_clock(
     else:
         lowest, highest = ceil(first / step - _ROUNDING), floor(last / step + _ROUNDING)
         time = np.arange(lowest, highest + 1, dtype=np.float64) * step
-    return time, {name: np.interp(time, one.time, one.values) for name, one in tracks.items()}
+    return time, {name: np.interp(time, track.time, track.values) for name, track in tracks.items()}
 
 
 def _stepwise(tracks: Tracks, clock: Array) -> Tracks:

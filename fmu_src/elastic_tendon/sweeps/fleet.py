@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import floor, log10
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -25,11 +25,11 @@ from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.determinability import Estimate
-from elastic_tendon.measurement import Measurement, read_prepared
+from elastic_tendon.measurement import ReadOptions, read_prepared
 from elastic_tendon.measurement.formats import silent
+from elastic_tendon.measurement.options import DEFAULT
 from elastic_tendon.measurement.reader import split_window
 from elastic_tendon.misreadings.belief import believed
-from elastic_tendon.simulation.interpolation import Interpolation
 from elastic_tendon.sweeps.results import read_results
 from elastic_tendon.sweeps.shipped import ShippedModel
 from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, RUN, TEXTS, VERDICT
@@ -72,17 +72,12 @@ class Fleet:
       (`..._after`): over the noise, and RMS in the signal's SI unit; NaN where not measured;
     * each free number by its dotted path, and `.low` and `.high`, its 95 % interval.
 
-    The options of reading are those of `fleet`. `digests` : SHA-256 of each robot's files.
+    `options` : how all files are read. `digests` : SHA-256 of each robot's files.
     """
 
     model: ShippedModel
     robots: tuple[Robot, ...]
-    mapping: tuple[str, ...]
-    resample: float | None
-    time_shift: tuple[tuple[str, float | Literal["auto"]], ...]
-    remove_offset: tuple[str, ...]
-    as_declared: bool
-    interpolation: Interpolation
+    options: ReadOptions
     digests: tuple[str, ...]
 
     @property
@@ -94,13 +89,12 @@ class Fleet:
     def identity(self) -> dict[str, str]:
         """Model, options of reading, names and files of the robots."""
         own = hashlib.sha256(b"".join(content for _, content in self.model.own_effects))
-        reading = [self.mapping, self.resample, self.time_shift, self.remove_offset]
         robots = zip(self.robots, self.digests, strict=True)
         return {
             "kind": "fleet",
             "model": self.model.text,
             "effects": own.hexdigest(),
-            "reading": repr([*reading, self.as_declared, self.interpolation]),
+            "reading": repr(self.options),
             "robots": "\n".join(f"{robot.name} {digest}" for robot, digest in robots),
         }
 
@@ -149,32 +143,20 @@ class Fleet:
 
     def _diagnosed(self, run: int) -> dict[str, str | float]:
         model = self.model.model
-        read = [measurement for data in self.robots[run].data for measurement in self._read(data)]
-        found = diagnose(model, believed(model, read, silent, as_declared=self.as_declared))
+        read = [
+            measurement
+            for data in self.robots[run].data
+            for measurement in read_prepared(data, self.options)
+        ]
+        taken = believed(model, read, silent, as_declared=self.options.as_declared)
+        found = diagnose(model, taken)
         if not found.complete:  # half a diagnosis is none
             raise KeyboardInterrupt
         return _summary(found)
 
-    def _read(self, data: str) -> list[Measurement]:
-        return read_prepared(
-            *(data, self.mapping),
-            time_shift=dict(self.time_shift),
-            resample=self.resample,
-            remove_offset=self.remove_offset,
-            interpolation=self.interpolation,
-        )
-
 
 def fleet(
-    model: Model,
-    robots: Sequence[Robot | str | Path],
-    *,
-    mapping: Sequence[str] = (),
-    resample: float | None = None,
-    time_shift: Mapping[str, float | Literal["auto"]] | None = None,
-    remove_offset: Sequence[str] = (),
-    as_declared: bool = False,
-    interpolation: Interpolation = "linear",
+    model: Model, robots: Sequence[Robot | str | Path], options: ReadOptions = DEFAULT
 ) -> Fleet:
     """Prepare the diagnoses of many robots against one model.
 
@@ -182,9 +164,7 @@ def fleet(
     ----------
     model : Model of a robot that is as it should be; its uncertainties are the prior
     robots : the file or the folder of each, see `robots_of`
-    mapping, resample, time_shift, remove_offset, interpolation : of all files alike, see
-        `measurement.read_prepared`; what lies beside a file is taken as well
-    as_declared : take data as they are, even if they look read wrongly
+    options : how all files are read; what lies beside a file is taken as well
 
     Returns
     -------
@@ -199,18 +179,13 @@ def fleet(
     chosen = [one if isinstance(one, Robot) else _robot(str(one)) for one in robots]
     _check_names(chosen)
     here = tuple(replace(one, data=tuple(map(_absolute, one.data))) for one in chosen)
-    items = tuple(_absolute(one) if Path(one).is_file() else one for one in mapping)
+    items = tuple(_absolute(one) if Path(one).is_file() else one for one in options.mapping)
     preparations = [item for item in items if Path(item).is_file()]
     return Fleet(
         # every effect of the user's own is a candidate
         model=ShippedModel(model.to_toml(), effects.BY_ID.own_files(effects.BY_ID)),
         robots=here,
-        mapping=items,
-        resample=resample,
-        time_shift=tuple((time_shift or {}).items()),
-        remove_offset=tuple(remove_offset),
-        as_declared=as_declared,
-        interpolation=interpolation,
+        options=replace(options, mapping=items),
         digests=tuple(_digest([*one.data, *preparations]) for one in here),
     )
 

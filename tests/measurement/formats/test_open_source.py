@@ -67,9 +67,21 @@ def test_a_beginning_that_is_lost_is_damage(tmp_path: Path, suffix: str) -> None
     assert_refused(path, "is damaged or not complete; export it again")
 
 
-def test_a_missing_library_is_named_with_how_to_install_it(tmp_path: Path, monkeypatch) -> None:
-    path = tmp_path / "run.h5"
-    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
-    monkeypatch.setitem(sys.modules, "h5py", None)
-    monkeypatch.delitem(sys.modules, "elastic_tendon.measurement.formats.hdf5", raising=False)
-    assert_refused(path, "HDF5 needs libraries", 'pip install "elastic-tendon[formats]"')
+@pytest.mark.parametrize(
+    ("beginning", "module", "library", "kind"),
+    [
+        (b"PAR1", "parquet", "pyarrow", "Parquet"),
+        (b"\x89HDF\r\n\x1a\n", "hdf5", "h5py", "HDF5"),
+        (b"MDF     ", "mdf", "asammdf", "MDF"),
+        (b"\x89MCAP0\r\n", "rosbag", "rosbags.highlevel", "ROS 2 bags"),
+    ],
+)
+def test_a_missing_library_is_named_with_how_to_install_it(
+    tmp_path: Path, monkeypatch, beginning: bytes, module: str, library: str, kind: str
+) -> None:
+    path = tmp_path / "run.log"
+    path.write_bytes(beginning + bytes(100))
+    monkeypatch.setitem(sys.modules, library, None)
+    monkeypatch.delitem(sys.modules, f"elastic_tendon.measurement.formats.{module}", raising=False)
+    wanted = f"{kind} needs {library}, which is not installed"
+    assert_refused(path, wanted, 'pip install "elastic-tendon[formats]"')

@@ -150,18 +150,18 @@ def _numbers(found: Findings) -> list[Component]:
     heads = ("Number", "given", "fitted, 95 % interval", "unit")
     parts: list[Component] = [
         html.H3("Fitted numbers"),
-        table(heads, [estimate_cells(one) for one in found.estimates]),
+        table(heads, [estimate_cells(estimate) for estimate in found.estimates]),
     ]
     if note := open_note(found):
         parts.append(html.P(note, className="quiet"))
     if found.ratios:
         rows = [
             (
-                one.name.removeprefix("transmission."),
-                with_interval(one.value, one.interval),
-                unit_text(one.unit),
+                ratio.name.removeprefix("transmission."),
+                with_interval(ratio.value, ratio.interval),
+                unit_text(ratio.unit),
             )
-            for one in found.ratios
+            for ratio in found.ratios
         ]
         words = "Determined as ratios only; J is the link's inertia"
         parts.append(table(("Ratio", "fitted, 95 % interval", "unit"), rows, words))
@@ -232,7 +232,7 @@ def _register_controls(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         document = session.document
         options = ranking.choices(document.version.loaded())
-        values = [one["value"] for one in options]
+        values = [option["value"] for option in options]
         found = walk.round_of(session)
         words = versions.refit_words(document)
         return (
@@ -408,7 +408,7 @@ def _changed(document: Document, what: str, name: str, value: str) -> Document:
     """The document after what was done to a version; unchanged where that is gone."""
     if what == "add-undo":
         return document.at(document.version.parent or document.current)
-    if all(one.id != name for one in document.versions):
+    if all(version.id != name for version in document.versions):
         return document
     if what == "add-look":
         return document.at(name)

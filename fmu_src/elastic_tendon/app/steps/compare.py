@@ -225,10 +225,10 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         if found is None or opened not in ("compare", "where"):
             return (no_update,) * 11
         changed = dict(view_stored or {}) | {"before": bool(before)}
-        looks = (view_of(view_stored, found), fitted_view(view_stored, found))
-        looked_at = [getattr(look, part) for look in looks for part in SHOW]
+        views = (view_of(view_stored, found), fitted_view(view_stored, found))
+        shown = [getattr(view, part) for view in views for part in SHOW]
         # told by what the fields show: a question that a later one overtakes is never answered
-        for part, value, was in zip([*SHOW, *SHOW], values, looked_at, strict=True):
+        for part, value, was in zip([*SHOW, *SHOW], values, shown, strict=True):
             if value and value != was:
                 changed[part] = value
         view = view_of(changed, found)
@@ -238,8 +238,8 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
             # what did not change must not draw all figures again
             view.stored() if view.stored() != view_stored else no_update,
             {
-                step: span(look.recording, files[look.recording].measurement)
-                for step, look in (("compare", view), ("where", fitted))
+                step: span(chosen_view.recording, files[chosen_view.recording].measurement)
+                for step, chosen_view in (("compare", view), ("where", fitted))
             },
             recording_options(found),
             view.recording,
@@ -310,13 +310,13 @@ def _register_cursors(app: Dash) -> None:
         if ctx.triggered_id == "compare-overlay" and clicked:
             cursors = with_cursor(cursors, round(float(clicked["points"][0]["x"]), 6))
         elif ctx.triggered_id in ("compare-a", "compare-b"):
-            typed = {name: None if one in EMPTY else one for name, one in (("A", a), ("B", b))}
+            typed = {name: None if time in EMPTY else time for name, time in (("A", a), ("B", b))}
             cursors = {name: typed[name] for name in cursors}
         elif ctx.triggered_id == "compare-clear":
             cursors = NO_CURSORS
         # as pairs: their order, which tells the older one, must survive the browser
-        now = {"recording": recording, "order": [list(one) for one in cursors.items()]}
-        fields = ["" if one is None else one for one in in_order(cursors)]
+        now = {"recording": recording, "order": [list(cursor) for cursor in cursors.items()]}
+        fields = ["" if time is None else time for time in in_order(cursors)]
         return (now if now != held else no_update), *fields
 
 
@@ -337,7 +337,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         State("compare-drawn", "data"),
     )
     def draw(
-        stored: Any, opened: str, look: str, view: Any, seen: Any, held: Any, drawn: Any
+        stored: Any, opened: str, theme: str, view: Any, seen: Any, held: Any, drawn: Any
     ) -> Any:
         if not stored or opened != "compare":
             return (no_update,) * 6
@@ -348,7 +348,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             words = while_waiting(session, rests_on, "Comparing the model with the recordings…")
             return no_update, True, words, True, True, None
         chosen = view_of(view, found)
-        now = fingerprint(session, rests_on, look, chosen, seen, held)
+        now = fingerprint(session, rests_on, theme, chosen, seen, held)
         if now == drawn:
             return (no_update,) * 6
         runs = runs_of(session, chosen)
@@ -356,7 +356,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         figure = overlay(
             runs,
             chosen.signal,
-            theme=THEMES[look],
+            theme=THEMES[theme],
             window=window_of(seen, chosen.recording),
             cursors=in_order(cursors_of(held, chosen.recording)),
             buckets=BUCKETS,
@@ -442,7 +442,7 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         Input("compare-window", "data"),
         State("compare-loop-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, look: str, view: Any, seen: Any, drawn: Any) -> Any:
+    def draw(stored: Any, opened: str, theme: str, view: Any, seen: Any, drawn: Any) -> Any:
         if not stored or opened != "compare":
             return (no_update,) * 5
         session = workspace.open(stored)
@@ -451,18 +451,18 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             return no_update, no_update, "", "", None
         chosen = view_of(view, found)
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, look, chosen.recording, seen)
+        now = fingerprint(session, rests_on, theme, chosen.recording, seen)
         if now == drawn:
             return (no_update,) * 5
         located = location_of(session, chosen)
         if located is None:
             words = "The loop of torque and deflection comes once the missing torque is found."
             words = while_waiting(session, rests_on, words)
-            return blank(THEMES[look]), {"height": HEIGHT, "display": "none"}, words, "", now
+            return blank(THEMES[theme]), {"height": HEIGHT, "display": "none"}, words, "", now
         shows = (session.document.version.loaded(), recordings(found)[chosen.recording], located)
         figure = torque_loop(
             *shows,
-            theme=THEMES[look],
+            theme=THEMES[theme],
             window=window_of(seen, chosen.recording),
             dots=DOTS,
         )

@@ -53,13 +53,13 @@ def seen(session: Session, source: Source) -> Seen:
     document, files, shelf = session.document, session.files, session.shelf
     labels = shelf.find(results.contents(source, files))
     read = shelf.find(results.reading(source, files))
-    looked = shelf.find(results.looked_at(document, source, files))
+    checked = shelf.find(results.checked(document, source, files))
     start = shelf.find(beginnings(source, files))
     return Seen(
         source,
         labels,
         read,
-        None if source.role == "off" else looked,
+        None if source.role == "off" else checked,
         start if isinstance(start, tuple) else (),
     )
 
@@ -123,7 +123,7 @@ def changes(known: Seen, field: str, signal: str, value: Any) -> Mapping[str, ob
     """
     source = known.source
     if field in ("column", "unit", "times", "plus"):
-        (row,) = (one for one in known.rows() if one.signal == signal)
+        (row,) = (row for row in known.rows() if row.signal == signal)
         return {"mapping": mapping.remapped(source, known.columns, row, field, value)}
     if field == "shift":
         return {"time_shift": mapping.shifts_of(source, signal, value)}
@@ -132,7 +132,7 @@ def changes(known: Seen, field: str, signal: str, value: Any) -> Mapping[str, ob
         "split": lambda: {"split": mapping.number_of(value, "the time of the split")},
         "start": lambda: {"window": mapping.window_of(source, field, value)},
         "end": lambda: {"window": mapping.window_of(source, field, value)},
-        "resample": lambda: {"resample": _step(value)},
+        "resample": lambda: {"resample": mapping.number_of(value, "the step of resampling")},
         "interpolation": lambda: {"interpolation": value},
         "remove_offset": lambda: {"remove_offset": tuple(value)},
         "as_declared": lambda: {"as_declared": bool(value)},
@@ -146,13 +146,6 @@ def _split(known: Seen, role: str) -> float | None:
         return known.source.split
     start, end = known.first.time[[0, -1]]
     return float(f"{start + FITTED_SHARE * (end - start):.4g}")
-
-
-def _step(text: str | None) -> float | None:
-    step = mapping.number_of(text, "the step of resampling")
-    if step is not None and step <= 0.0:
-        raise MeasurementError("the step of resampling must be above 0 s")
-    return step
 
 
 # ---- callbacks -----------------------------------------------------------------------------
@@ -203,11 +196,11 @@ def _register_cards(app: Dash, workspace: Workspace) -> None:
         State("session", "data"),
     )
     def tell(shown: Any, theme: str, before: Any, stored: Any) -> tuple[Any, ...]:
-        keys = [one["id"]["data-facts"] for one in ctx.outputs_list[0]]
+        keys = [output["id"]["data-facts"] for output in ctx.outputs_list[0]]
         if not stored or not shown:
             return *([no_update] * len(keys) for _ in range(3)), no_update
         session = workspace.open(stored)
-        sources = {one.key: one for one in session.document.sources}
+        sources = {source.key: source for source in session.document.sources}
         told, parts = {}, []
         for key in keys:
             known = seen(session, sources[key]) if key in sources else None
@@ -233,29 +226,29 @@ def _register_edits(app: Dash, workspace: Workspace) -> None:
     )
     def edit(_values: list[Any], shown: Any, stored: Any) -> tuple[Any, list[Any]]:
         refused: dict[str, Any] = {
-            one["id"]["data-refused"]: no_update for one in ctx.outputs_list[1]
+            output["id"]["data-refused"]: no_update for output in ctx.outputs_list[1]
         }
         if not stored or not shown:
             return no_update, list(refused.values())
         session = workspace.open(stored)
         changed = False
-        for one in ctx.triggered:
+        for trigger in ctx.triggered:
             # without a place: the last field has gone with its file
-            place = ctx.triggered_prop_ids.get(one["prop_id"], {})
+            place = ctx.triggered_prop_ids.get(trigger["prop_id"], {})
             key = place.get("key")
             if key not in refused:
                 continue
             refused[key] = ""
             # fields that were just made tell what they show, too
-            if shown["fields"].get(dom_id(place)) != one["value"]:
-                sentence = _edit(session, place, one["value"])
+            if shown["fields"].get(dom_id(place)) != trigger["value"]:
+                sentence = _edit(session, place, trigger["value"])
                 refused[key] = sentence
                 changed = changed or not sentence
         return session.stored() if changed else no_update, list(refused.values())
 
     def _edit(session: Session, place: Mapping[str, str], value: Any) -> str:
         """Change a source; why it cannot be, "" where it can."""
-        (source,) = (one for one in session.document.sources if one.key == place["key"])
+        (source,) = (source for source in session.document.sources if source.key == place["key"])
         try:
             new = changes(seen(session, source), place["data-field"], place["signal"], value)
             session.change(lambda document: document.with_source(source.key, **new))
@@ -305,10 +298,10 @@ def _register_files(app: Dash, workspace: Workspace) -> None:
             return no_update, no_update, no_update
         session = workspace.open(stored)
         refused = []
-        for one, name in zip(sent, names, strict=True):
+        for encoded, name in zip(sent, names, strict=True):
             called = name[-LONGEST_NAME:]
             try:
-                content = content_of(one, called, safety.UPLOAD)
+                content = content_of(encoded, called, safety.UPLOAD)
             except ElasticTendonError as error:
                 refused.append(str(error))
                 continue
@@ -330,7 +323,7 @@ def _register_files(app: Dash, workspace: Workspace) -> None:
         key = ctx.triggered_id["data-remove"]
         session.change(
             lambda document: document.with_sources(
-                [one for one in document.sources if one.key != key]
+                [source for source in document.sources if source.key != key]
             )
         )
         return session.stored()
@@ -341,12 +334,12 @@ def _with(source: Source, document: Document) -> Document:
 
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    used = [one for one in document.sources if one.role != "off"]
+    used = [source for source in document.sources if source.role != "off"]
     return [
-        *(results.contents(one, files) for one in document.sources),
-        *(results.reading(one, files) for one in document.sources),
-        *(beginnings(one, files) for one in document.sources),
-        *(results.looked_at(document, one, files) for one in used),
+        *(results.contents(source, files) for source in document.sources),
+        *(results.reading(source, files) for source in document.sources),
+        *(beginnings(source, files) for source in document.sources),
+        *(results.checked(document, source, files) for source in used),
         *([results.data(document, files)] if used else []),
     ]
 

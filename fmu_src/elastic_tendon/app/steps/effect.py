@@ -92,19 +92,19 @@ def _page() -> Component:
     )
 
 
-def _list(judged: Round) -> list[Component]:
+def _list(search_round: Round) -> list[Component]:
     """The ranked list of a round; `decided`, so that nothing is called taken."""
-    shown = decided(judged, None)
+    shown = decided(search_round, None)
     groups = [_group(group) for group in ranking.refitted(shown)]
     last = html.Tr(
         [
             html.Th(NONE, scope="row"),
-            html.Td(percent(none_of_them(judged)), className="figure"),
+            html.Td(percent(none_of_them(search_round)), className="figure"),
             *(html.Td("-", className="figure") for _ in HEADS[2:]),
         ]
     )
     parts: list[Component] = [
-        html.P(ranking.suggestion(judged)),
+        html.P(ranking.suggestion(search_round)),
         _table([*groups, html.Tbody(last)]),
         html.P(MEANINGS, className="quiet"),
     ]
@@ -126,7 +126,7 @@ def _table(bodies: Sequence[Component]) -> Component:
 def _group(group: Sequence[Candidate]) -> Component:
     rows = [row for candidate in group for row in _rows(candidate)]
     if len(group) > 1:
-        words = "These data cannot tell apart:"
+        words = "Indistinguishable in these data:"
         rows.insert(0, html.Tr(html.Th(words, colSpan=len(HEADS), scope="rowgroup")))
     return html.Tbody(rows, className="alike" if len(group) > 1 else "")
 
@@ -353,12 +353,12 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         found = walk.round_of(session)
         if tried is None or now is None or found is None:
             return [], []
-        looked_at = view_of(view, now)
+        seen_view = view_of(view, now)
         runs = [
-            Run(title, recordings(found)[looked_at.recording])
+            Run(title, recordings(found)[seen_view.recording])
             for title, found in ((tried.before.title, now), (tried.after.title, tried.compared))
         ]
-        figure = overlay(runs, looked_at.signal, theme=THEMES[theme])
+        figure = overlay(runs, seen_view.signal, theme=THEMES[theme])
         figure.update_layout(title=None, margin={"t": HEAD}, height=TRIED)
         file = runs[0].file.measurement.name
         title = html.H3(f"{file} with {effects.BY_ID[chosen].title}, tried and not added")

@@ -8,8 +8,8 @@ from typing import Any
 from dash import ALL, Dash, Input, Output, State, ctx, dcc, get_asset_url, html, no_update
 from dash.development.base_component import Component
 
-from elastic_tendon.actuator.design import design
-from elastic_tendon.actuator.parameters import Model, load_model, model_from_toml, models
+import elastic_tendon as et
+from elastic_tendon.actuator.parameters import model_from_toml
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
@@ -19,7 +19,6 @@ from elastic_tendon.app.tables import table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
-from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.reports.html.papers import MODEL as PAPER
 from elastic_tendon.reports.interactive.characteristic import characteristic
 from elastic_tendon.reports.interactive.theme import CONFIG, THEMES
@@ -120,12 +119,15 @@ def _sketch() -> Component:
 def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
     """The table of numbers, section by section."""
     columns = ("number", "value", "allowed, in the same unit")
-    head = html.Thead(html.Tr([html.Th(one, scope="col") for one in columns]))
+    head = html.Thead(html.Tr([html.Th(title, scope="col") for title in columns]))
     bodies = [
         html.Tbody(
             [
                 html.Tr(html.Th(html.H3(section.title), colSpan=3, scope="rowgroup")),
-                *(_row(one, section.title, refused.get(one.path, "")) for one in section.numbers),
+                *(
+                    _row(number, section.title, refused.get(number.path, ""))
+                    for number in section.numbers
+                ),
             ]
         )
         for section in sections(version.loaded(), version.as_loaded())
@@ -133,25 +135,25 @@ def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
     return [html.Div(html.Table([head, *bodies]), className="table")]
 
 
-def _row(one: Number, section: str, refused: str) -> html.Tr:
-    field = {"model-value": one.path}
-    name: list[Any] = [html.Span(f"{section}: ", className="unseen"), one.words]
+def _row(number: Number, section: str, refused: str) -> html.Tr:
+    field = {"model-value": number.path}
+    name: list[Any] = [html.Span(f"{section}: ", className="unseen"), number.words]
     return html.Tr(
         [
             html.Th(
                 [
                     html.Label(name, htmlFor=_dom_id(field)),
-                    html.Div(one.meaning, className="quiet small"),
+                    html.Div(number.meaning, className="quiet small"),
                 ],
                 scope="row",
             ),
             html.Td(
                 [
-                    html.Div([_field(field, one.text), one.unit], className="measure"),
-                    html.Div(note(one, refused), id={"model-note": one.path}, role="status"),
+                    html.Div([_field(field, number.text), number.unit], className="measure"),
+                    html.Div(note(number, refused), id={"model-note": number.path}, role="status"),
                 ]
             ),
-            html.Td(one.bounds, className="quiet bounds"),
+            html.Td(number.bounds, className="quiet bounds"),
         ]
     )
 
@@ -172,28 +174,30 @@ def _dom_id(component_id: Mapping[str, str]) -> str:
     return json.dumps(component_id, sort_keys=True, separators=(",", ":"))
 
 
-def note(one: Number, refused: str) -> Any:
+def note(number: Number, refused: str) -> Any:
     """What stands below a field: why it is refused, or what it was before."""
     if refused:
         return html.Span(refused, className="sentence")
-    return html.Span(f"was {one.was} {one.unit}", className="changed") if one.changed else ""
+    return (
+        html.Span(f"was {number.was} {number.unit}", className="changed") if number.changed else ""
+    )
 
 
 def notes(version: Version, refused: Mapping[str, str]) -> dict[str, Any]:
     """`note` of each number, by its path."""
     return {
-        one.path: note(one, refused.get(one.path, ""))
+        number.path: note(number, refused.get(number.path, ""))
         for section in sections(version.loaded(), version.as_loaded())
-        for one in section.numbers
+        for number in section.numbers
     }
 
 
 def head(version: Version) -> list[Component | str]:
     """Which model and version this is, and how many numbers were edited."""
     changed = sum(
-        one.changed
+        number.changed
         for section in sections(version.loaded(), version.as_loaded())
-        for one in section.numbers
+        for number in section.numbers
     )
     found: list[Component | str] = [html.Strong(f"{version.loaded().name}: {version.title}")]
     if changed:
@@ -202,9 +206,9 @@ def head(version: Version) -> list[Component | str]:
     return found
 
 
-def design_numbers(model: Model) -> list[Component]:
+def design_numbers(model: et.Model) -> list[Component]:
     """Warnings of a model, and what its springs come to."""
-    found = design(model)
+    found = et.design(model)
     rows = dict(zip(vars(found), found.rows(), strict=True))
     effects = (
         [html.P("The curve and these numbers are of the springs alone.", className="quiet")]
@@ -212,7 +216,7 @@ def design_numbers(model: Model) -> list[Component]:
         else []
     )
     return [
-        *(html.P(one, className="sentence") for one in model.warnings()),
+        *(html.P(warning, className="sentence") for warning in model.warnings()),
         *effects,
         table(
             ("what the springs come to", "value", "paper"),
@@ -285,7 +289,7 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
         version = session.document.version
         if machine(version) != shown["machine"]:
             return nothing  # the fields are of another model, and are about to be replaced
-        asked = {one["model-value"]: (text or "") for one, text in zip(ids, texts, strict=True)}
+        asked = {place["model-value"]: (text or "") for place, text in zip(ids, texts, strict=True)}
         model, refused = edited(version.loaded(), asked)
         if model.to_toml() != version.model:
             session.change(lambda document: document.edited(model))
@@ -294,7 +298,7 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
         return (
             session.stored(),
             {"mark": mark(version), "machine": machine(version)},
-            [below.get(one["id"]["model-note"], "") for one in ctx.outputs_list[2]],
+            [below.get(output["id"]["model-note"], "") for output in ctx.outputs_list[2]],
         )
 
 
@@ -341,7 +345,7 @@ def _register_figure(app: Dash, workspace: Workspace) -> None:
 def _register_choice(app: Dash, workspace: Workspace) -> None:
     @app.callback(Output("model-bundled", "options"), Input("open", "data"))
     def offer(_opened: str) -> list[str]:
-        return list(models)
+        return list(et.models)
 
     @app.callback(
         Output("session", "data", allow_duplicate=True),
@@ -363,9 +367,9 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
     ) -> tuple[Any, Any, Any]:
         try:
             model = _chosen(sent if ctx.triggered_id == "model-upload" else None, names, bundled)
-        except ModelError as error:
+        except et.ModelError as error:
             return no_update, refusal(error.problems, error.source), None
-        except ElasticTendonError as error:
+        except et.ElasticTendonError as error:
             return no_update, refusal([str(error)]), None
         if not stored or (ctx.triggered_id == "model-upload" and sent is None):
             return no_update, no_update, no_update
@@ -376,13 +380,17 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         return session.stored(), "", None  # so that the same file can be chosen again
 
 
-def _chosen(sent: list[str] | None, names: list[str] | None, bundled: str | None) -> Model | None:
+def _chosen(
+    sent: list[str] | None, names: list[str] | None, bundled: str | None
+) -> et.Model | None:
     """The model of an upload, else the bundled one that was chosen; None where there is none."""
     if sent and names:
         if len(sent) > 1:
-            raise ElasticTendonError(f"{len(sent)} files are one too many; choose one model.toml")
+            raise et.ElasticTendonError(
+                f"{len(sent)} files are one too many; choose one model.toml"
+            )
         return model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
-    return load_model(bundled) if bundled and bundled in models else None
+    return et.load_model(bundled) if bundled and bundled in et.models else None
 
 
 def refusal(problems: Sequence[str], source: str = "") -> Any:
@@ -391,7 +399,7 @@ def refusal(problems: Sequence[str], source: str = "") -> Any:
         return ": ".join(filter(None, [source, problems[0]]))
     return [
         f"{source}: {len(problems)} things keep it from being used:",
-        html.Ul([html.Li(one) for one in problems]),
+        html.Ul([html.Li(problem) for problem in problems]),
     ]
 
 

@@ -15,7 +15,7 @@ from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice, Kind
 from elastic_tendon.app.uploads import size_in_words
-from elastic_tendon.app.workspace import Failure, Report, Result, Session, Workspace
+from elastic_tendon.app.workspace import Failure, Progress, Result, Session, Workspace
 from elastic_tendon.errors import BuildError, ElasticTendonError
 from elastic_tendon.native.compiler import ALL as EVERY_PLATFORM
 from elastic_tendon.native.compiler import PLATFORMS, host_platform
@@ -98,7 +98,7 @@ def _layout() -> Sequence[Component]:
         html.P(id=f"{ID}-version"),
         html.P(id=f"{ID}-waits", className="quiet"),
         html.Div(
-            [html.Div([_card(one) for one in column]) for column in (OFFERS[:2], OFFERS[2:])],
+            [html.Div([_card(offer) for offer in column]) for column in (OFFERS[:2], OFFERS[2:])],
             className="offers",
         ),
     ]
@@ -130,7 +130,7 @@ def _fmu_options() -> Sequence[Component]:
         _group(
             "Version of FMI",
             dcc.RadioItems(
-                options=[{"label": f"{one}.0", "value": one} for one in (2, 3)],
+                options=[{"label": f"{version}.0", "value": version} for version in (2, 3)],
                 value=2,
                 id=f"{ID}-fmi",
                 inline=True,
@@ -224,9 +224,9 @@ def _begin(session: Session, result: Result[Built]) -> bool:
     """Begin to build a file; an error is told beside its button, from the shelf."""
     session.shelf.forget_failures()
 
-    def work(report: Report) -> None:
+    def work(progress: Progress) -> None:
         with suppress(ElasticTendonError):
-            session.shelf.obtain(result, report)
+            session.shelf.obtain(result, progress)
 
     return session.start(ID, result.words, work)
 
@@ -249,7 +249,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
         Output({f"{ID}-row": ALL}, "hidden"),
         Input("session", "data"),
         Input("open", "data"),
-        *(Input(*one) for one in options),
+        *(Input(*option) for option in options),
     )
     def show(stored: Any, opened: str, *chosen: Any) -> Any:
         if not stored or opened != ID:
@@ -257,12 +257,12 @@ def _register(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         document = session.document
         found = offered(document, session.files, choice_of(*chosen), depot)
-        offers = [_shown(session, found[one.kind], app) for one in OFFERS]
+        offers = [_shown(session, found[offer.kind], app) for offer in OFFERS]
         return (
             f"Of {document.version.loaded().name}: {takeaway.path_of(document)}.",
-            [takeaway.file_name(document, one.kind) for one in OFFERS],
+            [takeaway.file_name(document, offer.kind) for offer in OFFERS],
             offers,
-            [isinstance(one, html.Div) for one in offers],  # what is there is not built again
+            [isinstance(part, html.Div) for part in offers],  # what is there is not built again
         )
 
     @app.callback(
@@ -270,7 +270,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
         Output(f"{ID}-waits", "children", allow_duplicate=True),
         Input({f"{ID}-make": ALL}, "n_clicks"),
         State("session", "data"),
-        *(State(*one) for one in options),
+        *(State(*option) for option in options),
         prevent_initial_call=True,
     )
     def make(clicks: list[int | None], stored: Any, *chosen: Any) -> Any:

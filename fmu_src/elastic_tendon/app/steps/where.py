@@ -160,7 +160,7 @@ def _register_words(app: Dash, workspace: Workspace) -> None:
             return True, while_waiting(session, rests_on, "Finding where the model fails…"), [], []
         chosen, location = seen
         file = recordings(found)[chosen.recording]
-        told = [html.Li(one) for one in sentences(file, location)]
+        told = [html.Li(sentence) for sentence in sentences(file, location)]
         static = file.measurement.static
         return False, "", told, _bin_table(location, chosen.signal, static=static)
 
@@ -170,11 +170,11 @@ def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Componen
     quantity = shown(signal, static=static)
     held = sample_shares(bins)
     rows = []
-    for one in strongest_bins(bins):
-        by, where, *figures = bin_row(one, quantity, held[one])
+    for error_bin in strongest_bins(bins):
+        by, where, *figures = bin_row(error_bin, quantity, held[error_bin])
         button: Any = html.Span("–", title=NO_SAMPLES)
-        if one.by != "frequency":
-            number = bins.index(one)
+        if error_bin.by != "frequency":
+            number = bins.index(error_bin)
             words = {"label": f"Show the samples of {by} {where}"}
             button = html.Button(
                 "Show", id={"where-bin": number}, className="plain", **aria(**words)
@@ -217,8 +217,8 @@ def _register_mark(app: Dash, workspace: Workspace) -> None:
         elif isinstance(ctx.triggered_id, dict):
             if not any(rows):
                 return no_update  # the table came, nobody clicked
-            one = location.bins[chosen.signal][ctx.triggered_id["where-bin"]]
-            found = [one.by, one.bin]
+            error_bin = location.bins[chosen.signal][ctx.triggered_id["where-bin"]]
+            found = [error_bin.by, error_bin.bin]
         samples, seen_of = chosen_samples(location, found), window_of(window, chosen.recording)
         hidden = samples is not None and beyond(samples, location.variables["time"], seen_of)
         # a stretch of time in which none of the samples lies is seen no longer
@@ -247,7 +247,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         State("where-curves-drawn", "data"),
     )
     def draw(
-        stored: Any, opened: str, look: str, view: Any, window: Any, held: Any, drawn: Any
+        stored: Any, opened: str, theme_name: str, view: Any, window: Any, held: Any, drawn: Any
     ) -> Any:
         if not stored or opened != "where":
             return (no_update,) * 5
@@ -257,7 +257,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             return (*(no_update,) * 4, None)
         chosen, location = seen
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, look, chosen, window, held)
+        now = fingerprint(session, rests_on, theme_name, chosen, window, held)
         if now == drawn:
             return (no_update,) * 5
         run = runs_of(session, chosen)[-1]
@@ -266,7 +266,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         figure = overlay(
             [run],
             chosen.signal,
-            theme=THEMES[look],
+            theme=THEMES[theme_name],
             window=window_of(window, chosen.recording),
             highlighted=samples,
             buckets=BUCKETS,
@@ -313,7 +313,7 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         Input("compare-view", "data"),
         State("where-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, look: str, view: Any, drawn: Any) -> Any:
+    def draw(stored: Any, opened: str, theme_name: str, view: Any, drawn: Any) -> Any:
         if not stored or opened != "where":
             return (no_update,) * 8
         session = workspace.open(stored)
@@ -322,16 +322,16 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
             return (*(no_update,) * 7, None)
         chosen, location = seen
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, look, chosen)
+        now = fingerprint(session, rests_on, theme_name, chosen)
         if now == drawn:
             return (no_update,) * 8
-        file, theme = recordings(found)[chosen.recording], THEMES[look]
+        file, theme = recordings(found)[chosen.recording], THEMES[theme_name]
         static = file.measurement.static
         maps = blank(theme) if static else clickable(error_maps(file, location, theme=theme))
         bars = shares(file, location, chosen.signal, theme=theme)
         torque = missing_torque(file, location, theme=theme)
-        figures = [_untitled(one) for one in (bars, maps, torque)]
-        heights = [{"height": one.layout.height} for one in figures]
+        figures = [_untitled(figure) for figure in (bars, maps, torque)]
+        heights = [{"height": figure.layout.height} for figure in figures]
         return *figures, *heights, static, now
 
 
@@ -347,7 +347,7 @@ def clickable(maps: go.Figure) -> go.Figure:
     """The figure with marks that a click brings back; Dash drops those of cells but for text."""
     for trace in maps.data:
         trace.customdata = [
-            [None if one is None else json.dumps(list(one)) for one in row]
+            [None if cell is None else json.dumps(list(cell)) for cell in row]
             for row in trace.customdata
         ]
     return maps

@@ -4,9 +4,9 @@ from importlib import import_module
 from pathlib import Path
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.measurement.formats.base import Group, Report, Source, silent
+from elastic_tendon.measurement.formats.base import Group, Progress, Source, silent
 
-__all__ = ["Group", "Report", "Source", "open_source", "silent"]
+__all__ = ["Group", "Progress", "Source", "open_source", "silent"]
 
 # how a file of a format begins -> module here that reads it; a bag may be one file of a folder
 _BEGINNINGS = {
@@ -42,7 +42,7 @@ _NOT_READ = {
     b"\xff\xfe": "text in UTF-16",
     b"\xfe\xff": "text in UTF-16",
 }
-_LIBRARIES = {"parquet": "Parquet", "hdf5": "HDF5", "mdf": "MDF", "rosbag": "ROS 2 bags"}
+_KINDS = {"parquet": "Parquet", "hdf5": "HDF5", "mdf": "MDF", "rosbag": "ROS 2 bags"}
 
 
 def open_source(path: Path) -> Source:
@@ -67,9 +67,9 @@ def open_source(path: Path) -> Source:
     module = "rosbag" if (path / "metadata.yaml").is_file() else _format(path)
     try:
         reader = import_module(f"{__name__}.{module}")
-    except ModuleNotFoundError:
+    except ModuleNotFoundError as error:
         raise MeasurementError(
-            f"{path.name}: reading {_LIBRARIES[module]} needs libraries that are not installed; "
+            f"{path.name}: reading {_KINDS[module]} needs {error.name}, which is not installed; "
             'pip install "elastic-tendon[formats]"'
         ) from None
     source: Source = reader.open_file(path)

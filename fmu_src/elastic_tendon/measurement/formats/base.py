@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 
-Report = Callable[[str, float], None]  # what is being done, and the share of all that is done
+Progress = Callable[[str, float], None]  # what is being done, and the share of all that is done
 Chunk = Mapping[str, NDArray[Any]]
 
 # rows read at a time: a few columns of it fit a cache, and a file of any length the memory
@@ -56,14 +56,14 @@ class Source(Protocol):
     def groups(self) -> tuple[Group, ...]:
         """What the file holds."""
 
-    def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
+    def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns of a group, chunk by chunk.
 
         Parameters
         ----------
         group : name of a `Group`
         columns : some of its columns
-        report : is told the share of the file that is read
+        progress : is told the share of the file that is read
 
         Yields
         ------
@@ -82,7 +82,7 @@ def label(group: str, column: str) -> str:
 
 
 def silent(text: str, share: float) -> None:
-    """Report to nobody."""
+    """Tell nobody."""
 
 
 @contextmanager
@@ -141,14 +141,14 @@ def as_numbers(values: NDArray[Any]) -> NDArray[Any]:
     return values.astype(np.float64 if values.dtype.kind in "uif" else object, copy=False)
 
 
-def row_ranges(rows: int, path: Path, report: Report) -> Iterator[slice]:
+def row_ranges(rows: int, path: Path, progress: Progress) -> Iterator[slice]:
     """Rows of one chunk after the other; reports the share of them that is read."""
     for start in range(0, rows, CHUNK_ROWS):
         stop = min(start + CHUNK_ROWS, rows)
         yield slice(start, stop)
-        report(reading(path), stop / rows)
+        progress(reading(path), stop / rows)
 
 
 def reading(path: Path) -> str:
-    """Text that a `Report` shows while a file is read."""
+    """Text that a `Progress` shows while a file is read."""
     return f"reading {path.name}"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from elastic_tendon.measurement.formats.base import Chunk, Group, Report, as_numbers
+from elastic_tendon.measurement.formats.base import Chunk, Group, Progress, as_numbers
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class FrameSource:
         """All columns, by their names."""
         return (Group("", tuple(map(str, self.frame.columns)), rows=len(self.frame)),)
 
-    def read(self, _group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
+    def read(self, _group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """All rows at once; they are in memory already."""
-        names = {str(one): one for one in self.frame.columns}
-        yield {one: as_numbers(self.frame[names[one]].to_numpy()) for one in columns}
-        report(f"reading {self.name}", 1.0)
+        names = {str(column): column for column in self.frame.columns}
+        yield {column: as_numbers(self.frame[names[column]].to_numpy()) for column in columns}
+        progress(f"reading {self.name}", 1.0)

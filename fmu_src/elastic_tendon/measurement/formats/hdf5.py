@@ -14,7 +14,7 @@ from elastic_tendon.measurement.formats.arrays import grouped, series
 from elastic_tendon.measurement.formats.base import (
     Chunk,
     Group,
-    Report,
+    Progress,
     as_numbers,
     check_columns,
     refusing_damage,
@@ -127,12 +127,12 @@ class Hdf5Source:
     def name(self) -> str:
         return self.path.name
 
-    def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
+    def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns in chunks, see `base.Source`."""
         rows = next(each.rows for each in self.groups if each.name == group) or 0
         places = self.places[group]
         with refusing_damage(self.path, _KIND), h5py.File(self.path, "r") as file:
-            for some in row_ranges(rows, self.path, report):
+            for some in row_ranges(rows, self.path, progress):
                 yield {name: _values(file, places[name], some) for name in columns}
 
 

@@ -15,7 +15,7 @@ from elastic_tendon.measurement.formats.arrays import grouped, series
 from elastic_tendon.measurement.formats.base import (
     Chunk,
     Group,
-    Report,
+    Progress,
     as_numbers,
     check_columns,
     refusing_damage,
@@ -106,9 +106,9 @@ class MatSource:
     def name(self) -> str:
         return self.path.name
 
-    def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
+    def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns in chunks, see `base.Source`."""
         arrays = self.arrays[group]
         rows = next(each.rows for each in self.groups if each.name == group) or 0
-        for some in row_ranges(rows, self.path, report):
+        for some in row_ranges(rows, self.path, progress):
             yield {name: as_numbers(arrays[name][some]) for name in columns}

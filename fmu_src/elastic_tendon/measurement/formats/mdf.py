@@ -18,7 +18,7 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.base import (
     Chunk,
     Group,
-    Report,
+    Progress,
     as_numbers,
     check_columns,
     reading,
@@ -137,7 +137,7 @@ class MdfSource:
     def name(self) -> str:
         return self.path.name
 
-    def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
+    def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns in chunks, see `base.Source`."""
         rows = next(each.rows for each in self.groups if each.name == group) or 0
         place = self.places[group]
@@ -155,7 +155,7 @@ class MdfSource:
                 if size := len(chunk[columns[0]]):
                     yield chunk
                 done += size
-                report(reading(self.path), min(done / max(rows, 1), 1.0))
+                progress(reading(self.path), min(done / max(rows, 1), 1.0))
         if done < rows:
             raise MeasurementError(
                 f"{self.name}: {group} holds {done} of its {rows} samples; this {_KIND} is "

@@ -14,7 +14,7 @@ from elastic_tendon.measurement.formats.base import (
     CHUNK_ROWS,
     Chunk,
     Group,
-    Report,
+    Progress,
     as_numbers,
     check_columns,
     reading,
@@ -63,7 +63,7 @@ class ParquetSource:
     def name(self) -> str:
         return self.path.name
 
-    def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:  # noqa: ARG002
+    def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:  # noqa: ARG002
         """Read some columns in chunks, see `base.Source`."""
         done, rows = 0, self.groups[0].rows
         with (
@@ -73,7 +73,7 @@ class ParquetSource:
             for batch in file.iter_batches(CHUNK_ROWS, columns=list(columns)):
                 yield {name: _values(batch.column(name)) for name in columns}
                 done += batch.num_rows
-                report(reading(self.path), done / (rows or done))
+                progress(reading(self.path), done / (rows or done))
 
 
 def _values(column: pa.Array) -> NDArray[Any]:

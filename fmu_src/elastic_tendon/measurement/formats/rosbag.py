@@ -15,7 +15,7 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.base import (
     Chunk,
     Group,
-    Report,
+    Progress,
     check_columns,
     reading,
     refusing_damage,
@@ -130,7 +130,7 @@ class RosbagSource:
     def name(self) -> str:
         return self.path.name
 
-    def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:
+    def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns in chunks, see `base.Source`.
 
         A message without any of the columns, such as one of another joint's, is left out; one
@@ -149,10 +149,12 @@ class RosbagSource:
                 if kept:
                     tables.append(_table(kept, (_TIME, *columns)))
                 done += len(some)
-                report(reading(self.path), min(done / count, 1.0))
+                progress(reading(self.path), min(done / count, 1.0))
         if tables:
             order = np.argsort(np.concatenate([table[_TIME] for table in tables]), kind="stable")
-            yield {name: np.concatenate([one[name] for one in tables])[order] for name in columns}
+            yield {
+                name: np.concatenate([table[name] for table in tables])[order] for name in columns
+            }
 
     def _row(self, topic: str, message: Any, recorded: float) -> Mapping[str, float]:
         time = _stamp(message) if topic in self.stamped else recorded

@@ -23,7 +23,7 @@ from elastic_tendon.measurement.formats import text_layout
 from elastic_tendon.measurement.formats.base import (
     Chunk,
     Group,
-    Report,
+    Progress,
     as_numbers,
     check_columns,
     reading,
@@ -66,13 +66,13 @@ class TextSource:
     def first_row(self) -> int:
         return self.layout.first_row
 
-    def read(self, group: str, columns: Sequence[str], report: Report) -> Iterator[Chunk]:  # noqa: ARG002
+    def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:  # noqa: ARG002
         """Read some columns in chunks, see `base.Source`."""
         size = self.path.stat().st_size
         table = self._regular_table() if size <= _WHOLE else None
         if table is not None:
             yield {name: as_numbers(table[name].to_numpy()) for name in columns}
-            report(reading(self.path), 1.0)
+            progress(reading(self.path), 1.0)
             return
         row = self.first_row
         with self.path.open("rb") as file:
@@ -81,7 +81,7 @@ class TextSource:
                 chunk = self._parse(block, row, columns)
                 yield chunk
                 row += len(chunk[columns[0]])
-                report(reading(self.path), file.tell() / size)
+                progress(reading(self.path), file.tell() / size)
 
     def _regular_table(self) -> pd.DataFrame | None:
         """All columns of a file of numbers only; None where rows must be looked at."""

@@ -115,7 +115,7 @@ def _separator(source: str, header: str, sample: str, row: int) -> str:
                 f"{source}: row {row} is no header of the columns below it "
                 f"({header.strip()[:40]!r}); remove the rows above the header"
             )
-        separator = next((other for other in (";", "|") if other in sample), " ")
+        separator = next((candidate for candidate in (";", "|") if candidate in sample), " ")
         if separator == " " and len(header.split()) < 2:
             raise MeasurementError(
                 f"{source}: it has one column, {header.strip()[:40]!r}; it needs time and the "
