@@ -147,6 +147,7 @@ def linear_model(
             states=list(matrices.states),
             inputs=list(matrices.inputs),
             outputs=list(matrices.outputs),
+            actuator=plant.name,
             name=regime.slack_state.name,
         )
 

@@ -35,6 +35,8 @@ def selected(
         states=model.state_labels,
         inputs=[model.input_labels[i] for i in columns],
         outputs=[model.output_labels[i] for i in rows],
+        actuator=model.actuator,
+        whole=model.whole,
         name=model.name,
     )
 
