@@ -292,6 +292,23 @@ def test_numbers_are_varied_and_swept_into_a_table(model, tmp_path) -> None:
     assert table["joint_torque.maximum_Nm"].iloc[3] == pytest.approx(torque.max(), rel=1e-9)
 
 
+def test_a_model_is_swept_at_once(model, recording, tmp_path) -> None:
+    spread = {"link.inertia": "5%"}
+    swept = et.sweep(model, vary=spread, runs=8, motion=recording, workers=1)
+    assert repr(swept) == "8 runs, 0 failed"
+    assert swept.to_dict()["path"] is None
+    table = swept.to_dataframe()
+    assert table["link.inertia"].nunique() == 8
+    assert (table["joint_position.rms_error_rad"] > 0.0).all()
+    filed = et.sweep(model, tmp_path / "runs.csv", vary=spread, runs=8, motion=recording)
+    pd.testing.assert_frame_equal(filed.to_dataframe(), table)
+    stated = model.model_copy(update={"uncertainty": {"link.inertia": 0.2, "link.damping": 0.1}})
+    assert {"link.inertia", "link.damping"} <= {*et.sweep(stated, runs=2).to_dataframe().columns}
+    assert len(et.sweep(model, vary={"link.inertia": "0.02,0.03,0.04"}).to_dataframe()) == 3
+    with pytest.raises(et.SweepError, match="a task says itself what varies"):
+        et.sweep(et.simulations(model, et.vary(model, spread, runs=8)), runs=2)
+
+
 def test_a_number_that_states_its_uncertainty_varies_by_it(model) -> None:
     assert et.vary(model, {"link.inertia": None}, runs=3).count == 3
     assert et.vary(model, {"link.inertia": "0.02,0.03"}, "grid").count == 2

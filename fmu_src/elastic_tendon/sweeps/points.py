@@ -16,7 +16,7 @@ from scipy.stats import qmc
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import SweepError
-from elastic_tendon.sweeps.factors import Array, Factor, Values, parse_factor
+from elastic_tendon.sweeps.factors import Array, Factor, Values, parse_factor, stated_factors
 
 Method = Literal["grid", "monte-carlo", "latin-hypercube", "sobol"]
 
@@ -144,8 +144,8 @@ def points(
 
 def vary(
     model: Model,
-    spreads: Mapping[str, str | None],
-    method: Method = "monte-carlo",
+    spreads: Mapping[str, str | None] | None = None,
+    method: Method | None = None,
     *,
     runs: int | None = None,
     seed: int = 0,
@@ -157,8 +157,10 @@ def vary(
     model : Model
     spreads : dotted path -> ``"5%"``: Gaussian, one sigma is 5 % of the value; ``"LOW:HIGH"`` or
         ``"-5%:5%"``: uniform; ``"LOW:HIGH:COUNT"`` or ``"A,B,C"``: these values; None: Gaussian,
-        by the uncertainty that the model states. Units are those of model.toml
-    method : "grid", "monte-carlo", "latin-hypercube" or "sobol", see `Points`
+        by the uncertainty that the model states. Units are those of model.toml. Without it, all
+        to which [uncertainty] of the model gives one
+    method : "grid", "monte-carlo", "latin-hypercube" or "sobol", see `Points`; None: see
+        `default_method`
     runs : how many, 1 to 10^9; a grid has as many as its values have combinations
     seed : 0 or more; another one draws other points
 
@@ -174,9 +176,15 @@ def vary(
     """
     factors = [
         parse_factor(model, path if spread is None else f"{path}={spread}")
-        for path, spread in spreads.items()
-    ]
-    return points(factors, method, runs, seed)
+        for path, spread in (spreads or {}).items()
+    ] or stated_factors(model)
+    return points(factors, method or default_method(factors, runs), runs, seed)
+
+
+def default_method(factors: Sequence[Factor], runs: int | None) -> Method:
+    """A grid where every factor has values and no number of runs is given, else Monte Carlo."""
+    listed = all(isinstance(factor.distribution, Values) for factor in factors)
+    return "grid" if listed and runs is None else "monte-carlo"
 
 
 def combinations(factors: Sequence[Factor]) -> int:
