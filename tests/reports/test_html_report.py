@@ -140,7 +140,7 @@ def test_the_answer_comes_first_and_the_evidence_after_it() -> None:
         "What was fitted, with 95 % intervals",
         "-torque sgn(v)",
         "demo_actuator, as given",
-        "demo_actuator, improved",
+        "demo_actuator + coulomb friction, improved",
         "Preparation, as a TOML file",
         "elastic-tendon diagnose 'my model.toml' demo_fit.csv",
         "Dynamic Modeling of Elastic Tendon Actuators",
