@@ -1,6 +1,6 @@
 """Linear models for the terminal: where each holds, what it says; numbers come from `linear`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import degrees, pi
 
 from rich.box import SIMPLE_HEAD
@@ -26,6 +26,7 @@ DRIVES = {
     Drive.TORQUE: "motor torque",
 }
 TOWARDS = ("towards −", "towards +")  # of deflection: the models of both sides
+ABREAST = 3  # models in one table of the terminal
 NOTHING = "–"
 
 Channels = Sequence[tuple[str, str]]  # input and output
@@ -58,8 +59,20 @@ def linear_table(
     models : of one drive, with all inputs and outputs
     channels : inputs and outputs of which zeros are shown; None: the main ones of the drive
     """
-    drive = models[0].drive
+    return _table(name, columns(models), channels)
+
+
+def linear_tables(
+    name: str, models: Sequence[LinearModel], channels: Channels | None = None
+) -> Iterator[Table]:
+    """The same in several tables, of no more columns than 80 letters are enough for."""
     shown = columns(models)
+    for start in range(0, len(shown), ABREAST):
+        yield _table(name, shown[start : start + ABREAST], channels)
+
+
+def _table(name: str, shown: Sequence[tuple[str, LinearModel]], channels: Channels | None) -> Table:
+    drive = shown[0][1].drive
     title = f"{name}: linear models, driven by {DRIVES[drive]}"
     table = Table(title=title, box=SIMPLE_HEAD, min_width=len(title))
     table.add_column("", no_wrap=True)

@@ -9,7 +9,8 @@ from rich.table import Table
 
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.comparison.simulated import SUFFIXES
-from elastic_tendon.reports.tables import SURE, four_digits
+from elastic_tendon.reports.names import at_dots
+from elastic_tendon.reports.tables import SURE, TIGHT, four_digits
 from elastic_tendon.reports.units import noise_ratio
 from elastic_tendon.sweeps.bootstrap import BootstrapInterval
 from elastic_tendon.sweeps.fleet import SIGNALS, error_columns
@@ -49,7 +50,7 @@ def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
     summary : of the table of results
     varied : unit of each column that varied
     """
-    table = Table(title="Over all runs", box=SIMPLE_HEAD)
+    table = Table(title="Over all runs", **TIGHT)
     table.add_column("", overflow="fold")
     for heading in ("minimum", "5 %", "median", "95 %", "maximum"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -58,13 +59,13 @@ def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
         numbers = (one.minimum, *one.quantiles, one.maximum)
         name, dot, statistic = one.name.partition(".")
         if one.name in varied:
-            last, words = "", f"{short(one.name)}, {unit_text(varied[one.name])}"
+            last, words = "", _with_unit(one.name, varied[one.name])
         else:
             if name != last and dot:
                 table.add_section()
                 table.add_row(name.replace("_", " "))
             last, words = name, f"  {_words(statistic or name)}"
-        table.add_row(words.removesuffix(", 1"), *map(four_digits, numbers))
+        table.add_row(words, *map(four_digits, numbers))
     if summary.sampled < summary.rows:
         table.caption = f"quantiles are those of {summary.sampled} rows, evenly spaced"
     return table
@@ -73,6 +74,11 @@ def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
 def short(path: str) -> str:
     """A number's path without what everybody knows."""
     return path.removeprefix("transmission.").removeprefix("effects.")
+
+
+def _with_unit(path: str, unit: str) -> str:
+    name = at_dots(short(path))
+    return name if unit == "1" else f"{name}, {unit_text(unit)}"
 
 
 def _words(column: str) -> str:
@@ -85,17 +91,14 @@ def _words(column: str) -> str:
 
 def bootstrap_table(intervals: Sequence[BootstrapInterval]) -> Table:
     """Fitted numbers with the interval of the fit and that of the refits."""
-    table = Table(title="Fitted numbers, with 95 % intervals", box=SIMPLE_HEAD)
-    table.add_column("number", overflow="fold", min_width=16)
+    table = Table(title="Fitted numbers, with 95 % intervals", **TIGHT)
+    table.add_column("number", overflow="fold")
     table.add_column("fitted", justify="right", no_wrap=True)
     table.add_column("by the fit alone", no_wrap=True)
     table.add_column("by refits", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
     for one in intervals:
         ends = [_ends(one.fitted, pair) for pair in (one.linear, one.bootstrap)]
-        # a name that is too long breaks where it has a joint
-        name = short(one.path).replace("spring.", "spring.\n")
-        table.add_row(name, four_digits(one.fitted), *ends, unit_text(one.unit))
+        table.add_row(_with_unit(one.path, one.unit), four_digits(one.fitted), *ends)
     table.caption = WHICH_INTERVAL
     return table
 

@@ -144,7 +144,7 @@ def as_table(table: TerminalTable, title: str | None = None) -> Table:
     title : another one
     """
     columns = [[_words(cell) for cell in column.cells] for column in table.columns]
-    head = (_words(column.header).replace("-\n", "") for column in table.columns)
+    head = (_words(column.header) for column in table.columns)
     return Table(
         title=_words(table.title or "") if title is None else title,
         head=tuple(head),
