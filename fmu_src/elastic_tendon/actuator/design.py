@@ -100,7 +100,7 @@ class DesignTable(Result):
         """Every figure with its symbol, equation and unit, a row each."""
         import pandas as pd
 
-        return pd.DataFrame([asdict(one) for one in self.rows()])
+        return pd.DataFrame([asdict(row) for row in self.rows()])
 
     def to_dict(self) -> dict[str, Any]:
         """Every figure by its name in Python, SI."""
@@ -224,7 +224,7 @@ def default_pretensions(model: Model) -> tuple[float, ...]:
     recommended = model.transmission.recommended_pretension
     own = model.transmission.pretension_force
     family = (share * recommended for share in FAMILY_SHARES)
-    others = (one for one in family if abs(one - own) > SAME_PRETENSION * recommended)
+    others = (force for force in family if abs(force - own) > SAME_PRETENSION * recommended)
     return tuple(sorted((own, *others)))
 
 
