@@ -222,7 +222,7 @@ class _Motion:
             time=time,
             position=position,
             load=load,
-            slopes=tuple(_slopes(time, one) if cubic else None for one in (position, load)),
+            slopes=tuple(_slopes(time, samples) if cubic else None for samples in (position, load)),
             interpolation=_INTERPOLATIONS.index(interpolation),
             start=_initial_state(model, initial_state),
             tolerance=tolerance,
