@@ -68,7 +68,9 @@ class Points:
     def identity(self) -> dict[str, str]:
         """All that the points depend on, exactly."""
         text = {
-            "varied": "; ".join(f"{one.path}: {one.distribution!r}" for one in self.factors),
+            "varied": "; ".join(
+                f"{factor.path}: {factor.distribution!r}" for factor in self.factors
+            ),
             "method": self.method,
             "number of runs": str(self.count),
         }
@@ -84,13 +86,13 @@ class Points:
         if self.method == "grid":
             return self._grid(start, stop)
         shares = self._shares(start, stop)
-        columns = [one.distribution.at(shares[:, i]) for i, one in enumerate(self.factors)]
+        columns = [factor.distribution.at(shares[:, i]) for i, factor in enumerate(self.factors)]
         return np.stack(columns, axis=1)
 
     def _grid(self, start: int, stop: int) -> Array:
-        values = [_listed(one) for one in self.factors]
-        indices = np.unravel_index(np.arange(start, stop), [len(one) for one in values])
-        columns = [np.array(one)[index] for one, index in zip(values, indices, strict=True)]
+        values = [_listed(factor) for factor in self.factors]
+        indices = np.unravel_index(np.arange(start, stop), [len(listed) for listed in values])
+        columns = [np.array(listed)[index] for listed, index in zip(values, indices, strict=True)]
         return np.stack(columns, axis=1)
 
     def _shares(self, start: int, stop: int) -> Array:
@@ -195,7 +197,7 @@ def combinations(factors: Sequence[Factor]) -> int:
     SweepError
         where a factor has a distribution without values
     """
-    return math.prod(len(_listed(one)) for one in factors)
+    return math.prod(len(_listed(factor)) for factor in factors)
 
 
 def _listed(factor: Factor) -> tuple[float, ...]:
@@ -210,7 +212,7 @@ def _listed(factor: Factor) -> tuple[float, ...]:
 def _check_factors(factors: tuple[Factor, ...]) -> None:
     if not factors:
         raise SweepError("nothing varies; say which numbers of the model shall")
-    paths = [one.path for one in factors]
+    paths = [factor.path for factor in factors]
     twice = sorted({path for path in paths if paths.count(path) > 1})
     if twice:
         raise SweepError(f"{twice[0]}: varies twice; leave one of both out")
