@@ -139,9 +139,9 @@ def _penalty(n: int) -> Array:
     """Lower bands (4, n) of the matrix whose form is the sum of squared third differences."""
     bands = np.zeros((ORDER + 1, n))
     coefficients = (-1.0, 3.0, -3.0, 1.0)
-    for first, one in enumerate(coefficients):
-        for offset, other in enumerate(coefficients[first:]):
-            bands[offset, first : first + n - ORDER] += one * other
+    for first, left in enumerate(coefficients):
+        for offset, right in enumerate(coefficients[first:]):
+            bands[offset, first : first + n - ORDER] += left * right
     return bands
 
 
