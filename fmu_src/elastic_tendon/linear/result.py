@@ -112,7 +112,8 @@ class Validity:
     def on_boundary(self) -> bool:
         """Whether the operating point lies on a switching boundary."""
         return any(
-            one.deflection_margin == 0.0 and one.torque_margin == 0.0 for one in self.boundaries
+            boundary.deflection_margin == 0.0 and boundary.torque_margin == 0.0
+            for boundary in self.boundaries
         )
 
 
