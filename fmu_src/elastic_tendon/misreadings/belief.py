@@ -32,14 +32,20 @@ def believed(
     ------
     MeasurementError : a recording looks as if it was read wrongly
     """
-    if not all("joint_position" in one.signals for one in found):
+    if not all("joint_position" in measurement.signals for measurement in found):
         return list(found)
     # simulating comes next, and a library that has yet to be compiled takes a while
     library_path(model.effect_ids, report)
     report("looking at the data", 0.0)
     if as_declared:
-        found = [replace(one, notes=(*one.notes, *suspicions(model, one))) for one in found]
+        found = [
+            replace(measurement, notes=(*measurement.notes, *suspicions(model, measurement)))
+            for measurement in found
+        ]
     else:
         refuse_suspicious(model, found)
-    found = [replace(one, notes=(*one.notes, *sampling_warnings(model, one))) for one in found]
+    found = [
+        replace(measurement, notes=(*measurement.notes, *sampling_warnings(model, measurement)))
+        for measurement in found
+    ]
     return with_time_shifts_resolved(model, found)
