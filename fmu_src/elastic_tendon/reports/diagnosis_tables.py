@@ -73,7 +73,7 @@ def _sizes(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _estimates(diagnosis: Diagnosis) -> dict[str, Estimate]:
-    return {one.path: one for one in diagnosis.findings.estimates}
+    return {estimate.path: estimate for estimate in diagnosis.findings.estimates}
 
 
 def _sized(diagnosis: Diagnosis, effect_id: str) -> str:
@@ -273,7 +273,7 @@ def _next_experiment(experiment: Experiment, call: Call) -> list[str]:
 
 
 def _next_learned(term: LearnedTerm, call: Call) -> list[str]:
-    variables = " and ".join(one.replace("_", " ") for one in term.variables)
+    variables = " and ".join(variable.replace("_", " ") for variable in term.variables)
     text = (
         f"A smooth function of {variables} explains {percent(term.explains)} of what remains, "
         "judged on samples that it was not fitted to."
@@ -388,5 +388,5 @@ def _short(path: str) -> str:
 def _units(paths: Sequence[str]) -> Mapping[str, str]:
     """Unit of each parameter as it follows a number."""
     present = {path.split(".")[1] for path in paths if path.startswith("effects.")}
-    declared = {one.path: one.unit for one in quantities(present)}
+    declared = {quantity.path: quantity.unit for quantity in quantities(present)}
     return {path: _unit(declared[path]) for path in paths}

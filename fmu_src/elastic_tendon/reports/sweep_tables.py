@@ -38,7 +38,9 @@ def failure_sentences(summary: Summary, *, reasons: bool) -> list[str]:
     if not summary.failed:
         return []
     some = f"{summary.failed} of {summary.runs} runs failed; the last column says of what"
-    listed = [f"  {one.count} like run {one.run}: {one.text}" for one in summary.reasons]
+    listed = [
+        f"  {reason.count} like run {reason.run}: {reason.text}" for reason in summary.reasons
+    ]
     return [some, *listed] if reasons else [some]
 
 
@@ -55,11 +57,11 @@ def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
     for heading in ("minimum", "5 %", "median", "95 %", "maximum"):
         table.add_column(heading, justify="right", no_wrap=True)
     last = ""
-    for one in summary.columns:
-        numbers = (one.minimum, *one.quantiles, one.maximum)
-        name, dot, statistic = one.name.partition(".")
-        if one.name in varied:
-            last, words = "", _with_unit(one.name, varied[one.name])
+    for column in summary.columns:
+        numbers = (column.minimum, *column.quantiles, column.maximum)
+        name, dot, statistic = column.name.partition(".")
+        if column.name in varied:
+            last, words = "", _with_unit(column.name, varied[column.name])
         else:
             if name != last and dot:
                 table.add_section()
@@ -96,9 +98,9 @@ def bootstrap_table(intervals: Sequence[BootstrapInterval]) -> Table:
     table.add_column("fitted", justify="right", no_wrap=True)
     table.add_column("by the fit alone", no_wrap=True)
     table.add_column("by refits", no_wrap=True)
-    for one in intervals:
-        ends = [_ends(one.fitted, pair) for pair in (one.linear, one.bootstrap)]
-        table.add_row(_with_unit(one.path, one.unit), four_digits(one.fitted), *ends)
+    for interval in intervals:
+        ends = [_ends(interval.fitted, pair) for pair in (interval.linear, interval.bootstrap)]
+        table.add_row(_with_unit(interval.path, interval.unit), four_digits(interval.fitted), *ends)
     table.caption = WHICH_INTERVAL
     return table
 
@@ -126,7 +128,7 @@ def fleet_summary(found: pd.DataFrame) -> Table:
         if signal != SIGNALS[0]:
             errors += f"\n({signal.replace('_', ' ')})"
         changes = [row[DRIFTED].replace("transmission.", ""), row[APPEARED]]
-        words = "\n".join(one.replace("; ", "\n") for one in changes if one)
+        words = "\n".join(change.replace("; ", "\n") for change in changes if change)
         table.add_row(row[ROBOT], row[VERDICT].replace("_", " "), errors, words or "nothing")
         if after > LOUD:
             table.caption = (
@@ -144,4 +146,4 @@ def _errors(row: Mapping[Any, float]) -> tuple[float, float, str]:
         before, after = (row[columns["noise_ratio", when]] for when in ("before", "after"))
         if not pd.isna(after):
             ratios.append((before, after, signal))
-    return max(ratios, key=lambda one: one[1])
+    return max(ratios, key=lambda entry: entry[1])

@@ -85,14 +85,14 @@ def estimates_table(findings: Findings) -> Table:
     return table
 
 
-def estimate_cells(one: Estimate) -> tuple[str, str, str, str]:
+def estimate_cells(estimate: Estimate) -> tuple[str, str, str, str]:
     """A fitted number: what it is called, as given, as fitted with its interval, and its unit."""
-    fitted = with_interval(one.fitted, one.interval)
+    fitted = with_interval(estimate.fitted, estimate.interval)
     return (
-        one.path.removeprefix("transmission.").removeprefix("effects."),
-        four_digits(one.given),
-        fitted if one.determined else f"{four_digits(one.fitted)} (open)",
-        unit_text(one.unit),
+        estimate.path.removeprefix("transmission.").removeprefix("effects."),
+        four_digits(estimate.given),
+        fitted if estimate.determined else f"{four_digits(estimate.fitted)} (open)",
+        unit_text(estimate.unit),
     )
 
 
@@ -104,7 +104,7 @@ def four_digits(value: float) -> str:
 
 def open_note(findings: Findings) -> str:
     """What "open" means in a table of fitted numbers, "" where none is."""
-    if all(one.determined for one in findings.estimates):
+    if all(estimate.determined for estimate in findings.estimates):
         return ""
     return "open: not determined by these data; any value near what was given would do"
 

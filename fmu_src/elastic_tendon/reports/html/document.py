@@ -51,7 +51,7 @@ def diagnosis_document(
     str, an HTML file
     """
     used = _recordings(diagnosis)
-    alike = repeats([one.runs[0].file for one in used])
+    alike = repeats([recording.runs[0].file for recording in used])
     parts: tuple[Part, ...] = (
         ("verdict", "Verdict", lambda: _verdict(diagnosis, origin, alike)),
         ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
@@ -160,7 +160,9 @@ def _recordings(diagnosis: Diagnosis) -> list[Recording]:
             (label, step.comparison if used == "fitted" else step.heldout) for label, step in ends
         ]
         files = [
-            [Run(label, file) for file in one.files] for label, one in beside if one is not None
+            [Run(label, file) for file in compared.files]
+            for label, compared in beside
+            if compared is not None
         ]
         found += [Recording(used, runs) for runs in zip(*files, strict=True)]
     return found
@@ -168,7 +170,9 @@ def _recordings(diagnosis: Diagnosis) -> list[Recording]:
 
 def _where(diagnosis: Diagnosis, where: Location, alike: Alike) -> Iterator[Block]:
     yield from places(diagnosis.steps[0].comparison, where, alike)
-    if len(diagnosis.steps) > 1 and any(one.significant for one in diagnosis.remaining.values()):
+    if len(diagnosis.steps) > 1 and any(
+        remaining.significant for remaining in diagnosis.remaining.values()
+    ):
         yield Heading("What the improved model still lacks")
         yield torque(diagnosis.comparison.files[0], diagnosis.location.files[0])
 
@@ -193,7 +197,7 @@ def _data(used: Sequence[Recording], origin: Origin) -> Iterator[Block]:
     yield from facts(used)
     yield Heading("What it was made with")
     yield Code("The command", origin.command)
-    rows = tuple((one.name, one.purpose, str(one.size), one.checksum) for one in origin.files)
+    rows = tuple((file.name, file.purpose, str(file.size), file.checksum) for file in origin.files)
     if rows:
         head = ("file", "used as", "bytes", "SHA-256")
         yield Table("Files that were read", head, rows, (False, False, True, False))
