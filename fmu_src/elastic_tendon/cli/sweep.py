@@ -153,7 +153,7 @@ class Asked:
 
         measurements = reading.all(model, self.data, report)
         return bootstrap(
-            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, report=report
+            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, progress=report
         )
 
 

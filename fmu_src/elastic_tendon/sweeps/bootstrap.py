@@ -21,7 +21,6 @@ from elastic_tendon.actuator import problems
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.errors import ModelError, SweepError
-from elastic_tendon.estimation.add import Report
 from elastic_tendon.estimation.coordinates import Coordinates, free_parameters
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.estimation.fit import QUICK, FitResult, fit
@@ -29,6 +28,7 @@ from elastic_tendon.estimation.stretches import FEWEST_STRETCHES, MEMORIES, sett
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import silent
 from elastic_tendon.native.library import library_path
+from elastic_tendon.result import Progress
 from elastic_tendon.sweeps import FEWEST_REFITS
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
 from elastic_tendon.sweeps.task import FAILURE, RUN
@@ -126,7 +126,7 @@ def bootstrap(
     runs: int,
     seed: int,
     free: Sequence[str] | None = None,
-    report: Report = silent,
+    progress: Progress = silent,
 ) -> Bootstrap:
     """Fit once, and prepare the refits that tell how far the numbers scatter.
 
@@ -151,7 +151,7 @@ def bootstrap(
     runs : number of refits; some 1000 for an interval to two digits
     seed : of the random numbers, 0 or above; refit i depends on it and on i alone
     free : dotted paths of the numbers to fit; None: all that have an uncertainty
-    report : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done
 
     Returns
     -------
@@ -171,8 +171,12 @@ def bootstrap(
     if not measurements:
         raise SweepError("a bootstrap needs at least one recording to refit; name one")
     paths = _free(model, free)
-    library_path(model.effect_ids, report)
-    result = fit(model, measurements, free=paths, progress=lambda share: report("fitting", share))
+    library_path(model.effect_ids, progress)
+
+    def fitting(share: float) -> None:
+        progress("fitting", share)
+
+    result = fit(model, measurements, free=paths, progress=fitting)
     _go_on(result)
     errors = result.problem.errors(result.vector)
     sigmas = {path: model.uncertainty_of(path) for path in paths}

@@ -1,6 +1,6 @@
 """A sweep: many runs, on all cores or on a cluster, which may be stopped and gone on with."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import SweepError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats.base import silent
-from elastic_tendon.result import Result
+from elastic_tendon.result import Progress, Result
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.parts import add, alone, check_output, done_before, finish, open_parts
 from elastic_tendon.sweeps.points import Points
@@ -72,7 +72,7 @@ def sweep(
     scheduler: str | None = None,
     batch: int | None = None,
     force: bool = False,
-    progress: Callable[[str, float], None] = silent,
+    progress: Progress = silent,
 ) -> Swept:
     """Simulate a model many times with other numbers, or do all runs of a task, into a table.
 

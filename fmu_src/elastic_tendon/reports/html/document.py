@@ -6,7 +6,6 @@ from dataclasses import replace
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.result import Diagnosis
-from elastic_tendon.estimation.add import Report
 from elastic_tendon.reports.comparison_tables import repeats, summary_sentences
 from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, verdict_sentences
 from elastic_tendon.reports.html import papers
@@ -26,6 +25,7 @@ from elastic_tendon.reports.html.origin import Origin
 from elastic_tendon.reports.html.page import page
 from elastic_tendon.reports.html.recordings import Alike, Recording, facts, overlays, places, torque
 from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.result import Progress
 
 Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
 
@@ -35,7 +35,7 @@ def _silent(_text: str, _share: float) -> None:
 
 
 def diagnosis_document(
-    diagnosis: Diagnosis, where: Location, origin: Origin, report: Report = _silent
+    diagnosis: Diagnosis, where: Location, origin: Origin, progress: Progress = _silent
 ) -> str:
     """The report of a diagnosis.
 
@@ -44,7 +44,7 @@ def diagnosis_document(
     diagnosis : Diagnosis
     where : Location of ``diagnosis.steps[0].comparison``: where the model fails as given
     origin : Origin
-    report : told what is being made, and the share of all that is done
+    progress : told what is being made, and the share of all that is done
 
     Returns
     -------
@@ -69,11 +69,11 @@ def diagnosis_document(
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [_papers_of(diagnosis)]),
     )
-    return _written(f"Diagnosis of {diagnosis.given.name}", parts, origin, report)
+    return _written(f"Diagnosis of {diagnosis.given.name}", parts, origin, progress)
 
 
 def comparison_document(
-    comparison: Comparison, where: Location, origin: Origin, report: Report = _silent
+    comparison: Comparison, where: Location, origin: Origin, progress: Progress = _silent
 ) -> str:
     """The report of a comparison.
 
@@ -82,7 +82,7 @@ def comparison_document(
     comparison : Comparison
     where : Location of the same comparison
     origin : Origin
-    report : told what is being made, and the share of all that is done
+    progress : told what is being made, and the share of all that is done
 
     Returns
     -------
@@ -105,13 +105,13 @@ def comparison_document(
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [Listing(literature)]),
     )
-    return _written(f"{model.name} beside measurements", parts, origin, report)
+    return _written(f"{model.name} beside measurements", parts, origin, progress)
 
 
-def _written(title: str, parts: Sequence[Part], origin: Origin, report: Report) -> str:
+def _written(title: str, parts: Sequence[Part], origin: Origin, progress: Progress) -> str:
     sections = []
     for index, (anchor, heading, make) in enumerate(parts):
-        report(f"report: {heading}", index / len(parts))
+        progress(f"report: {heading}", index / len(parts))
         sections.append(Section(anchor, heading, tuple(make())))
     software = origin.software["elastic-tendon"]
     return page(title, f"Made by elastic-tendon {software} on {origin.made}", sections)
