@@ -156,6 +156,8 @@ def results(model, recording, found):
     yield et.fit(model, recording)
     yield et.add(model, "coulomb_friction", recording)
     yield et.design(model)
+    yield et.linearise(model, "III")
+    yield et.linearise(model, "I", inputs=["load_torque"], outputs=["joint_torque"])
     yield found
 
 
@@ -166,10 +168,11 @@ def test_results_show_themselves_and_become_tables_and_data(
         kind = type(result).__name__
         assert 20 < len(repr(result)) < LONGEST, kind
         assert result._repr_html_().startswith("<pre>"), kind
-        assert len(result.to_dataframe()) > 0, kind
-        result.save_json(tmp_path / f"{kind}.json")
+        if not isinstance(result, et.LinearModel):  # matrices are no table
+            assert len(result.to_dataframe()) > 0, kind
+        result.save_json(tmp_path / f"{kind}.json", force=True)
         assert json.loads((tmp_path / f"{kind}.json").read_text()), kind
-        if hasattr(result, "plot"):
+        if isinstance(result, et.DesignTable | et.LinearModel) or hasattr(result, "plot"):
             assert result.plot().axes, kind
     assert found.to_dict()["schema"] == "elastic-tendon/diagnosis/2"
     assert et.compare(model, recording).to_dict()["schema"] == "elastic-tendon/comparison/1"
@@ -287,6 +290,23 @@ def test_numbers_are_varied_and_swept_into_a_table(model, tmp_path) -> None:
     )
     torque = et.simulate(run, TIME, MOTOR, LOAD)["joint_torque"]
     assert table["joint_torque.maximum_Nm"].iloc[3] == pytest.approx(torque.max(), rel=1e-9)
+
+
+def test_a_model_is_swept_at_once(model, recording, tmp_path) -> None:
+    spread = {"link.inertia": "5%"}
+    swept = et.sweep(model, vary=spread, runs=8, motion=recording, workers=1)
+    assert repr(swept) == "8 runs, 0 failed"
+    assert swept.to_dict()["path"] is None
+    table = swept.to_dataframe()
+    assert table["link.inertia"].nunique() == 8
+    assert (table["joint_position.rms_error_rad"] > 0.0).all()
+    filed = et.sweep(model, tmp_path / "runs.csv", vary=spread, runs=8, motion=recording)
+    pd.testing.assert_frame_equal(filed.to_dataframe(), table)
+    stated = model.model_copy(update={"uncertainty": {"link.inertia": 0.2, "link.damping": 0.1}})
+    assert {"link.inertia", "link.damping"} <= {*et.sweep(stated, runs=2).to_dataframe().columns}
+    assert len(et.sweep(model, vary={"link.inertia": "0.02,0.03,0.04"}).to_dataframe()) == 3
+    with pytest.raises(et.SweepError, match="a task says itself what varies"):
+        et.sweep(et.simulations(model, et.vary(model, spread, runs=8)), runs=2)
 
 
 def test_a_number_that_states_its_uncertainty_varies_by_it(model) -> None:

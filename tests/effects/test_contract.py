@@ -1,4 +1,4 @@
-"""What every effect of the catalogue must satisfy; an effect joins by being in the tuple."""
+"""What every effect of the catalogue must satisfy; an effect joins by its file."""
 
 import casadi as ca
 import numpy as np

@@ -4,6 +4,8 @@ import re
 
 import pytest
 
+import name_effects
+from elastic_tendon import effects as effects_room
 from elastic_tendon.effects import CATALOGUE
 
 SENTENCES = ("physics", "in_data", "confused_with", "confirm", "cure", "magnitude")
@@ -69,3 +71,11 @@ def test_aliases_name_each_other():
     for effect_id, others in of.items():
         for other in others & ids:
             assert effect_id in of[other]
+
+
+def test_the_catalogue_has_a_stable_order_and_names_that_type_checkers_know():
+    orders = [effect.catalogue_order for effect in CATALOGUE]
+    assert orders == sorted(set(orders))
+    assert all(getattr(effects_room, effect.id) is effect for effect in CATALOGUE)
+    told = "run build_scripts/name_effects.py"
+    assert name_effects.STUB.read_text(encoding="utf-8") == name_effects.names(), told

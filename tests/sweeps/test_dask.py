@@ -25,16 +25,16 @@ def cluster(tmp_path: Path) -> Iterator[DaskCluster]:
 
 
 def _once(act: Callable[[], None], after: float) -> Callable[[str, float], None]:
-    """A report that acts when this share is reached."""
+    """A progress callback that acts when this share is reached."""
     acted = False
 
-    def report(_text: str, share: float) -> None:
+    def progress(_text: str, share: float) -> None:
         nonlocal acted
         if share >= after and not acted:
             acted = True
             act()
 
-    return report
+    return progress
 
 
 def _expect_table(output: Path, task: Draws) -> None:

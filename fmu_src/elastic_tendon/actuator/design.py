@@ -4,7 +4,7 @@ Symbols as in `transmission`; J, b inertia and damping of the link.
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import Field, asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from elastic_tendon.result import Result
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 CURVE_POINTS = 201  # of a characteristic curve, besides its kinks
 FAMILY_SHARES = (0.25, 0.5, 0.75, 1.0)  # pretensions of a default family, in shares of (30)
@@ -43,9 +44,11 @@ class DesignTable(Result):
     """What the numbers of an actuator come to; SI, deflections in rad.
 
     "Positive" and "negative" are the signs of the deflection δ = q − jθ; at a negative one
-    the upper tendon pulls (state I), at a positive one the lower (state II).
+    the upper tendon pulls (state I), at a positive one the lower (state II). `model` is the
+    actuator's.
     """
 
+    model: Model
     negative_slack_boundary: float = _row(
         "slack boundary, lower tendon", "-F_p/(R k_2)", "(14)", "rad"
     )
@@ -97,17 +100,27 @@ class DesignTable(Result):
         """Every figure with its symbol, equation and unit, a row each."""
         import pandas as pd
 
-        return pd.DataFrame([asdict(one) for one in self.rows()])
+        return pd.DataFrame([asdict(row) for row in self.rows()])
 
     def to_dict(self) -> dict[str, Any]:
         """Every figure by its name in Python, SI."""
-        return asdict(self)
+        return {figure.name: getattr(self, figure.name) for figure in _figures()}
+
+    def plot(self) -> "Figure":
+        """Draw the characteristic curves over pretension."""
+        from elastic_tendon.reports.figures import characteristic_curves
+
+        return characteristic_curves(self.model)
 
     def rows(self) -> tuple[DesignRow, ...]:
         """Table for printing, in the order of the fields."""
         return tuple(
-            DesignRow(value=getattr(self, one.name), **one.metadata) for one in fields(self)
+            DesignRow(value=getattr(self, figure.name), **figure.metadata) for figure in _figures()
         )
+
+
+def _figures() -> "list[Field[Any]]":
+    return [figure for figure in fields(DesignTable) if figure.metadata]
 
 
 def design(model: Model) -> DesignTable:
@@ -139,6 +152,7 @@ def design(model: Model) -> DesignTable:
         return float(np.sqrt(stiffness / model.link.inertia))
 
     return DesignTable(
+        model=model,
         negative_slack_boundary=boundaries[0],
         positive_slack_boundary=boundaries[1],
         negative_max_deflection=limits[0],
@@ -210,7 +224,7 @@ def default_pretensions(model: Model) -> tuple[float, ...]:
     recommended = model.transmission.recommended_pretension
     own = model.transmission.pretension_force
     family = (share * recommended for share in FAMILY_SHARES)
-    others = (one for one in family if abs(one - own) > SAME_PRETENSION * recommended)
+    others = (force for force in family if abs(force - own) > SAME_PRETENSION * recommended)
     return tuple(sorted((own, *others)))
 
 

@@ -67,7 +67,9 @@ def _validator(refuses: Judge) -> Any:
 @lru_cache
 def effects_schema(present: tuple[Effect, ...]) -> type[BaseModel]:
     """Schema of the table [effects] that names these effects."""
-    fields: dict[str, tuple[Any, Any]] = {one.id: (_effect_schema(one), {}) for one in present}
+    fields: dict[str, tuple[Any, Any]] = {
+        effect.id: (_effect_schema(effect), {}) for effect in present
+    }
     exclusion = _exclusion(present)
     return closed_schema("effects", fields, lambda _tree: exclusion)
 
@@ -75,8 +77,8 @@ def effects_schema(present: tuple[Effect, ...]) -> type[BaseModel]:
 @lru_cache
 def _effect_schema(effect: Effect) -> type[BaseModel]:
     fields = {
-        one.name: (float, {"default": one.null, "ge": one.lower, "le": one.upper})
-        for one in effect.parameters
+        number.name: (float, {"default": number.null, "ge": number.lower, "le": number.upper})
+        for number in effect.parameters
     }
     return closed_schema(effect.id, fields, lambda numbers: _judged(effect.refuses, numbers))
 

@@ -48,7 +48,7 @@ def build(effect_ids: tuple[str, ...]) -> HybridSystem:
         "slack_state": _slack_state(s.mode["upper_spring.taut"], s.mode["lower_spring.taut"]),
         "overstretched": ca.logic_or(upper.overstretched, lower.overstretched),
     }
-    delay = sum((one.value for one in s.fill(Slot.SIGNAL_DELAY, None)), ca.SX(0))
+    delay = sum((answer.value for answer in s.fill(Slot.SIGNAL_DELAY, None)), ca.SX(0))
     if variables.reads_signals:
         outputs |= _readings(s, joint, motor_position, delay)
     exact_delay = where(s.as_measured, delay, 0)
@@ -104,10 +104,10 @@ def _free_position(s: Symbols, pull: ca.SX, guess: Symbol) -> ca.SX:
 
     What is implicit in the tendons' pull is found anew, for this angle.
     """
-    within = [one for one in s.implicit if ca.depends_on(pull, one.unknown)]
-    unknown = ca.vertcat(s.pulley_angle, *(one.unknown for one in within))
-    residual = ca.vertcat(pull, *(one.residual for one in within))
-    guesses = ca.vertcat(guess, *(one.guess for one in within))
+    within = [equation for equation in s.implicit if ca.depends_on(pull, equation.unknown)]
+    unknown = ca.vertcat(s.pulley_angle, *(equation.unknown for equation in within))
+    residual = ca.vertcat(pull, *(equation.residual for equation in within))
+    guesses = ca.vertcat(guess, *(equation.guess for equation in within))
     guesses = ca.substitute(guesses, s.pulley_angle, guess)
     return s.root(residual, unknown, guesses)[0]
 
@@ -139,10 +139,10 @@ def _tendons(s: Symbols, joint: Joint) -> tuple[TendonForces, TendonForces]:
     t = s.parameters("transmission")
     radius = t.joint_pulley_radius
     pulley = [
-        radius * transmission.reflected_motor_position(one, radius, t.motor_pulley_radius)
-        for one in (s.pulley_angle, s.pulley_rate)
+        radius * transmission.reflected_motor_position(motion, radius, t.motor_pulley_radius)
+        for motion in (s.pulley_angle, s.pulley_rate)
     ]
-    link = [radius * one for one in (joint.position, joint.velocity)]
+    link = [radius * motion for motion in (joint.position, joint.velocity)]
     upper, lower = (
         tendon(
             s,
@@ -187,8 +187,8 @@ def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) ->
 def _bounds(frictions: Sequence[FrictionBounds]) -> FrictionBounds:
     """Frictions that act together: their bounds add up."""
     return FrictionBounds(
-        sum((one.lower for one in frictions), ca.SX(0)),
-        sum((one.upper for one in frictions), ca.SX(0)),
+        sum((friction.lower for friction in frictions), ca.SX(0)),
+        sum((friction.upper for friction in frictions), ca.SX(0)),
     )
 
 
@@ -239,14 +239,15 @@ def _at_motor(
 def _readings(s: Symbols, joint: Joint, motor_position: Symbol, delay: Symbol) -> dict[str, Symbol]:
     """What the encoders read. A delay is linearised, except in comparison, where it is exact."""
     late = joint.position - where(s.as_measured, 0, delay * joint.velocity)
-    error = sum((one.value for one in s.fill(Slot.JOINT_SIGNAL, Signal(late))), ca.SX(0))
+    error = sum((answer.value for answer in s.fill(Slot.JOINT_SIGNAL, Signal(late))), ca.SX(0))
     motor = [
         s.answer(effect, effect.id, Signal(motor_position))
         for effect in s.in_slot(Slot.MOTOR_SIGNAL)
     ]
     return {
         "measured_joint_position": late + error,
-        "measured_motor_position": motor_position + sum((one.value for one in motor), ca.SX(0)),
+        "measured_motor_position": motor_position
+        + sum((answer.value for answer in motor), ca.SX(0)),
     }
 
 

@@ -61,7 +61,7 @@ class Model(BaseModel):
     @field_validator("name")
     @classmethod
     def _readable(cls, value: str) -> str:
-        if not value.strip() or any(unicodedata.category(one) == "Cc" for one in value):
+        if not value.strip() or any(unicodedata.category(letter) == "Cc" for letter in value):
             raise PydanticCustomError("name", "a name is one line of text that can be read")
         return value
 
@@ -134,7 +134,7 @@ class Model(BaseModel):
 
     def without(self, effect_ids: Iterable[str]) -> "Model":
         """Model without some of its effects, all other numbers the same."""
-        gone = tuple(f"effects.{one}." for one in effect_ids)
+        gone = tuple(f"effects.{effect_id}." for effect_id in effect_ids)
         tree = self.model_dump()
         tree["effects"] = {
             name: numbers
@@ -142,7 +142,7 @@ class Model(BaseModel):
             if f"effects.{name}." not in gone
         }
         tree["uncertainty"] = {
-            path: one for path, one in self.uncertainty.items() if not path.startswith(gone)
+            path: sigma for path, sigma in self.uncertainty.items() if not path.startswith(gone)
         }
         return parse_model(tree, self.name)
 
@@ -153,13 +153,15 @@ class Model(BaseModel):
         ten typical values, whatever its value; a damping of 0 by what gives the joint a
         damping ratio of 0.3 in state III.
         """
-        quantity = {one.path: one for one in quantities(self.effect_ids)}[path]
+        quantity = {known.path: known for known in quantities(self.effect_ids)}[path]
         value = self.values()[path]
         if path in self.uncertainty:
             return self.uncertainty[path] * (abs(value) if value else 1.0)
         if path.startswith("effects."):
             _, effect_id, name = path.split(".")
-            declared = {one.name: one for one in effects.BY_ID[effect_id].parameters}
+            declared = {
+                parameter.name: parameter for parameter in effects.BY_ID[effect_id].parameters
+            }
             return quantity.uncertainty * abs(typical_value(self, declared[name]))
         if value == 0.0 and path.endswith(".damping"):
             return self._wide_damping(path)
@@ -377,12 +379,12 @@ def _effect_quantities(effect: Effect) -> Iterator[Quantity]:
 @lru_cache
 def _nominal_sizes() -> Sizes:
     tree: dict[str, Any] = {}
-    for one in declared_in(Model):
-        *tables, key = one.path.split(".")
+    for quantity in declared_in(Model):
+        *tables, key = quantity.path.split(".")
         table = tree
         for name in tables:
             table = table.setdefault(name, {})
-        table[key] = one.default if one.integer else one.nominal
+        table[key] = quantity.default if quantity.integer else quantity.nominal
     return sizes_of(
         Transmission.model_validate(tree["transmission"]), Link.model_validate(tree["link"])
     )

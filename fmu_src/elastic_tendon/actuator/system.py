@@ -136,9 +136,9 @@ class Symbols:
         self.pulley_rate = ca.SX.sym("pulley_rate")
         self.as_measured = self.p[-1] if variables.reads_signals else ca.SX(0)
         self.state = _named(variables.state_names, self.x)
-        self.input = _named((one.name for one in variables.inputs), self.u)
+        self.input = _named((variable.name for variable in variables.inputs), self.u)
         self.parameter = _named(variables.parameter_names, self.p[: len(variables.parameters)])
-        self.mode = _named((one.name for one in variables.modes), self.r)
+        self.mode = _named((mode.name for mode in variables.modes), self.r)
         self.mode_next = dict(zip(self.mode, ca.vertsplit(self.r_next), strict=True))
         self.implicit: list[Implicit] = []
         self.rate: dict[str, Symbol] = {}
@@ -172,13 +172,15 @@ class Symbols:
     @property
     def unknowns(self) -> ca.SX:
         """Unknowns of all implicit equations."""
-        return ca.vertcat(ca.SX(0, 1), *(one.unknown for one in self.implicit))
+        return ca.vertcat(ca.SX(0, 1), *(equation.unknown for equation in self.implicit))
 
     def implicit_columns(self) -> dict[str, ca.SX]:
         """Residuals and guesses of all implicit equations."""
         return {
-            "residuals": ca.vertcat(ca.SX(0, 1), *(one.residual for one in self.implicit)),
-            "guesses": ca.vertcat(ca.SX(0, 1), *(one.guess for one in self.implicit)),
+            "residuals": ca.vertcat(
+                ca.SX(0, 1), *(equation.residual for equation in self.implicit)
+            ),
+            "guesses": ca.vertcat(ca.SX(0, 1), *(equation.guess for equation in self.implicit)),
         }
 
     def in_slot(self, slot: Slot) -> Iterator[Effect]:

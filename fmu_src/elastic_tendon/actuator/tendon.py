@@ -213,7 +213,9 @@ def _law(s: Symbols, name: str, side: _Side) -> _Law:
     force = transmission.spring_force(spring.stiffness, elongation, spring.damping, rate)
     force += sum((added.value for _, added in effects), ca.SX(0))
     static = ca.substitute(force, rate, 0)
-    moved = {f"{place}.{state}": by for place, one in effects for state, by in one.rates.items()}
+    moved = {
+        f"{place}.{state}": by for place, answer in effects for state, by in answer.rates.items()
+    }
     growth = ca.jtimes(
         static,
         ca.vertcat(elongation, *(s.state[state] for state in moved)),

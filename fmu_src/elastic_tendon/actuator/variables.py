@@ -210,7 +210,11 @@ def _states(effects: tuple[Effect, ...]) -> tuple[Variable, ...]:
         for strand in strands(effects)
         if _has(effects, Slot.SERIES_ELEMENT)
     ]
-    return (*_BASE_STATES, *series, *(s for one in effects for s in _effect_states(one, effects)))
+    return (
+        *_BASE_STATES,
+        *series,
+        *(s for effect in effects for s in _effect_states(effect, effects)),
+    )
 
 
 def _effect_states(effect: Effect, effects: tuple[Effect, ...]) -> tuple[Variable, ...]:

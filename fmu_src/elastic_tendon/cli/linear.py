@@ -239,9 +239,10 @@ def _channels(
 def _show(
     name: str, models: Sequence["et.LinearModel"], channels: Sequence[tuple[str, str]] | None
 ) -> None:
-    from elastic_tendon.reports.linear_tables import linear_table, remarks
+    from elastic_tendon.reports.linear_tables import linear_tables, remarks
 
-    output.print(linear_table(name, models, channels))
+    for table in linear_tables(name, models, channels):
+        output.print(table)
     for sentence in remarks(models):
         output.print(sentence, highlight=False)
 

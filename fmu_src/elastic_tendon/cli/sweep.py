@@ -141,7 +141,7 @@ class Asked:
 
         measurements = read_all(model, self.data, options, progress)
         return bootstrap(
-            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, report=progress
+            *(model, measurements), runs=self.runs or REFITS, seed=self.seed or 0, progress=progress
         )
 
 
@@ -195,27 +195,26 @@ def sweep(
             )
     except KeyboardInterrupt:
         _stopped(out)
-    _show(work, loaded, task, done)
+    _show(work, loaded, task, out, done)
     if plot is not None:
         from elastic_tendon.reports.fleet_figure import fleet_figure
         from elastic_tendon.sweeps.fleet import fleet_table
 
-        save_picture(fleet_figure(loaded, fleet_table(done.path)), plot, force)
+        save_picture(fleet_figure(loaded, fleet_table(out)), plot, force)
     if done.failed == done.runs:
         raise typer.Exit(1)
 
 
 def _points(asked: Asked, model: "et.Model") -> "et.Points":
     """What varies, and how; what cannot be read or drawn is wrong usage."""
-    from elastic_tendon.sweeps.factors import Values, parse_factor, stated_factors
-    from elastic_tendon.sweeps.points import points
+    from elastic_tendon.sweeps.factors import parse_factor, stated_factors
+    from elastic_tendon.sweeps.points import default_method, points
 
     hint = "--vary"
     try:
         factors = [parse_factor(model, text) for text in asked.vary] or stated_factors(model)
         hint = "--vary, --method and --runs"
-        listed = all(isinstance(factor.distribution, Values) for factor in factors)
-        method = asked.method or ("grid" if listed and asked.runs is None else "monte-carlo")
+        method = asked.method or default_method(factors, asked.runs)
         count = asked.runs if asked.runs is not None or method == "grid" else DRAWN_RUNS
         return points(factors, method, count, asked.seed or 0)
     except et.SweepError as error:
@@ -266,7 +265,7 @@ def _stopped(out: Path) -> None:
     raise typer.Exit(INTERRUPTED)
 
 
-def _show(work: Work, model: "et.Model", task: "et.Task", done: "et.Swept") -> None:
+def _show(work: Work, model: "et.Model", task: "et.Task", out: Path, done: "et.Swept") -> None:
     from elastic_tendon.actuator.parameters import quantities
     from elastic_tendon.reports import sweep_tables as words
     from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals
@@ -274,11 +273,11 @@ def _show(work: Work, model: "et.Model", task: "et.Task", done: "et.Swept") -> N
     from elastic_tendon.sweeps.results import read_results
     from elastic_tendon.sweeps.summary import summarise
 
-    summary = summarise(done.path)
+    summary = summarise(out)
     if work is Work.DIAGNOSE:
-        output.print(words.fleet_summary(fleet_table(done.path)))
+        output.print(words.fleet_summary(fleet_table(out)))
     elif isinstance(task, Bootstrap):
-        output.print(words.bootstrap_table(intervals(task, read_results(done.path))))
+        output.print(words.bootstrap_table(intervals(task, read_results(out))))
     else:
         units = {quantity.path: quantity.unit for quantity in quantities(model.effect_ids)}
         output.print(words.statistics_table(summary, units))

@@ -85,8 +85,8 @@ def bins_of(
     memory = memory_of(squares - np.mean(squares))
     memory = max(memory, (1.0 + noise.correlation**2) / (1.0 - noise.correlation**2))
     rounding = _rounding(residual + measured, measured, noise)
-    means = [block_means(one, stride) for one in (residual, squares, rounding**2)]
-    found = [one for part in parts.values() for one in _split(part, means, memory, noise)]
+    means = [block_means(samples, stride) for samples in (residual, squares, rounding**2)]
+    found = [unjudged for part in parts.values() for unjudged in _split(part, means, memory, noise)]
     if not static:
         found += _octaves(residual, rounding, time, noise)
     return _judged(found, FLOOR_ERROR[noise.kind])
@@ -114,14 +114,14 @@ def _split(
     part: Partition, blocks: list[Array], memory: float, noise: NoiseFloor
 ) -> list[_Unjudged]:
     """`blocks`: means of the residual, of its square, and of the square of what rounding does."""
-    bias, squares, roundings = (part.means(one) for one in blocks)
+    bias, squares, roundings = (part.means(block) for block in blocks)
     floors = np.maximum(roundings, noise.sigma**2)
     sums = part.counts * squares
     total = float(np.sum(sums)) or 1.0
     found = []
     for index, words in enumerate(part.words):
         edges = (None, None) if part.edges is None else part.edges[index : index + 2].tolist()
-        one = Bin(
+        bin_ = Bin(
             by=part.by,
             bin=words,
             lower=edges[0],
@@ -134,8 +134,8 @@ def _split(
             stands_out=False,
         )
         ratio = float(squares[index] / floors[index])
-        enough = one.count >= FEW
-        found.append(_Unjudged(one, ratio, one.count / memory if enough else 0.0))
+        enough = bin_.count >= FEW
+        found.append(_Unjudged(bin_, ratio, bin_.count / memory if enough else 0.0))
     return found
 
 
@@ -157,7 +157,7 @@ def _octaves(residual: Array, rounding: Array, time: Array, noise: NoiseFloor) -
     total = float(np.sum(sums)) or 1.0
     found = []
     for index, (lower, upper) in enumerate(pairwise(edges.tolist())):
-        one = Bin(
+        bin_ = Bin(
             by="frequency",
             bin=f"{range_text(lower, upper)} Hz",
             lower=lower,
@@ -170,7 +170,7 @@ def _octaves(residual: Array, rounding: Array, time: Array, noise: NoiseFloor) -
             stands_out=False,
         )
         ratio = float(sums[index] / floors[index])
-        found.append(_Unjudged(one, ratio, 2.0 * float(counts[index])))
+        found.append(_Unjudged(bin_, ratio, 2.0 * float(counts[index])))
     return found
 
 
@@ -203,7 +203,7 @@ def _judged(found: list[_Unjudged], floor_error: float) -> tuple[Bin, ...]:
     """Say of each bin how far it lies above the noise; Holm's correction over all of them."""
     from scipy.special import fdtrc
 
-    judged = [index for index, one in enumerate(found) if one.freedom >= MINIMUM_FREEDOM]
+    judged = [index for index, unjudged in enumerate(found) if unjudged.freedom >= MINIMUM_FREEDOM]
     ratio = np.array([found[index].ratio for index in judged])
     freedom = np.array([found[index].freedom for index in judged])
     significance = np.asarray((ratio - 1.0) / np.sqrt(2.0 / freedom + floor_error**2))
@@ -211,7 +211,7 @@ def _judged(found: list[_Unjudged], floor_error: float) -> tuple[Bin, ...]:
     order = np.argsort(chance)
     small = chance[order] < RISK / np.arange(len(order), 0, -1)
     out = set(order[: len(order) if small.all() else int(np.argmin(small))].tolist())
-    bins = [one.bin for one in found]
+    bins = [unjudged.bin for unjudged in found]
     for place, index in enumerate(judged):
         bins[index] = replace(
             bins[index], significance=float(significance[place]), stands_out=place in out

@@ -48,7 +48,7 @@ def _file(compared: FileComparison, located: FileLocation) -> dict[str, Any]:
         "signals": {
             name: {
                 **asdict(error),
-                "where": [asdict(one) for one in located.bins[name]],
+                "where": [asdict(bin_) for bin_ in located.bins[name]],
                 "in_words": located.in_words[name],
             }
             for name, error in compared.signals.items()
@@ -68,9 +68,9 @@ def _missing_torque(missing: MissingTorque) -> dict[str, Any]:
 def plain(value: Any) -> Any:
     """Arrays become lists, numbers that are not finite None, at any depth."""
     if isinstance(value, dict):
-        return {name: plain(one) for name, one in value.items()}
+        return {name: plain(item) for name, item in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):
-        return [plain(one) for one in value]
+        return [plain(item) for item in value]
     if isinstance(value, np.generic):
         value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -28,12 +28,12 @@ _EVEN = 0.01  # relative deviation of a step below which sampling counts as even
 class Correlation:
     """Correlation of an error with its past or with an input.
 
-    `other` names the input, "" for the error itself; `lag` (k,) s, positive where the error comes
+    `signal` names the input, "" for the error itself; `lag` (k,) s, positive where the error comes
     later; `values` (k,) between -1 and 1; `expected` (k,) and `bound` (k,): of an error that is
     only noise, 99 % of the values at one lag lie within `expected` ± `bound`.
     """
 
-    other: str
+    signal: str
     lag: Array
     values: Array
     expected: Array
@@ -106,19 +106,19 @@ def _autocorrelation(error: Array, length: int, step: float, noise: float) -> Co
 
 
 def _cross_correlation(
-    name: str, error: Array, other: Array, length: int, step: float, noise: float
+    name: str, error: Array, signal: Array, length: int, step: float, noise: float
 ) -> Correlation:
     """`noise` as in `_autocorrelation`; an error that is no noise must not widen its own bound."""
     n = len(error)
     apart = np.abs(np.arange(-(n // 4), n // 4 + 1))
-    both = noise**apart * _correlate(other, other, n // 4)
+    both = noise**apart * _correlate(signal, signal, n // 4)
     # of two independent series: the sum over all lags of the product of their autocorrelations
     variance = max(1.0, float(np.sum(both))) / n
     lags = np.arange(-float(length), length + 1.0)
     return Correlation(
-        other=name,
+        signal=name,
         lag=step * lags,
-        values=_correlate(error, other, length),
+        values=_correlate(error, signal, length),
         expected=np.zeros(len(lags)),
         bound=np.full(len(lags), min(1.0, BOUND * np.sqrt(variance))),
     )

@@ -55,7 +55,7 @@ def in_words(evidence: Evidence) -> str:
     -------
     str, one sentence without a full stop
     """
-    if not any(one.stands_out for one in evidence.bins):
+    if not any(bin_.stands_out for bin_ in evidence.bins):
         return _nothing(evidence)
     if jumps := _single_samples(evidence):
         return jumps
@@ -119,22 +119,22 @@ def _best(table: tuple[Pattern, ...], target: Array, evidence: Evidence) -> list
     """First the simplest of the patterns that explain nearly the most, as they are listed."""
     # a static curve's load follows from its deflection
     asked = [
-        one
-        for one in table
-        if (not one.by or one.by in evidence.parts)
-        and not (evidence.static and one.by == "load_torque")
+        pattern
+        for pattern in table
+        if (not pattern.by or pattern.by in evidence.parts)
+        and not (evidence.static and pattern.by == "load_torque")
     ]
     fits = (pattern.fit(pattern, target, evidence) for pattern in asked)
-    found = [one for one in fits if one is not None and one.sign in one.pattern.meaning]
-    most = max((one.explained for one in found), default=0.0)
+    found = [fit for fit in fits if fit is not None and fit.sign in fit.pattern.meaning]
+    most = max((finding.explained for finding in found), default=0.0)
     if most < TELLING:
         return []
-    best = next(one for one in found if one.explained >= most - SIMPLER)
+    best = next(finding for finding in found if finding.explained >= most - SIMPLER)
     for group in EQUALLY_SIMPLE:
         if best.pattern.name in group:
-            equals = (one for one in found if one.pattern.name in group)
-            best = max(equals, key=lambda one: one.explained)
-    return [best, *(one for one in found if one is not best)]
+            equals = (finding for finding in found if finding.pattern.name in group)
+            best = max(equals, key=lambda finding: finding.explained)
+    return [best, *(finding for finding in found if finding is not best)]
 
 
 def _bounds(finding: Finding) -> tuple[str, str]:
@@ -188,7 +188,9 @@ def _alike(evidence: Evidence, found: list[Finding]) -> str:
     finding, *others = found
     name = finding.pattern.name
     explained = {
-        one.pattern.name: one for one in others if one.explained >= finding.explained - ALIKE
+        rival.pattern.name: rival
+        for rival in others
+        if rival.explained >= finding.explained - ALIKE
     }
     if name == "joint position" and "motor position" in explained:
         return " or the motor position"
@@ -208,14 +210,14 @@ def _without_load(finding: Finding) -> str:
     """Where no load acts, only the ratio of stiffness and inertia moves the joint."""
     sign = finding.sign
     if finding.pattern.name == "acceleration":
-        other = {-1: "the joint softer", 1: "the joint stiffer"}.get(sign)
+        cause = {-1: "the joint softer", 1: "the joint stiffer"}.get(sign)
     elif finding.pattern.name in ("stiffness", "deflection"):
-        other = {-1: "its link less inert", 1: "its link more inert"}.get(sign)
+        cause = {-1: "its link less inert", 1: "its link more inert"}.get(sign)
     elif finding.pattern.name in OF_SPRINGS:
-        other = {1: "its link less inert", -1: "its link more inert"}.get(sign)
+        cause = {1: "its link less inert", -1: "its link more inert"}.get(sign)
     else:
-        other = None
-    return f", or {other} by a like share, as without a known load both look alike" if other else ""
+        cause = None
+    return f", or {cause} by a like share, as without a known load both look alike" if cause else ""
 
 
 def _unrecorded(evidence: Evidence, finding: Finding) -> str:
@@ -235,7 +237,7 @@ def _may_be_a_load(evidence: Evidence) -> bool:
 
 
 def _nothing(evidence: Evidence) -> str:
-    if all(one.significance is None for one in evidence.bins):
+    if all(bin_.significance is None for bin_ in evidence.bins):
         return "the recording is too short to tell where the error lies"
     if evidence.error.noise_ratio > LOUD:
         return (

@@ -12,11 +12,11 @@ from elastic_tendon.comparison.averaging import block_means, spread, stride_of
 from elastic_tendon.comparison.bins import Bin, bins_of
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.in_words import in_words
-from elastic_tendon.comparison.missing_torque import MissingTorque, Report, missing_torque
+from elastic_tendon.comparison.missing_torque import MissingTorque, missing_torque
 from elastic_tendon.comparison.partition import Partition
 from elastic_tendon.comparison.patterns import Evidence
 from elastic_tendon.comparison.residuals import Array, residuals_of
-from elastic_tendon.result import Result
+from elastic_tendon.result import Progress, Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -103,7 +103,7 @@ class Location(Result):
         return content
 
 
-def locate(comparison: Comparison, progress: Report = lambda _text, _share: None) -> Location:
+def locate(comparison: Comparison, progress: Progress = lambda _text, _share: None) -> Location:
     """Find where the error of a comparison lies.
 
     Parameters
@@ -125,10 +125,10 @@ def locate(comparison: Comparison, progress: Report = lambda _text, _share: None
     return Location(tuple(files))
 
 
-def _locate_one(model: Model, file: FileComparison, report: Report) -> FileLocation:
+def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileLocation:
     measurement = file.measurement
-    missing, variables, parts = missing_torque(model, file, report)
-    report("where the error lies", 0.9)
+    missing, variables, parts = missing_torque(model, file, progress)
+    progress("where the error lies", 0.9)
     residuals = residuals_of(file.trajectory, measurement)
     n = len(measurement.time)
     stride = stride_of(n)

@@ -47,7 +47,7 @@ def error_maps(file: FileComparison, found: FileLocation) -> tuple[ErrorMap, ...
     error = residuals_of(file.trajectory, file.measurement)["joint_position"]
     maps = []
     for pair in PAIRS:
-        across, up = (found.variables[one] for one in pair)
+        across, up = (found.variables[variable] for variable in pair)
         squares = mean_by_cell(across, up, error**2)
         rms = squares and replace(squares, values=np.sqrt(squares.values))
         maps.append(ErrorMap(pair, rms, mean_by_cell(across, up, found.missing_torque.torque)))

@@ -45,9 +45,8 @@ from elastic_tendon.comparison.residuals import (
 )
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.measurement import Measurement, NoiseFloor
+from elastic_tendon.result import Progress
 from elastic_tendon.simulation.simulate import Trajectory
-
-Report = Callable[[str, float], object]
 
 ROUNDS = 5
 # a longer recording is simulated once more, and once only
@@ -139,9 +138,9 @@ def _penalty(n: int) -> Array:
     """Lower bands (4, n) of the matrix whose form is the sum of squared third differences."""
     bands = np.zeros((ORDER + 1, n))
     coefficients = (-1.0, 3.0, -3.0, 1.0)
-    for first, one in enumerate(coefficients):
-        for offset, other in enumerate(coefficients[first:]):
-            bands[offset, first : first + n - ORDER] += one * other
+    for first, left in enumerate(coefficients):
+        for offset, right in enumerate(coefficients[first:]):
+            bands[offset, first : first + n - ORDER] += left * right
     return bands
 
 
@@ -156,7 +155,7 @@ class _Track:
 
 
 def missing_torque(
-    model: Model, file: FileComparison, report: Report = lambda _text, _share: None
+    model: Model, file: FileComparison, progress: Progress = lambda _text, _share: None
 ) -> tuple[MissingTorque, Mapping[str, Array], Mapping[str, Partition]]:
     """Reconstruct the missing torque of one recording; of a long one, that of `averaging` blocks.
 
@@ -164,7 +163,7 @@ def missing_torque(
     ----------
     model : Model
     file : FileComparison; its measurement holds ``joint_position``
-    report : told what is being done, and the share of it that is done
+    progress : told what is being done, and the share of it that is done
 
     Returns
     -------
@@ -181,7 +180,7 @@ def missing_torque(
     grid = _even(measurement.time)
     smoother = smoother_for(_onto(grid, measurement.time, error), noise, grid[1] - grid[0])
     rounds = ROUNDS if stride == 1 else 1
-    track, done, notes = _track(model, file, noise, smoother, grid, rounds, report)
+    track, done, notes = _track(model, file, noise, smoother, grid, rounds, progress)
     left = rms(track.error)
     found = left <= max(LEFT * rms(error), LEFT_NOISE * noise.sigma)
     if not found:
@@ -207,7 +206,7 @@ def _track(
     smoother: Smoother,
     grid: Array,
     rounds: int,
-    report: Report,
+    progress: Progress,
 ) -> tuple[_Track, int, list[str]]:
     """Move the model by its smoothed error until noise is left; with the number of rounds."""
     measurement = file.measurement
@@ -217,7 +216,7 @@ def _track(
     notes: list[str] = []
     before = np.inf
     for done in range(rounds):
-        report("missing torque", done / rounds)
+        progress("missing torque", done / rounds)
         even = smoother.smooth(_onto(grid, measurement.time, track.error))
         left = _onto(measurement.time, grid, even)
         if done and (rms(left) < floor or rms(left) > (1.0 - WORTHWHILE) * before):

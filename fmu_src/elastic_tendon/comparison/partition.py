@@ -104,7 +104,7 @@ def memory_of(values: Array) -> float:
         return autocorrelation_time(values)
     starts = np.linspace(0, len(values) - MEMORY_STRETCH, MEMORY_STRETCHES).astype(int)
     stretches = [values[start : start + MEMORY_STRETCH] for start in starts]
-    return float(np.mean([autocorrelation_time(one) for one in stretches]))
+    return float(np.mean([autocorrelation_time(stretch) for stretch in stretches]))
 
 
 def blocks_of(correlation_time: float, n: int) -> Integers:
@@ -176,7 +176,7 @@ def partitions(
             parts = STRETCHES if by == "time" else PARTS
             found.append(_parts(by, values, parts, inner, sizes))
     found.append(_directions(variables["joint_velocity"], velocity_noise, sizes))
-    return {one.by: one for one in found if len(one.counts)}
+    return {partition.by: partition for partition in found if len(partition.counts)}
 
 
 def _slack_states(states: Array, sizes: Integers | None) -> Partition:

@@ -145,7 +145,7 @@ def direction(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
     """The sign of the velocity; friction holds what rests with any smaller torque."""
     found = _along(pattern, target, evidence, np.ones(len(target)))
     sticking = _sticking(pattern, target, _ways(pattern, evidence))
-    found = max(found, sticking, key=lambda one: one.explained)
+    found = max(found, sticking, key=lambda finding: finding.explained)
     return replace(found, trend=_trend(pattern, target, found, evidence))
 
 
@@ -161,7 +161,7 @@ def _along(pattern: Pattern, target: Array, evidence: Evidence, size: Array) -> 
     """`size` (n,) along the motion; at rest it may stay as the last motion left it, or not."""
     ways = _ways(pattern, evidence), evidence.last_way
     fits = [proportional_to(pattern, target, size * way) for way in ways]
-    return max(fits, key=lambda one: one.explained)
+    return max(fits, key=lambda finding: finding.explained)
 
 
 def _ways(pattern: Pattern, evidence: Evidence) -> Array:

@@ -37,12 +37,12 @@ def by_concentration(bins: Sequence[Bin]) -> list[str]:
     bins : of one signal; of each variable all, as the shares of samples follow from their counts
     """
     totals: dict[str, int] = {}
-    for one in bins:
-        totals[one.by] = totals.get(one.by, 0) + one.count
+    for bin_ in bins:
+        totals[bin_.by] = totals.get(bin_.by, 0) + bin_.count
     excess = dict.fromkeys(totals, 0.0)
-    for one in bins:
-        if one.stands_out:
-            excess[one.by] += max(one.share - one.count / totals[one.by], 0.0)
+    for bin_ in bins:
+        if bin_.stands_out:
+            excess[bin_.by] += max(bin_.share - bin_.count / totals[bin_.by], 0.0)
     excess["time"] = excess.get("time", 0.0) - MERE_TIME
     return sorted(totals, key=lambda by: (by == "frequency", -excess[by]))
 
@@ -50,7 +50,7 @@ def by_concentration(bins: Sequence[Bin]) -> list[str]:
 def densest(bins: Sequence[Bin]) -> str:
     """Where the squared error is densest, in the first variable that tells; else that none does."""
     for by in by_concentration(bins):
-        if text := _dense_part([one for one in bins if one.by == by], ERROR):
+        if text := _dense_part([bin_ for bin_ in bins if bin_.by == by], ERROR):
             return text
     return "the error stands out above the noise, everywhere alike"
 
@@ -58,11 +58,13 @@ def densest(bins: Sequence[Bin]) -> str:
 def outside(evidence: Evidence, bounds: tuple[float, ...]) -> str:
     """How much lies beyond bounds of the deflection, each on its side of 0."""
     deflection = evidence.variables["deflection"]
-    beyond = np.any([np.sign(one) * deflection > abs(one) for one in bounds], axis=0)
+    beyond = np.any([np.sign(bound) * deflection > abs(bound) for bound in bounds], axis=0)
     squares = {ERROR: evidence.residual**2, TORQUE: evidence.missing.torque**2}
-    shares = {what: float(np.sum(one[beyond]) / np.sum(one)) for what, one in squares.items()}
+    shares = {
+        what: float(np.sum(squared[beyond]) / np.sum(squared)) for what, squared in squares.items()
+    }
     enough = max(CONCENTRATED, DENSER * float(np.mean(beyond)))
-    what = next((one for one, share in shares.items() if share >= enough), TORQUE)
+    what = next((name for name, share in shares.items() if share >= enough), TORQUE)
     places = " and ".join(f"{bound:.3g}" for bound in bounds)
     both = ", in both directions" if len(bounds) > 1 else ""
     share = f"{100.0 * shares[what]:.0f} % of the {what}"
@@ -72,7 +74,7 @@ def outside(evidence: Evidence, bounds: tuple[float, ...]) -> str:
 def concentration(evidence: Evidence, finding: Finding) -> str:
     """Where the error, else the missing torque, is dense in the finding's variable; or nothing."""
     by = finding.pattern.by
-    bins = [one for one in evidence.bins if one.by == by]
+    bins = [bin_ for bin_ in evidence.bins if bin_.by == by]
     text = _dense_part(bins, ERROR)
     if text or evidence.signal != "joint_position":
         return text
@@ -89,7 +91,7 @@ def _of_torque(part: Partition, torque: Array) -> tuple[list[float], list[float]
 
 def _dense_part(bins: list[Bin], what: str) -> str:
     """Bins of one variable that hold most of the squared error, if each of them stands out."""
-    chosen_from = [one.share for one in bins], [one.rmse for one in bins]
+    chosen_from = [bin_.share for bin_ in bins], [bin_.rmse for bin_ in bins]
     if not all(bins[i].stands_out for i in _fullest(*chosen_from)):
         return ""
     return _dense(bins, *chosen_from, what)
@@ -98,7 +100,7 @@ def _dense_part(bins: list[Bin], what: str) -> str:
 def _fullest(shares: list[float], sizes: list[float]) -> list[int]:
     """The largest bins, until they hold enough of the whole."""
     chosen: list[int] = []
-    for index in sorted(range(len(sizes)), key=lambda one: -sizes[one]):
+    for index in sorted(range(len(sizes)), key=lambda position: -sizes[position]):
         chosen.append(index)
         if sum(shares[i] for i in chosen) >= CONCENTRATED:
             break
@@ -109,7 +111,7 @@ def _dense(bins: list[Bin], shares: list[float], sizes: list[float], what: str) 
     """The part of one variable's range that holds most of it in few samples; or nothing."""
     chosen = _fullest(shares, sizes)
     share = sum(shares[i] for i in chosen)
-    samples = sum(bins[i].count for i in chosen) / sum(one.count for one in bins)
+    samples = sum(bins[i].count for i in chosen) / sum(bin_.count for bin_ in bins)
     if share < DENSER * samples or len(chosen) == len(bins):
         return ""
     return f"{100.0 * share:.0f} % of the {what} lies {_range_words(bins, sorted(chosen))}"
@@ -127,7 +129,7 @@ STATES = {
 
 
 def _range_words(bins: list[Bin], chosen: list[int]) -> str:
-    edges = [(one.lower, one.upper) for one in bins]
+    edges = [(bin_.lower, bin_.upper) for bin_ in bins]
     ranges = [(low, high) for low, high in edges if low is not None and high is not None]
     if len(ranges) < len(bins):
         return " and ".join(STATES[bins[i].bin] for i in chosen)

@@ -145,7 +145,7 @@ def _as_if(
         return characteristic_torque(where, changed(springs, ratio)) - own
 
     def best(ratios: Array) -> float:
-        gains = [cells.explained(shape(float(one), cells.deflection)) for one in ratios]
+        gains = [cells.explained(shape(float(tried), cells.deflection)) for tried in ratios]
         return float(ratios[int(np.argmax(gains))])
 
     coarse = best(RATIOS)

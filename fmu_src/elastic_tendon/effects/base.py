@@ -261,7 +261,9 @@ class Effect:
 
     Texts are sentences. `law_of`: of what the effect is the whole law; a model takes one law of
     each. `singular_null`: at its null the effect is structurally absent, so its derivative
-    there says nothing. `refuses` and `cautions` judge the numbers of model.toml together.
+    there says nothing. `catalogue_order`: effects of the catalogue are listed, and act within a
+    slot, by it and then by id; the more common come first. `refuses` and `cautions` judge the
+    numbers of model.toml together.
     """
 
     id: str
@@ -281,6 +283,7 @@ class Effect:
     relations: tuple[Relation, ...] = ()
     law_of: str = ""
     aliases: tuple[Alias, ...] = ()
+    catalogue_order: int = 1000
     singular_null: bool = False
     refuses: Check = _all_well
     cautions: Check = _all_well

@@ -142,9 +142,9 @@ def _types_in(thing: Any) -> Iterator[Fault]:
 def _fits(value: object, hint: Any) -> bool:
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is tuple:
-        return isinstance(value, tuple) and all(_fits(one, arguments[0]) for one in value)
+        return isinstance(value, tuple) and all(_fits(item, arguments[0]) for item in value)
     if origin is UnionType:
-        return any(_fits(value, one) for one in arguments)
+        return any(_fits(value, argument) for argument in arguments)
     if origin is Callable or hint is Callable:
         return callable(value)
     if hint is float:
@@ -157,7 +157,7 @@ def _words(hint: Any) -> str:
     if origin is tuple:
         return f"a tuple of {_words(arguments[0]).removeprefix('a ')}"
     if origin is UnionType:
-        return " or ".join(_words(one) for one in arguments)
+        return " or ".join(_words(argument) for argument in arguments)
     plain = {str: "a text", float: "a number", bool: "True or False", NoneType: "None"}
     return plain.get(hint) or ("a function" if origin is Callable else f"a {hint.__name__}")
 
@@ -202,14 +202,12 @@ def _numbers(effect: Effect) -> Iterator[Fault]:
             base_exponents(part.unit)
         except BuildError as error:
             yield part.name, f"unit {part.unit!r} of {part.name} is not known: {error}"
-    for one in effect.parameters:
-        if not one.lower < one.upper:
-            yield one.name, f"{one.name}: lower {one.lower:g} is not below upper {one.upper:g}"
-        if not (isfinite(one.null) and one.lower <= one.null <= one.upper):
-            yield (
-                one.name,
-                f"{one.name}: null {one.null:g} is outside {one.lower:g} to {one.upper:g}",
-            )
+    for parameter in effect.parameters:
+        name, lower, upper = parameter.name, parameter.lower, parameter.upper
+        if not lower < upper:
+            yield name, f"{name}: lower {lower:g} is not below upper {upper:g}"
+        if not (isfinite(parameter.null) and lower <= parameter.null <= upper):
+            yield name, f"{name}: null {parameter.null:g} is outside {lower:g} to {upper:g}"
     for state in effect.states:
         if not (isfinite(state.nominal) and state.nominal > 0.0):
             yield state.name, f"{state.name}: nominal {state.nominal:g} is not a positive size"
@@ -229,17 +227,15 @@ def _functions(effect: Effect, source: Source) -> Iterator[Fault]:
             "is compiled anew when this file changes",
         )
     typical = {}
-    for one in effect.parameters:
-        value = _tried(one.typical_for, _TRIAL, one.name, source, f"typical of {one.name}")
+    for parameter in effect.parameters:
+        name, lower, upper = parameter.name, parameter.lower, parameter.upper
+        value = _tried(parameter.typical_for, _TRIAL, name, source, f"typical of {name}")
         if not (_fits(value, float) and isfinite(value) and value != 0.0):
-            yield one.name, f"{one.name}: typical is {_shown(value)}; a number not 0 is expected"
-        if not one.lower <= value <= one.upper:
-            yield (
-                one.name,
-                f"{one.name}: typical {value:g} is outside {one.lower:g} to {one.upper:g}",
-            )
-        typical[one.name] = min(max(value, one.lower), one.upper)
-    null = {one.name: one.null for one in effect.parameters}
+            yield name, f"{name}: typical is {_shown(value)}; a number not 0 is expected"
+        if not lower <= value <= upper:
+            yield name, f"{name}: typical {value:g} is outside {lower:g} to {upper:g}"
+        typical[name] = min(max(value, lower), upper)
+    null = {parameter.name: parameter.null for parameter in effect.parameters}
     for words, numbers in (("null", null), ("typical", typical)):
         for name in ("refuses", "cautions"):
             sentence = _tried(getattr(effect, name), numbers, name, source, name)
@@ -273,11 +269,16 @@ def _check_equations(effect: Effect, source: Source) -> None:
         answer = effect.equations(at, p, state, mode)
     except Exception as error:
         raise source.blamed(error, "the equations cannot be evaluated", line) from None
-    given = [*_symbols(at), *(one for space in (p, state, mode) for one in vars(space).values())]
+    given = [
+        *_symbols(at),
+        *(symbol for space in (p, state, mode) for symbol in vars(space).values()),
+    ]
     for fault in chain(_shape(effect, answer), _expressions(answer, given), _rate(at, answer)):
         raise source.error(f"the equations {fault}", line)
-    null = ca.vertcat(*(one.null for one in effect.parameters))
-    absent = [ca.substitute(one, ca.vertcat(*vars(p).values()), null) for one in _added(at, answer)]
+    null = ca.vertcat(*(parameter.null for parameter in effect.parameters))
+    absent = [
+        ca.substitute(added, ca.vertcat(*vars(p).values()), null) for added in _added(at, answer)
+    ]
     for fault in _vanishes(absent, given, list(vars(mode).values())):
         raise source.error(f"the equations {fault}", line)
 
@@ -295,7 +296,7 @@ def _vanishes(absent: list[ca.SX], given: list[ca.SX], modes: list[ca.SX]) -> It
     """Whether nothing is left at the nulls, tried on random numbers and modes."""
     trial = ca.Function("trial", given, absent)
     random = np.random.default_rng(1)
-    is_mode = [any(ca.is_equal(one, mode) for mode in modes) for one in given]
+    is_mode = [any(ca.is_equal(symbol, mode) for mode in modes) for symbol in given]
     for _ in range(_TRIALS):
         numbers = [random.integers(2) if mode else random.uniform(0.1, 1.0) for mode in is_mode]
         for left in trial.call([ca.DM(float(number)) for number in numbers]):
@@ -311,14 +312,14 @@ def _place(slot: Slot) -> Any:
     kind = _PLACES[slot]
     if kind is None:
         return None
-    given: dict[str, Any] = {one.name: ca.SX.sym(one.name) for one in fields(kind)}
+    given: dict[str, Any] = {field.name: ca.SX.sym(field.name) for field in fields(kind)}
     if kind is SpringHalves:
         given |= dict.fromkeys(("motor_half", "joint_half"), lambda x, v: ca.fmax(x + v, 0))
     return kind(**given)
 
 
 def _symbols(at: Any) -> list[ca.SX]:
-    values = () if at is None else (getattr(at, one.name) for one in fields(at))
+    values = () if at is None else (getattr(at, field.name) for field in fields(at))
     return [value for value in values if isinstance(value, ca.SX)]
 
 
@@ -337,7 +338,7 @@ def _shape(effect: Effect, answer: object) -> Iterator[str]:
         given = getattr(answer, name, {})
         if not isinstance(given, Mapping):
             yield f"return {_shown(given)} as {name}; a dict is expected"
-        names = {one.name for one in declared}
+        names = {item.name for item in declared}
         if missing := ", ".join(sorted(names - given.keys())):
             yield f"give no {name} for {missing}, declared among the {where}"
         if unknown := ", ".join(sorted(map(str, given.keys() - names))):
@@ -346,12 +347,12 @@ def _shape(effect: Effect, answer: object) -> Iterator[str]:
 
 def _values(answer: Any) -> Iterator[tuple[str, Any]]:
     """Every expression of an answer, by what it is called."""
-    for one in fields(answer):
-        value = getattr(answer, one.name)
+    for field in fields(answer):
+        value = getattr(answer, field.name)
         if isinstance(value, Mapping):
-            yield from ((f"{one.name}[{name!r}]", item) for name, item in value.items())
+            yield from ((f"{field.name}[{name!r}]", item) for name, item in value.items())
         else:
-            yield one.name, value
+            yield field.name, value
 
 
 def _expressions(answer: Any, given: list[ca.SX]) -> Iterator[str]:

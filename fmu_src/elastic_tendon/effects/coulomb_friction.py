@@ -16,6 +16,7 @@ EFFECT = Effect(
     id="coulomb_friction",
     title="Coulomb friction",
     slot=Slot.DRY_FRICTION,
+    catalogue_order=10,
     physics="Dry friction of bearings and seals at the joint: a torque of constant size against "
     "the motion, which holds the joint still while the other torques stay below it.",
     in_data="The joint stops short of its target and stays there, by up to the friction torque "

@@ -23,6 +23,7 @@ EFFECT = Effect(
     id="gear_backlash",
     title="Gear backlash",
     slot=Slot.ANGLE_MAP,
+    catalogue_order=150,
     physics="Play in the gear: while the torque changes sign the teeth lose touch and the motor "
     "turns through the gap without moving the pulley.",
     in_data="Where the torque of the tendons changes sign, which happens only while both are taut "

@@ -17,6 +17,7 @@ EFFECT = Effect(
     id="gravity_load",
     title="Gravity load",
     slot=Slot.JOINT_TORQUE,
+    catalogue_order=50,
     physics="The weight of the link turns it towards where it hangs; the torque is largest where "
     "the link is horizontal.",
     in_data="The joint rests beside the motor's position by an angle that follows the sine of the "

@@ -16,6 +16,7 @@ EFFECT = Effect(
     id="joint_encoder_offset",
     title="Joint encoder offset",
     slot=Slot.JOINT_SIGNAL,
+    catalogue_order=160,
     physics="The joint encoder was mounted or zeroed a little beside the joint's true zero.",
     in_data="A constant error of the joint's position in every motion, at every speed, direction "
     "and load. Load torque against deflection is shifted along the deflection, and both slack "

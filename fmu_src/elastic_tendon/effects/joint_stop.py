@@ -51,6 +51,7 @@ EFFECT = Effect(
     id="joint_stop",
     title="Joint stop",
     slot=Slot.JOINT_TORQUE,
+    catalogue_order=60,
     physics="Mechanical ends of the joint's range, slightly elastic, which push the link back and "
     "let it go again.",
     in_data="The joint hardly passes a certain angle, whatever the motor does, and rebounds there. "

@@ -39,6 +39,7 @@ EFFECT = Effect(
     id="lugre_friction",
     title="LuGre friction",
     slot=Slot.JOINT_TORQUE,
+    catalogue_order=30,
     physics="Friction as the force of microscopic bristles between the surfaces: they bend like "
     "springs before they slip, so the joint yields a little before it breaks away, and friction "
     "lags behind the velocity.",

@@ -16,6 +16,7 @@ EFFECT = Effect(
     id="measurement_delay",
     title="Measurement delay",
     slot=Slot.SIGNAL_DELAY,
+    catalogue_order=180,
     physics="The signals measured at the joint pass filters, a bus and a scheduler, and are "
     "recorded later than the motor's.",
     in_data="An error proportional to the joint's velocity, so of either sign: the measured joint "

@@ -16,6 +16,7 @@ EFFECT = Effect(
     id="motor_encoder_offset",
     title="Motor encoder offset",
     slot=Slot.MOTOR_SIGNAL,
+    catalogue_order=170,
     physics="The motor's zero was set where both tendons do not pull alike: the true motor "
     "position is the measured one less the offset.",
     in_data="The joint rests beside where the motor says it should, by offset r / R, the same at "

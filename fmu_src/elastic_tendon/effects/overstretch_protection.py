@@ -29,6 +29,7 @@ EFFECT = Effect(
     id="overstretch_protection",
     title="Overstretch protection",
     slot=Slot.SPRING_LAW,
+    catalogue_order=70,
     physics="A protective string in or around each spring becomes taut before the spring is "
     "overstretched and carries load beside it, so the characteristic curve turns progressive near "
     "the maximum deflection.",

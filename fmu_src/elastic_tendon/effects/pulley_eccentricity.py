@@ -18,6 +18,7 @@ EFFECT = Effect(
     id="pulley_eccentricity",
     title="Pulley eccentricity",
     slot=Slot.ANGLE_MAP,
+    catalogue_order=140,
     physics="The motor pulley, or a gear before it, turns about an axis beside its centre, so the "
     "tendon moves a little more than it should in one half of a turn and less in the other.",
     in_data="An error of the joint's position that repeats with every turn of the motor pulley, "

@@ -17,6 +17,7 @@ EFFECT = Effect(
     id="quadratic_drag",
     title="Quadratic drag",
     slot=Slot.JOINT_TORQUE,
+    catalogue_order=40,
     physics="Resistance of the air or liquid that the link moves through, or that its gear churns: "
     "it grows with the square of the velocity.",
     in_data="A torque against the velocity, alike in both directions and in every slack state. "

@@ -93,14 +93,14 @@ class Registry(dict[str, Effect]):
 
     def own_files(self, effect_ids: Iterable[str]) -> tuple[tuple[str, bytes], ...]:
         """Name and content of the user's files from which some of these effects were loaded."""
-        own = [self._sources[one] for one in effect_ids if one in self._own]
+        own = [self._sources[effect_id] for effect_id in effect_ids if effect_id in self._own]
         return tuple((source.path.name, source.content) for source in own)
 
     def _import(self, entries: tuple[EntryPoint, ...]) -> None:
         entry = entries[0]
         words = f"the effect {entry.name} of {package(entry)}"
         if len(entries) > 1:
-            packages = " and ".join(package(one) for one in entries)
+            packages = " and ".join(package(point) for point in entries)
             raise EffectError(f"{packages} both have an effect {entry.name}; uninstall one")
         try:
             spec = find_spec(entry.module)

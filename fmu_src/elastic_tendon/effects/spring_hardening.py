@@ -16,6 +16,7 @@ EFFECT = Effect(
     id="spring_hardening",
     title="Spring hardening",
     slot=Slot.SPRING_LAW,
+    catalogue_order=80,
     physics="A spring whose stiffness grows with its elongation, as of rubber, conical or "
     "progressively wound springs.",
     in_data="The torque-deflection curve bends where one tendon is slack (states I and II) instead "

@@ -31,6 +31,7 @@ EFFECT = Effect(
     id="spring_hysteresis",
     title="Spring hysteresis",
     slot=Slot.SPRING_LAW,
+    catalogue_order=90,
     physics="Friction between or inside the coils, strands or rubber of a spring: part of its "
     "force follows a change of elongation stiffly at first and then yields, so loading and "
     "unloading take different paths and each cycle loses energy, however slowly it is done.",

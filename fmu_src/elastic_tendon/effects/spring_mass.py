@@ -41,6 +41,7 @@ EFFECT = Effect(
     id="spring_mass",
     title="Spring mass",
     slot=Slot.SPRING_MASS,
+    catalogue_order=110,
     physics="The springs' own mass, thought of as concentrated in the middle of each: it has to be "
     "accelerated too and can swing between motor and joint, so spring and link are two masses.",
     in_data="A second resonance, far above the first, near sqrt(4 stiffness / mass) in rad/s of "

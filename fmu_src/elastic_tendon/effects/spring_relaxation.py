@@ -21,6 +21,7 @@ EFFECT = Effect(
     id="spring_relaxation",
     title="Spring relaxation",
     slot=Slot.SPRING_LAW,
+    catalogue_order=100,
     physics="Viscoelastic material, as of polymer ropes and rubber: a fast change meets an "
     "additional stiffness, which relaxes with a time constant.",
     in_data="After a step of the load the joint yields by a part at once and creeps on in the same "

@@ -67,6 +67,7 @@ EFFECT = Effect(
     id="stribeck_friction",
     title="Stribeck friction",
     slot=Slot.DRY_FRICTION,
+    catalogue_order=20,
     physics="Dry friction of a lubricated joint: at rest and at low speed the surfaces touch and "
     "the friction is largest; with speed the lubricant carries them and it falls to a constant.",
     in_data="The joint breaks away with a jerk, and in slow motion it sticks and slips; the jumps "

@@ -16,6 +16,7 @@ EFFECT = Effect(
     id="tendon_compliance",
     title="Tendon compliance",
     slot=Slot.SERIES_ELEMENT,
+    catalogue_order=130,
     physics="Steel or polymer ropes are springs too: they lengthen with their force, in series "
     "with the springs proper.",
     in_data="The joint is softer than the springs say, by the same share in every slack state, in "

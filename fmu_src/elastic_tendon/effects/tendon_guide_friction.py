@@ -22,6 +22,7 @@ EFFECT = Effect(
     id="tendon_guide_friction",
     title="Tendon guide friction",
     slot=Slot.TENDON_LOSS,
+    catalogue_order=120,
     physics="A tendon wrapped around a pulley or through a sheath rubs on it and passes on less "
     "force than it is pulled with; the loss is a share of the tension, so it grows with pretension "
     "and load.",

@@ -6,7 +6,6 @@ text of elements, so nothing in it can act as HTML.
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict
 from html import escape
 from importlib.metadata import distribution
 from string import Template
@@ -241,7 +240,7 @@ def _index(
         part: (PAGES / f"fmi{fmi_version}_{part}.html").read_text("utf-8")
         for part in ("connect", "co_simulation", "model_exchange")
     }
-    numbers = {name: _number(value, 4) for name, value in asdict(design(model)).items()}
+    numbers = {name: _number(value, 4) for name, value in design(model).to_dict().items()}
     return Template((PAGES / "index.html").read_text("utf-8")).substitute(
         symbols | numbers | of_version,
         R2="<msup><mi>R</mi><mn>2</mn></msup>",

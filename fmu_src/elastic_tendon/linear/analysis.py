@@ -120,9 +120,9 @@ class Analysis:
         LinearisationError
             where there is none
         """
-        for one in self.channels:
-            if (one.input, one.output) == (input_name, output_name):
-                return one
+        for channel in self.channels:
+            if (channel.input, channel.output) == (input_name, output_name):
+                return channel
         raise LinearisationError(f"there is no channel from {input_name!r} to {output_name!r}")
 
 
@@ -170,9 +170,9 @@ def analyse(model: LinearModel) -> Analysis:
             )
     system = _System(model.A, model.B, model.C, model.D)
     channels = tuple(
-        _channel(system.channel(i, j), one, other)
-        for j, one in enumerate(model.input_labels)
-        for i, other in enumerate(model.output_labels)
+        _channel(system.channel(i, j), input_name, output_name)
+        for j, input_name in enumerate(model.input_labels)
+        for i, output_name in enumerate(model.output_labels)
     )
     compliance = _gain(_motor_held(model))
     tendon_stiffness, tendon_damping = _tendons(model)
@@ -212,7 +212,7 @@ def frequency_span(analyses: Iterable[Analysis]) -> FrequencySpan | None:
     -------
     FrequencySpan; None where none of the tendons oscillates
     """
-    pairs = [one.tendon_oscillation for one in analyses]
+    pairs = [analysis.tendon_oscillation for analysis in analyses]
     found = [pair.natural_frequency for pair in pairs if pair is not None]
     return FrequencySpan(min(found), max(found)) if found else None
 
@@ -285,7 +285,9 @@ def _tendon_oscillation(model: LinearModel) -> Pole | None:
 
 def _poles(A: Array) -> tuple[Pole, ...]:
     values = [value for value in _eigenvalues(A) if value.imag >= 0.0]
-    return tuple(_pole(value) for value in sorted(values, key=lambda one: (abs(one), one.imag)))
+    return tuple(
+        _pole(value) for value in sorted(values, key=lambda value: (abs(value), value.imag))
+    )
 
 
 def _pole(value: complex) -> Pole:
@@ -318,7 +320,7 @@ def _channel(system: _System, input_name: str, output_name: str) -> Channel:
     size = max(map(abs, poles), default=0.0)
     zeros = []
     found = _zeros(system)
-    for zero in sorted(found or (), key=lambda one: (abs(one), one.imag)):
+    for zero in sorted(found or (), key=lambda value: (abs(value), value.imag)):
         near = min(poles, key=lambda pole: abs(pole - zero), default=None)
         if near is not None and abs(near - zero) <= _CANCELS * (abs(near) or _CANCELS * size):
             poles.remove(near)
@@ -398,7 +400,7 @@ def frequencies(analyses: Iterable[Analysis]) -> Array:
     ----------
     analyses : of the models that are drawn together
     """
-    poles = [pole for one in analyses for pole in one.poles]
+    poles = [pole for analysis in analyses for pole in analysis.poles]
     sizes = np.array([pole.natural_frequency for pole in poles if pole.natural_frequency > 0.0])
     if not sizes.size:
         return np.geomspace(0.1, 100.0, _PER_RANGE)

@@ -31,7 +31,7 @@ _SMALLEST_BREAKAWAY, _LARGEST_BREAKAWAY = 1e-6, 100.0
 def sides(plant: Plant, point: Point) -> tuple[Point, Point]:
     """The points just beside a point, towards negative and towards positive deflection."""
     at, touch = deflection_of(plant, point.x, point.u), TOUCH * deflection_span(plant)
-    low, high = (_held(plant, (point,), at + one) or point for one in (-touch, touch))
+    low, high = (_held(plant, (point,), at + step) or point for step in (-touch, touch))
     return low, high
 
 
@@ -54,8 +54,8 @@ def boundaries(plant: Plant, point: Point, beside: tuple[Point, Point]) -> tuple
         found.append(_boundary(plant, point, point, low.regime, high.regime))
     if point.regime.modes.get(JOINT_MOTION.name) == 0:
         found += [_breakaway(plant, point, direction) for direction in (-1, 1)]
-    every = [one for one in found if one is not None]
-    return tuple(sorted(every, key=lambda one: (one.deflection, one.load_torque)))
+    every = [boundary for boundary in found if boundary is not None]
+    return tuple(sorted(every, key=lambda boundary: (boundary.deflection, boundary.load_torque)))
 
 
 def switches(before: Regime, after: Regime) -> dict[str, int]:
@@ -110,7 +110,7 @@ def _located(plant: Plant, near: Point, far: Point) -> tuple[Point, Point] | Non
     None where no equilibrium is found between them, so that the place would be a guess.
     """
     for _ in range(_MOST_BISECTIONS):
-        ends = [deflection_of(plant, one.x, one.u) for one in (near, far)]
+        ends = [deflection_of(plant, point.x, point.u) for point in (near, far)]
         between = float(np.mean(ends))
         if between in ends:
             break

@@ -8,7 +8,6 @@ A. Gelb, W. E. Vander Velde, Multiple-Input Describing Functions and Nonlinear S
 McGraw-Hill, 1968: chapter 2 (one sinusoid), chapter 6 (a sinusoid and a bias).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,9 +21,8 @@ from elastic_tendon.effects import BY_ID
 from elastic_tendon.effects.base import Slot
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.result import Array
+from elastic_tendon.result import Progress
 from elastic_tendon.simulation.simulate import simulate
-
-Report = Callable[[str, float], object]  # what is being done, and the share of it that is done
 
 SAMPLES = 4096  # of a cycle; kinks then cost less than 1e-7 of the stiffness
 PASSES = 25  # until the joint moves as it shall
@@ -102,7 +100,7 @@ def describing_function(
     deflection: float | None = None,
     load_torque: float | None = None,
     frequency: float | None = None,
-    progress: Report = lambda _text, _share: None,
+    progress: Progress = lambda _text, _share: None,
 ) -> DescribingFunction:
     """Equivalent stiffness and damping of the transmission over the amplitude of its deflection.
 

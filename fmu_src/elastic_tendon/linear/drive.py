@@ -17,7 +17,7 @@ from elastic_tendon.linear.result import Array, Drive, Equilibrium
 
 SHIFTED = "_shifted"  # ends the name of a state less what the motor's position makes of it
 MOTOR_TORQUE, DRIVE_TORQUE = "motor_torque", "motor_drive_torque"
-MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE = (one.name for one in INPUTS)
+MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE = (variable.name for variable in INPUTS)
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def driven_by_source(
     jacobians: Jacobians, states: tuple[str, ...], outputs: tuple[str, ...]
 ) -> Matrices:
     """Position and velocity of the motor are inputs of their own, as of the FMU."""
-    return Matrices(*jacobians, states, tuple(one.name for one in INPUTS), outputs)
+    return Matrices(*jacobians, states, tuple(variable.name for variable in INPUTS), outputs)
 
 
 def driven(source: Matrices, drive: Drive, motor: Motor | None, name: str) -> Matrices:

@@ -37,9 +37,9 @@ class Equations:
         self._interface = interface(model.effect_ids)
         self.states = self._interface.state_names
         # what is discrete has no derivative
-        kept = [i for i, one in enumerate(self._interface.outputs) if not one.discrete]
+        kept = [i for i, output in enumerate(self._interface.outputs) if not output.discrete]
         self.outputs = tuple(self._interface.output_names[i] for i in kept)
-        self.nominal = np.array([one.nominal for one in self._interface.states])
+        self.nominal = np.array([state.nominal for state in self._interface.states])
         self.mode_names = tuple(mode.name for mode in self._interface.modes)
         self._kept = kept
         self._functions = _functions(model.effect_ids)
@@ -48,8 +48,8 @@ class Equations:
 
     def start(self, u: Array, joint_position: float) -> Array:
         """States at rest; the calculated ones as the solver would start them."""
-        calculated = np.array([one.start is None for one in self._interface.states])
-        x = np.array([one.start or 0.0 for one in self._interface.states])
+        calculated = np.array([state.start is None for state in self._interface.states])
+        x = np.array([state.start or 0.0 for state in self._interface.states])
         x[0] = joint_position
         for _ in range(_MOST_ITERATIONS if calculated.any() else 0):
             modes = self._vector(self.settle(x, u).modes)
@@ -170,7 +170,7 @@ class _Evaluated:
 
     def __call__(self, *arguments: Array) -> Array:
         result = np.zeros(self.shape, order="F")
-        arguments = tuple(np.ascontiguousarray(one, dtype=float) for one in arguments)
+        arguments = tuple(np.ascontiguousarray(values, dtype=float) for values in arguments)
         for i, argument in enumerate(arguments):
             self._buffer.set_arg(i, argument.data)
         self._buffer.set_res(0, result.T.data)
@@ -197,8 +197,8 @@ def _functions(effect_ids: tuple[str, ...]) -> dict[str, _Evaluated]:
         "outputs_jacobian": by_v["outputs"],
     }
     return {
-        name: _Evaluated(ca.Function(name, arguments, [ca.densify(one)]))
-        for name, one in expressions.items()
+        name: _Evaluated(ca.Function(name, arguments, [ca.densify(expression)]))
+        for name, expression in expressions.items()
     }
 
 

@@ -167,7 +167,7 @@ def _ratio(plant: Plant) -> float:
 def torque_scale(plant: Plant) -> float:
     """Torque that the weaker spring bears, R F_max,i, (32), N·m."""
     springs = (plant.transmission.upper_spring, plant.transmission.lower_spring)
-    return plant.transmission.joint_pulley_radius * min(one.largest_force for one in springs)
+    return plant.transmission.joint_pulley_radius * min(spring.largest_force for spring in springs)
 
 
 def _nominal(plant: Plant) -> Array:
@@ -217,12 +217,14 @@ def _residual(plant: Plant, z: Array, unknown: list[int]) -> tuple[Array, Array]
     regime = plant.settle(x, u)
     velocity = float(x[JOINT_VELOCITY])
     directions = (1, -1) if velocity == 0.0 else (int(np.sign(velocity)),)
-    regimes = [plant.sliding(regime, one) for one in directions]
+    regimes = [plant.sliding(regime, direction) for direction in directions]
     if regimes[0] is regimes[-1]:
         regimes = regimes[:1]
-    rates = np.mean([plant.rates(x, u, one) for one in regimes], axis=0)[1:]
-    both = [plant.jacobians(x, u, one) for one in regimes]
-    slope = np.mean([np.hstack([one.A, one.B]) for one in both], axis=0)[1:, unknown]
+    rates = np.mean([plant.rates(x, u, settled) for settled in regimes], axis=0)[1:]
+    both = [plant.jacobians(x, u, settled) for settled in regimes]
+    slope = np.mean([np.hstack([jacobians.A, jacobians.B]) for jacobians in both], axis=0)[
+        1:, unknown
+    ]
     slope = slope * _nominal(plant)[unknown]
     size = np.linalg.norm(slope, axis=1)
     size[size == 0.0] = 1.0  # of a state that no rate decides

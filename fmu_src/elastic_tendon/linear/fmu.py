@@ -129,19 +129,19 @@ class FmuPlant:
         self.name = instance.name
         self.states = instance.states
         self.outputs = tuple(
-            one.variable.name
-            for one in instance.description.outputs
-            if one.variable.type == _REAL[instance.version]
+            output.variable.name
+            for output in instance.description.outputs
+            if output.variable.type == _REAL[instance.version]
         )
         self._instance = instance
         self._start = {**start_values, VELOCITY_USED: 1.0}
         self._held: Regime | None = None
         # whether the joint slides is kept from event to event, so there is a start of each motion
-        self._started = {one: self._starting(one) for one in (-1, 1)}
+        self._started = {direction: self._starting(direction) for direction in (-1, 1)}
         self._places = mode_places(instance)  # at the start upwards
         self.transmission = transmission_of(instance)
         self.nominal = np.array(
-            [float(instance.variables[one].nominal or 1.0) for one in self.states]
+            [float(instance.variables[state].nominal or 1.0) for state in self.states]
         )
 
     def start(self, u: Array, joint_position: float) -> Array:
@@ -176,7 +176,10 @@ class FmuPlant:
         self._hold(x, u, regime)
         n = len(self.states)
         unknowns = [*self._instance.derivatives, *self.outputs]
-        columns = [self._instance.derivative(unknowns, one) for one in (*self.states, *INPUT_NAMES)]
+        columns = [
+            self._instance.derivative(unknowns, variable)
+            for variable in (*self.states, *INPUT_NAMES)
+        ]
         by = np.column_stack(columns)
         return Jacobians(by[:n, :n], by[:n, n:], by[n:, :n], by[n:, n:])
 

@@ -19,7 +19,7 @@ from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.model_exchange import Instance
 
 VELOCITY_USED = "motor_velocity_connected"
-INPUT_NAMES = tuple(one.name for one in INPUTS)
+INPUT_NAMES = tuple(variable.name for variable in INPUTS)
 STARTING = 1e-6  # rad/s, at which a joint starts that shall slide
 _TRANSMISSION = "transmission."
 _FIRST_STATES = ("joint_position", "joint_velocity")
@@ -51,9 +51,9 @@ def mode_places(instance: Instance) -> Mapping[str, tuple[int, ...]]:
 def _indicator_names(instance: Instance) -> list[str]:
     """The mode of each event indicator, as far as they can be known."""
     if instance.version == 3:
-        named = [one.variable.name for one in instance.description.eventIndicators]
-        return [re.sub(r"\.indicator(\[\d+])?$", "", one) for one in named]
-    effects = {one.split(".")[1] for one in instance.variables if one.startswith("effects.")}
+        named = [indicator.variable.name for indicator in instance.description.eventIndicators]
+        return [re.sub(r"\.indicator(\[\d+])?$", "", name) for name in named]
+    effects = {name.split(".")[1] for name in instance.variables if name.startswith("effects.")}
     modes = interface(tuple(effects & BY_ID.keys())).modes
     return [mode.name for mode in modes for _ in range(mode.indicators)]
 
@@ -66,9 +66,14 @@ def check_names(instance: Instance) -> None:
     LinearisationError
         by the first name that is missing
     """
-    needed = [*INPUT_NAMES, *(one.name for one in OUTPUTS), VELOCITY_USED, *_pulleys_and_springs()]
-    missing = [one for one in needed if one not in instance.variables]
-    missing += [one for one in _FIRST_STATES if one not in instance.states[:2]]
+    needed = [
+        *INPUT_NAMES,
+        *(variable.name for variable in OUTPUTS),
+        VELOCITY_USED,
+        *_pulleys_and_springs(),
+    ]
+    missing = [name for name in needed if name not in instance.variables]
+    missing += [name for name in _FIRST_STATES if name not in instance.states[:2]]
     if missing:
         raise LinearisationError(
             f"{instance.name}: the FMU has no {missing[0]}, so it is none of elastic-tendon; "
@@ -92,7 +97,9 @@ def check_start_values(instance: Instance, values: Mapping[str, float]) -> None:
     for name, value in values.items():
         variable = instance.variables.get(name)
         if variable is None or variable.causality != "parameter":
-            known = [n for n, one in instance.variables.items() if one.causality == "parameter"]
+            known = [
+                n for n, declared in instance.variables.items() if declared.causality == "parameter"
+            ]
             nearest = difflib.get_close_matches(name, known, n=1) or known[:1]
             raise LinearisationError(
                 f"{instance.name}: start value {name}: the FMU has no such parameter; did you mean "
@@ -110,7 +117,7 @@ def _is_whole(variable: ModelVariable) -> bool:
 
 
 def _pulleys_and_springs() -> list[str]:
-    return [one.path for one in quantities(()) if one.path.startswith(_TRANSMISSION)]
+    return [quantity.path for quantity in quantities(()) if quantity.path.startswith(_TRANSMISSION)]
 
 
 def transmission_of(instance: Instance) -> Transmission:

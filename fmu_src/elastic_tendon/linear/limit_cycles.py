@@ -74,7 +74,10 @@ def interpolated(
     LinearisationError
         where the two are not models of one plant, or their stiffnesses are equal
     """
-    names = [(one.state_labels, one.input_labels, one.output_labels) for one in (first, second)]
+    names = [
+        (system.state_labels, system.input_labels, system.output_labels)
+        for system in (first, second)
+    ]
     if names[0] != names[1]:
         raise LinearisationError(
             "the two models differ in the names of states, inputs or outputs; linearise one model "
@@ -90,7 +93,7 @@ def interpolated(
     def at(stiffness: float) -> control.StateSpace:
         share = (stiffness - stiffnesses[0]) / (stiffnesses[1] - stiffnesses[0])
         pairs = zip(_matrices(first), _matrices(second), strict=True)
-        matrices = [one + share * (other - one) for one, other in pairs]
+        matrices = [at_first + share * (at_second - at_first) for at_first, at_second in pairs]
         return control.StateSpace(*matrices, states=states, inputs=inputs, outputs=outputs)
 
     return at
@@ -139,15 +142,15 @@ def limit_cycles(describing: DescribingFunction, closed_loop: Loop) -> LimitCycl
             "make it for two at least"
         )
     balance = _Balance.of(describing, closed_loop)
-    largest_parts = np.array([balance.real_parts(one) for one in describing.amplitudes])
+    largest_parts = np.array([balance.real_parts(swing) for swing in describing.amplitudes])
     crossings = balance.crossings(describing.amplitudes, largest_parts)
     cycles: list[LimitCycle] = []
     for amplitude, falling in crossings:
         cycle = balance.cycle(amplitude, falling)
-        if cycle is not None and not any(_same(cycle, other) for other in cycles):
+        if cycle is not None and not any(_same(cycle, known) for known in cycles):
             cycles.append(cycle)
     reason = "" if cycles else _why_none(describing, largest_parts[:, 0], bool(crossings))
-    return LimitCycles(tuple(sorted(cycles, key=lambda one: one.amplitude)), reason)
+    return LimitCycles(tuple(sorted(cycles, key=lambda cycle: cycle.amplitude)), reason)
 
 
 @dataclass(frozen=True)
@@ -165,7 +168,7 @@ class _Balance:
         columns = (describing.deflection, describing.stiffness, describing.damping)
         at = PchipInterpolator(describing.amplitudes, np.column_stack(columns))
         first = cls(at, closed_loop, 0.0)
-        largest = max(np.abs(first.poles(one)).max() for one in describing.amplitudes)
+        largest = max(np.abs(first.poles(amplitude)).max() for amplitude in describing.amplitudes)
         return cls(at, closed_loop, ON_AXIS * float(largest))
 
     def poles(self, amplitude: float) -> NDArray[np.complex128]:
@@ -205,7 +208,7 @@ class _Balance:
         pair = poles[(np.abs(poles.real) <= near) & (poles.imag > near)]
         if pair.size == 0:
             return None
-        deflection, stiffness, damping = (float(one) for one in self.at(amplitude))
+        deflection, stiffness, damping = (float(value) for value in self.at(amplitude))
         return LimitCycle(
             amplitude=amplitude,
             deflection=deflection,
@@ -216,11 +219,11 @@ class _Balance:
         )
 
 
-def _same(one: LimitCycle, other: LimitCycle) -> bool:
+def _same(first: LimitCycle, second: LimitCycle) -> bool:
     """Whether two crossings are the two poles of one pair."""
     return bool(
-        np.isclose(one.amplitude, other.amplitude, rtol=SAME, atol=0.0)
-        and np.isclose(one.frequency, other.frequency, rtol=SAME, atol=0.0)
+        np.isclose(first.amplitude, second.amplitude, rtol=SAME, atol=0.0)
+        and np.isclose(first.frequency, second.frequency, rtol=SAME, atol=0.0)
     )
 
 

@@ -36,12 +36,12 @@ def linear_json(
     LinearisationError
         for a name that the models do not have
     """
-    span = frequency_span([analyse(one) for one in models])
+    span = frequency_span([analyse(model) for model in models])
     return {
         "schema": SCHEMA,
         "model": name,
         "drive": models[0].drive.value,
-        "models": [_model(one, inputs, outputs) for one in models],
+        "models": [_model(model, inputs, outputs) for model in models],
         "frequency_span": span
         and {"lowest": span.lowest, "highest": span.highest, "ratio": span.ratio},
     }
@@ -61,11 +61,11 @@ def _model(
         "inputs": _named(wanted.input_labels),
         "outputs": _named(wanted.output_labels),
         "operating_point": _equilibrium(validity.operating_point),
-        "boundaries": [_boundary(one) for one in validity.boundaries],
+        "boundaries": [_boundary(boundary) for boundary in validity.boundaries],
         "analysis": _analysis(analyse(model)),
     }
     if model.sides:
-        content["sides"] = [_model(one, inputs, outputs) for one in model.sides]
+        content["sides"] = [_model(side, inputs, outputs) for side in model.sides]
     return content
 
 
@@ -96,11 +96,11 @@ def _boundary(boundary: Boundary) -> dict[str, Any]:
 
 def _analysis(analysis: Analysis) -> dict[str, Any]:
     return {
-        "poles": [_pole(one) for one in analysis.poles],
+        "poles": [_pole(pole) for pole in analysis.poles],
         "stiffness": _finite(analysis.stiffness),
         "tendon_stiffness": analysis.tendon_stiffness,
         "tendon_damping": analysis.tendon_damping,
-        "channels": [_channel(one) for one in analysis.channels],
+        "channels": [_channel(channel) for channel in analysis.channels],
     }
 
 

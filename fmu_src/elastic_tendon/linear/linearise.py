@@ -147,14 +147,15 @@ def linear_model(
             states=list(matrices.states),
             inputs=list(matrices.inputs),
             outputs=list(matrices.outputs),
+            actuator=plant.name,
             name=regime.slack_state.name,
         )
 
     if not switches(beside[0].regime, beside[1].regime):
         return made(regime, active)
     motion = regime.modes.get(JOINT_MOTION.name, 1)
-    one_sided = tuple(made(plant.sliding(one.regime, motion), True) for one in beside)
-    active = any(not switches(one.regime, regime) for one in beside)
+    one_sided = tuple(made(plant.sliding(side.regime, motion), True) for side in beside)
+    active = any(not switches(side.regime, regime) for side in beside)
     return made(regime, active, one_sided)
 
 
@@ -162,18 +163,18 @@ def _around(
     found: tuple[Boundary, ...], regime: Regime, beside: tuple[Point, Point]
 ) -> tuple[Boundary, ...]:
     """Boundaries as a regime sees them: that of one side of a boundary ends there."""
-    low, high = (one.regime for one in beside)
+    low, high = (side.regime for side in beside)
     if not switches(low, high):
         return found
     if not switches(low, regime):
-        return tuple(one for one in found if one.deflection_margin <= 0.0)
+        return tuple(boundary for boundary in found if boundary.deflection_margin <= 0.0)
     if not switches(high, regime):
         return tuple(
-            one
-            if one.deflection_margin or one.torque_margin
-            else replace(one, switches=switches(high, low), slack_state=low.slack_state)
-            for one in found
-            if one.deflection_margin >= 0.0
+            boundary
+            if boundary.deflection_margin or boundary.torque_margin
+            else replace(boundary, switches=switches(high, low), slack_state=low.slack_state)
+            for boundary in found
+            if boundary.deflection_margin >= 0.0
         )
     return found
 
@@ -184,7 +185,7 @@ def _equilibrium(plant: Plant, point: Point) -> Equilibrium:
 
     return Equilibrium(
         named(plant.states, point.x),
-        named((one.name for one in INPUTS), point.u),
+        named((variable.name for variable in INPUTS), point.u),
         named(plant.outputs, plant.output(point.x, point.u, point.regime)),
         point.regime.slack_state,
         point.regime.modes,
@@ -203,9 +204,12 @@ def _paths(plant: Plant) -> Iterator[list[OperatingPoint]]:
     borne = transmission.deflection_limits(plant.transmission)
     for ends in (borne, (low - further, high + further)):
         deflections = np.linspace(*ends, _POINTS)
-        yield [OperatingPoint(motor_position=0.0, deflection=float(one)) for one in deflections]
+        yield [
+            OperatingPoint(motor_position=0.0, deflection=float(deflection))
+            for deflection in deflections
+        ]
     positions = np.linspace(-np.pi, np.pi, _POINTS)
-    yield [OperatingPoint(joint_position=float(one), deflection=0.0) for one in positions]
+    yield [OperatingPoint(joint_position=float(position), deflection=0.0) for position in positions]
 
 
 def _middle_of_longest(

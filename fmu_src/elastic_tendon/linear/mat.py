@@ -41,7 +41,7 @@ def write_mat(
     content = {
         "model": name,
         "drive": models[0].drive.value,
-        **{f"state_{state_name(one.validity.slack_state)}": _struct(one) for one in models},
+        **{f"state_{state_name(model.validity.slack_state)}": _struct(model) for model in models},
     }
     write_file(
         Path(path), lambda target: savemat(target, content, long_field_names=True), force=force
@@ -66,17 +66,18 @@ def _struct(model: LinearModel) -> dict[str, Any]:
             "slack_state": state_name(at.slack_state),
         },
         "boundaries": _columns(validity.boundaries),
-        **{side: _struct(one) for side, one in zip(SIDES, model.sides, strict=False)},
+        **{side: _struct(beside) for side, beside in zip(SIDES, model.sides, strict=False)},
     }
 
 
 def _columns(boundaries: Sequence[Boundary]) -> dict[str, Any]:
     """Columns (n, 1) of the numbers of boundaries, and what switches in words."""
     names = ("deflection", "load_torque", "deflection_margin", "torque_margin")
-    numbers = np.array([[getattr(one, name) for name in names] for one in boundaries])
+    numbers = np.array([[getattr(boundary, name) for name in names] for boundary in boundaries])
     columns = dict(zip(names, np.hsplit(numbers.reshape(-1, len(names)), len(names)), strict=True))
     told = [
-        ", ".join(f"{name} = {value}" for name, value in one.switches.items()) for one in boundaries
+        ", ".join(f"{name} = {value}" for name, value in boundary.switches.items())
+        for boundary in boundaries
     ]
     return {**columns, "switches": _cells(told).reshape(-1, 1)}
 

@@ -60,10 +60,12 @@ class Instance:
         self.description = description
         self.version: int = description.fmiMajorVersion
         self.variables: dict[str, ModelVariable] = {
-            one.name: one for one in description.modelVariables
+            variable.name: variable for variable in description.modelVariables
         }
-        self.derivatives = tuple(one.variable.name for one in description.derivatives)
-        self.states = tuple(one.variable.derivative.name for one in description.derivatives)
+        self.derivatives = tuple(derivative.variable.name for derivative in description.derivatives)
+        self.states = tuple(
+            derivative.variable.derivative.name for derivative in description.derivatives
+        )
         self._calls = _CALLS[self.version]
         self._last_words = ""
         self._kept: list[Any] = []
@@ -211,7 +213,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Instance]:
         _unpack(file, folder)
         description = _description(file.name, Path(folder))
         if not description.derivatives or not all(
-            one.variable.derivative for one in description.derivatives
+            derivative.variable.derivative for derivative in description.derivatives
         ):
             raise LinearisationError(
                 f"{file.name}: its {_DESCRIPTION} does not say which derivative belongs to which "

@@ -28,7 +28,7 @@ def slack_state(name: SlackState | str) -> SlackState:
 
 def state_name(state: SlackState) -> str:
     """Name of a slack state as `slack_state` takes it."""
-    return next(name for name, one in _STATES.items() if one is state)
+    return next(name for name, known in _STATES.items() if known is state)
 
 
 def unit_of(name: str) -> str | None:
@@ -44,5 +44,5 @@ def all_effects() -> Interface:
 @cache
 def _units(effect_ids: tuple[str, ...]) -> dict[str, str]:
     signals = (*interface(effect_ids).states, *INPUTS, *OUTPUTS, *READINGS)
-    units = {one.name: one.unit for one in signals}
+    units = {signal.name: signal.unit for signal in signals}
     return units | {DRIVE_TORQUE: units[MOTOR_TORQUE]}

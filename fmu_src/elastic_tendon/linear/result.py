@@ -3,13 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import control
 import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.transmission import SlackState
+from elastic_tendon.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -108,16 +112,19 @@ class Validity:
     def on_boundary(self) -> bool:
         """Whether the operating point lies on a switching boundary."""
         return any(
-            one.deflection_margin == 0.0 and one.torque_margin == 0.0 for one in self.boundaries
+            boundary.deflection_margin == 0.0 and boundary.torque_margin == 0.0
+            for boundary in self.boundaries
         )
 
 
-class LinearModel(control.StateSpace):  # type: ignore[misc]  # control has no types
+class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control has no types
     """A `control.StateSpace` of deviations from an operating point, that knows where it holds.
 
     `validity` says where. On a switching boundary `sides` are the models of both sides, towards
     negative and towards positive deflection; elsewhere it is empty. `drive` says what moves the
-    motor. Systems made from this one with operators of control are plain `control.StateSpace`.
+    motor, `actuator` is the name of the actuator, `whole` the model with all inputs and outputs of
+    which this one has some. Systems made from this one with operators of control are plain
+    `control.StateSpace`.
     """
 
     def __init__(
@@ -126,9 +133,45 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # control has no t
         validity: Validity,
         drive: Drive,
         sides: tuple["LinearModel", ...] = (),
+        *,
+        actuator: str = "",
+        whole: "LinearModel | None" = None,
         **names: Any,
     ) -> None:
         super().__init__(*matrices, **names)
         self.validity = validity
         self.drive = drive
         self.sides = sides
+        self.actuator = actuator
+        self.whole = whole or self
+
+    def summary(self) -> str:
+        """Slack state, operating point, signals and poles."""
+        validity, at = self.validity, self.validity.operating_point
+        poles = sorted(self.poles(), key=lambda pole: (abs(pole), pole.imag))
+        return "\n".join(
+            (
+                f"Linear model of {self.actuator}, {validity.slack_state.label}",
+                f"  deflection   {at.outputs['deflection']:.4g} rad",
+                f"  load torque  {at.inputs['load_torque']:.4g} N·m",
+                f"  active there {'yes' if validity.active else 'no'}",
+                f"  states       {', '.join(self.state_labels)}",
+                f"  inputs       {', '.join(self.input_labels)}",
+                f"  outputs      {', '.join(self.output_labels)}",
+                f"  poles        {', '.join(f'{pole:.4g}' for pole in poles)} rad/s",
+            )
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """As of the contract ``elastic-tendon/linear/1``."""
+        from elastic_tendon.linear.linear_json import linear_json
+
+        names = {"inputs": self.input_labels, "outputs": self.output_labels}
+        return linear_json(self.actuator, [self.whole], **names)
+
+    def plot(self) -> "Figure":
+        """Draw frequency responses, poles and zeros."""
+        from elastic_tendon.reports.linear_figures import linear_figure
+
+        chosen = None if self.whole is self else (self.input_labels[0], self.output_labels[0])
+        return linear_figure(self.actuator, [self.whole], chosen)

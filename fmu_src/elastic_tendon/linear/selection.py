@@ -35,6 +35,8 @@ def selected(
         states=model.state_labels,
         inputs=[model.input_labels[i] for i in columns],
         outputs=[model.output_labels[i] for i in rows],
+        actuator=model.actuator,
+        whole=model.whole,
         name=model.name,
     )
 
@@ -53,7 +55,7 @@ def _places(
 
 
 def _why_not(model: LinearModel, kind: str, names: Sequence[str], name: str) -> str:
-    improper = {one.name for one in OUTPUTS if not one.discrete}
+    improper = {variable.name for variable in OUTPUTS if not variable.discrete}
     if kind == "output" and model.drive is Drive.POSITION and name in improper:
         return (
             f"{name} of damped springs needs the motor's velocity, which is no signal of a motor "

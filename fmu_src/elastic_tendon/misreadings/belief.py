@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.missing_torque import Report
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.misreadings.sampling import sampling_warnings
 from elastic_tendon.misreadings.suspicion import refuse_suspicious, suspicions
 from elastic_tendon.misreadings.time_shift import with_time_shifts_resolved
 from elastic_tendon.native.library import library_path
+from elastic_tendon.result import Progress
 
 
 def believed(
-    model: Model, found: Sequence[Measurement], report: Report, *, as_declared: bool = False
+    model: Model, found: Sequence[Measurement], progress: Progress, *, as_declared: bool = False
 ) -> list[Measurement]:
     """Recordings with notes of what is doubtful, and with the time shifts that were asked for.
 
@@ -21,7 +21,7 @@ def believed(
     ----------
     model : Model
     found : as read; those without the joint's position only drive a model and are taken as they are
-    report : called with what is being done, and the share of it that is done
+    progress : called with what is being done, and the share of it that is done
     as_declared : note what looks read wrongly instead of refusing it
 
     Returns
@@ -32,14 +32,20 @@ def believed(
     ------
     MeasurementError : a recording looks as if it was read wrongly
     """
-    if not all("joint_position" in one.signals for one in found):
+    if not all("joint_position" in measurement.signals for measurement in found):
         return list(found)
     # simulating comes next, and a library that has yet to be compiled takes a while
-    library_path(model.effect_ids, report)
-    report("looking at the data", 0.0)
+    library_path(model.effect_ids, progress)
+    progress("looking at the data", 0.0)
     if as_declared:
-        found = [replace(one, notes=(*one.notes, *suspicions(model, one))) for one in found]
+        found = [
+            replace(measurement, notes=(*measurement.notes, *suspicions(model, measurement)))
+            for measurement in found
+        ]
     else:
         refuse_suspicious(model, found)
-    found = [replace(one, notes=(*one.notes, *sampling_warnings(model, one))) for one in found]
+    found = [
+        replace(measurement, notes=(*measurement.notes, *sampling_warnings(model, measurement)))
+        for measurement in found
+    ]
     return with_time_shifts_resolved(model, found)

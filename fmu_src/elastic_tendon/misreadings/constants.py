@@ -103,8 +103,8 @@ def explained_by(model: Model, measurement: Measurement) -> Explanation | None:
             told.append(Explanation(kind, value, unit, before, after, words))
         if after <= LIKE * floor:
             break  # nothing explains more, and what follows is less plain
-    best = min((one.rmse_after for one in told), default=0.0)
-    return next((one for one in told if one.rmse_after <= max(LIKE * best, floor)), None)
+    best = min((cause.rmse_after for cause in told), default=0.0)
+    return next((cause for cause in told if cause.rmse_after <= max(LIKE * best, floor)), None)
 
 
 def _trials(model: Model, measurement: Measurement, error: Array) -> Iterator[_Trial]:
@@ -169,7 +169,7 @@ def _constants(measurement: Measurement) -> list[_Constant]:
     still = bool(np.ptp(measurement.motor_position) == 0.0)
     hidden = {"delay"} if measurement.static else set()
     hidden |= {"gain"} if still else set()
-    return [one for one in CONSTANTS if one.kind not in hidden]
+    return [constant for constant in CONSTANTS if constant.kind not in hidden]
 
 
 def _largest_deflection(model: Model) -> float:

@@ -62,7 +62,7 @@ def implausible(model: Model, measurement: Measurement, *, explained: bool) -> t
         "" if explained or measurement.static else _duration(measurement),
     )
     # columns in a wrong unit break several rules; the first is the plainest
-    return tuple(f"{measurement.name}: {one}" for one in found if one)[:1]
+    return tuple(f"{measurement.name}: {fault}" for fault in found if fault)[:1]
 
 
 def _travel(model: Model, measurement: Measurement) -> str:
@@ -154,7 +154,7 @@ def _duration(measurement: Measurement) -> str:
     if duration <= LONG_DURATION or step < LONG_STEP:
         return ""
     shorter = ("ms", "us", "ns")
-    unit = next((one for one in shorter if step * TIMES[one] < LONG_STEP), shorter[-1])
+    unit = next((name for name in shorter if step * TIMES[name] < LONG_STEP), shorter[-1])
     return (
         f"the recording lasts {duration / 60.0:.3g} minutes in steps of {step:.3g} s, and the "
         f"model does not explain it; if the time is in {WORDS[unit]} "
@@ -201,9 +201,10 @@ def static_suspicion(model: Model, measurement: Measurement) -> tuple[str, ...]:
         readings = _with_opposite_torque(readings)
     if not readings:
         return ()
-    cures = " ".join(one.options(measurement.preparation) for one in readings)
+    cures = " ".join(reading.options(measurement.preparation) for reading in readings)
+    looks = " and ".join(reading.what for reading in readings)
     return (
-        f"{measurement.name}: {' and '.join(one.what for one in readings)}: against the deflection "
+        f"{measurement.name}: {looks}: against the deflection "
         f"the joint torque falls by {copysign(found, correlation):.3g} N·m/rad, the model's by "
         f"{expected:.3g} N·m/rad; read it with {cures}",
     )
@@ -220,7 +221,7 @@ def _jumpiness(values: Array) -> float:
 def _static_swapped(model: Model, measurement: Measurement, stiffness_ratio: float) -> str:
     """Whether torque and deflection are in each other's place, by the model's own curve."""
     columns = ("joint_deflection", "joint_torque")
-    si = all(declared_factor(measurement.preparation, one) == 1.0 for one in columns)
+    si = all(declared_factor(measurement.preparation, column) == 1.0 for column in columns)
     deflection, load = measurement.signals["joint_position"], measurement.load_torque
     if not si or load is None or 1.0 / CLOSE_STIFFNESS <= stiffness_ratio <= CLOSE_STIFFNESS:
         return ""
@@ -250,23 +251,23 @@ def _static_readings(measurement: Measurement, stiffness_ratio: float) -> list[R
 
     def distance(pair: tuple[Reading | None, ...]) -> float:
         bent, pulled = (
-            1.0 if one is None else one.factors[column]
-            for one, column in zip(pair, columns, strict=True)
+            1.0 if reading is None else reading.factors[column]
+            for reading, column in zip(pair, columns, strict=True)
         )
         return abs(log(stiffness_ratio * pulled / bent))
 
     close = [pair for pair in product(*choices) if distance(pair) <= log(CLOSE_STIFFNESS)]
-    close.sort(key=lambda pair: (sum(one is not None for one in pair), distance(pair)))
-    return [one for one in close[0] if one is not None] if close else []
+    close.sort(key=lambda pair: (sum(reading is not None for reading in pair), distance(pair)))
+    return [reading for reading in close[0] if reading is not None] if close else []
 
 
 def _with_opposite_torque(readings: list[Reading]) -> list[Reading]:
     """The readings, the torque's sign turned."""
     opposite = "the joint torque has the opposite sign"
-    kept = [one for one in readings if "joint_torque" not in one.factors]
+    kept = [reading for reading in readings if "joint_torque" not in reading.factors]
     turned = [
-        replace(one, what=f"{one.what}, and {opposite}", factors={"joint_torque": -factor})
-        for one in readings
-        if (factor := one.factors.get("joint_torque"))
+        replace(reading, what=f"{reading.what}, and {opposite}", factors={"joint_torque": -factor})
+        for reading in readings
+        if (factor := reading.factors.get("joint_torque"))
     ]
     return kept + (turned or [Reading(opposite, {"joint_torque": -1.0})])

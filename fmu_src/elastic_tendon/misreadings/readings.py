@@ -99,8 +99,8 @@ class Reading:
     def options(self, preparation: Preparation) -> str:
         """Options of the command line that read it so, given how it was read."""
         if self.swapped:
-            columns = [preparation.columns.get(one, SignalColumn()) for one in self.swapped]
-            units = [SI.get(one) for one in self.swapped]
+            columns = [preparation.columns.get(column, SignalColumn()) for column in self.swapped]
+            units = [SI.get(column) for column in self.swapped]
             items = [
                 _item(signal, column, 1.0, unit)
                 for signal, column, unit in zip(self.swapped, columns[::-1], units, strict=True)
@@ -130,8 +130,8 @@ def readings_of(measurement: Measurement) -> tuple[Reading, ...]:
     """Readings of positions, load and time to try, the plainest first."""
     loads = () if measurement.load_torque is None else ("load_torque",)
     signs = [
-        Reading(f"the {name(one)} looks as if it had the opposite sign", {one: -1.0})
-        for one in (*POSITIONS, *loads)
+        Reading(f"the {name(signal)} looks as if it had the opposite sign", {signal: -1.0})
+        for signal in (*POSITIONS, *loads)
     ]
     return (
         Reading("motor and joint position look as if they were swapped", {}, swapped=POSITIONS),
@@ -139,7 +139,7 @@ def readings_of(measurement: Measurement) -> tuple[Reading, ...]:
         *unit_readings(measurement, ("joint_position",)),
         *unit_readings(measurement, ("motor_position",)),
         *unit_readings(measurement, POSITIONS),
-        *(one for load in loads for one in unit_readings(measurement, (load,))),
+        *(reading for load in loads for reading in unit_readings(measurement, (load,))),
         *time_readings(measurement),
     )
 
@@ -153,11 +153,11 @@ def torque_readings(measurement: Measurement, signal: str) -> tuple[Reading, ...
         *units,
         *(
             replace(
-                one,
-                what=f"{one.what} and had the opposite sign",
-                factors={signal: -one.factors[signal]},
+                reading,
+                what=f"{reading.what} and had the opposite sign",
+                factors={signal: -reading.factors[signal]},
             )
-            for one in units
+            for reading in units
         ),
     )
 
@@ -179,13 +179,13 @@ def unit_readings(measurement: Measurement, signals: Sequence[str]) -> list[Read
     -------
     list of Reading; empty where the declared units differ or are none of `UNITS`
     """
-    declared = {one: declared_factor(measurement.preparation, one) for one in signals}
-    factors = {one: factor for one, factor in declared.items() if factor is not None}
+    declared = {signal: declared_factor(measurement.preparation, signal) for signal in signals}
+    factors = {signal: factor for signal, factor in declared.items() if factor is not None}
     if len(set(factors.values())) != 1 or len(factors) < len(signals):
         return []
     (factor,) = set(factors.values())
     units = UNITS[signals[0]]
-    subject = " and ".join(name(one) for one in signals)
+    subject = " and ".join(name(signal) for signal in signals)
     verb = "looks as if it were" if len(signals) == 1 else "look as if they were"
     now = next(WORDS[unit] for unit, value in units.items() if value == factor)
     return [
@@ -203,9 +203,9 @@ def time_readings(measurement: Measurement) -> tuple[Reading, ...]:
     """Readings in which the time is in another unit than declared."""
     step = float(np.median(np.diff(measurement.time)))
     return tuple(
-        replace(one, gain=TIME_GAIN)
-        for one in unit_readings(measurement, ("time",))
-        if one.factors["time"] > 1.0 or step >= LONG_STEP
+        replace(reading, gain=TIME_GAIN)
+        for reading in unit_readings(measurement, ("time",))
+        if reading.factors["time"] > 1.0 or step >= LONG_STEP
     )
 
 
@@ -214,7 +214,7 @@ def declared_factor(preparation: Preparation, signal: str) -> float | None:
     unit = preparation.columns.get(signal, SignalColumn()).unit
     parsed = None if unit is None else parse_unit(unit)
     factor = 1.0 if parsed is None else parsed.factor
-    return next((one for one in UNITS[signal].values() if isclose(one, factor)), None)
+    return next((known for known in UNITS[signal].values() if isclose(known, factor)), None)
 
 
 def deflection_reading(model: Model) -> Reading:

@@ -46,10 +46,10 @@ def sampling_warnings(model: Model, measurement: Measurement) -> tuple[str, ...]
     start = measurement.samples(slice(SAMPLES))
     try:
         linear = _residual(model, start)
-        left = {one: _residual(model, replace(start, interpolation=one)) for one in OTHERS}
+        left = {kind: _residual(model, replace(start, interpolation=kind)) for kind in OTHERS}
     except SimulationError:
         return ()
-    best = min(left, key=lambda one: _rms(left[one]))
+    best = min(left, key=lambda kind: _rms(left[kind]))
     noise = noise_floors(start)[SIGNAL]
     difference = _rms(left[best] - linear)
     if difference <= MATTERS * noise or _rms(left[best]) >= BETTER * _rms(linear):

@@ -58,10 +58,12 @@ def sign_errors(model: Model, measurements: Sequence[Measurement]) -> list[Findi
     list of Finding, at most one for each recording: two signals where they cannot be told apart
     """
     found = []
-    for one in measurements:
-        signals = _flipped_static(one) if one.static else _flipped(model, one)
+    for measurement in measurements:
+        signals = (
+            _flipped_static(measurement) if measurement.static else _flipped(model, measurement)
+        )
         if signals:
-            found.append(Finding(one.name, signals, _sentence(one, signals)))
+            found.append(Finding(measurement.name, signals, _sentence(measurement, signals)))
     return found
 
 
@@ -128,7 +130,7 @@ def _signs(model: Model, excerpt: Measurement) -> tuple[Model, dict[str, int]]:
     """
     inertia = model.link.inertia
     tried = [model.with_values({"link.inertia": by * inertia}) for by in INERTIAS]
-    parts = [_parts(one, excerpt) for one in tried]
+    parts = [_parts(changed, excerpt) for changed in tried]
     joint = excerpt.signals[POSITION]
     left = [float(np.sum((columns @ _shares(columns, joint) - joint) ** 2)) for _, columns in parts]
     best = int(np.argmin(left))
@@ -147,11 +149,13 @@ def _parts(model: Model, excerpt: Measurement) -> tuple[tuple[str, ...], Array]:
     time = excerpt.time
     spread = float(np.std(excerpt.signals[POSITION]))
     moving = {
-        key: one for key, one in _answers(model, excerpt).items() if np.std(one) > MOVES * spread
+        key: answer
+        for key, answer in _answers(model, excerpt).items()
+        if np.std(answer) > MOVES * spread
     }
     start = InitialState(ratio_of_pulleys(model) * float(excerpt.motor_position[0]), 0.0)
     free = sensitivity(model, replace(excerpt, load_torque=None), start, ()).derivatives[POSITION]
-    late = [np.gradient(one, time) for one in moving.values()]
+    late = [np.gradient(answer, time) for answer in moving.values()]
     return tuple(moving), np.column_stack([*moving.values(), *late, free, np.ones_like(time)])
 
 

@@ -115,14 +115,14 @@ def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Tria
         table = (*readings_of(excerpt), deflection_reading(model))
         gear = _gear(model, excerpt)
     trials = [_Trial(reading, _left_by(model, excerpt, reading)) for reading in table]
-    good = [one for one in trials if _explains(one, declared)]
+    good = [trial for trial in trials if _explains(trial, declared)]
     told = [*good, gear] if gear is not None and _explains(gear, declared) else good
     if not told:
         return ()
     best = _first_of_best(told)
     found = (best,) if gear is None else _beside_gear(best, gear, good)
     found = found if len(found) > 1 else (*found, *_other_unit(found[0], good))
-    return tuple(sorted(found, key=lambda one: one.unexplained))
+    return tuple(sorted(found, key=lambda trial: trial.unexplained))
 
 
 def _left_by(model: Model, excerpt: Measurement, reading: Reading) -> float:
@@ -144,8 +144,8 @@ def _explains(trial: _Trial, declared: float) -> bool:
 
 
 def _first_of_best(trials: Sequence[_Trial]) -> _Trial:
-    best = min(one.unexplained for one in trials)
-    return next(one for one in trials if one.unexplained <= max(LIKE * best, FINE))
+    best = min(trial.unexplained for trial in trials)
+    return next(trial for trial in trials if trial.unexplained <= max(LIKE * best, FINE))
 
 
 def _beside_gear(best: _Trial, gear: _Trial, others: Sequence[_Trial]) -> tuple[_Trial, ...]:
@@ -155,7 +155,11 @@ def _beside_gear(best: _Trial, gear: _Trial, others: Sequence[_Trial]) -> tuple[
         best
         if best is not gear
         else next(
-            (one for one in others if set(one.reading.factors) == {signal} and one.reading.unit),
+            (
+                trial
+                for trial in others
+                if set(trial.reading.factors) == {signal} and trial.reading.unit
+            ),
             None,
         )
     )
@@ -172,12 +176,12 @@ def _other_unit(best: _Trial, others: Sequence[_Trial]) -> tuple[_Trial, ...]:
     """Another unit of the same columns that explains nearly as much, if there is one."""
     columns = set(best.reading.factors)
     close = [
-        one
-        for one in others
-        if one is not best and one.reading.unit and set(one.reading.factors) == columns
-        if best.reading.unit and one.unexplained <= LIKE * best.unexplained
+        trial
+        for trial in others
+        if trial is not best and trial.reading.unit and set(trial.reading.factors) == columns
+        if best.reading.unit and trial.unexplained <= LIKE * best.unexplained
     ]
-    return tuple(sorted(close, key=lambda one: one.unexplained)[:1])
+    return tuple(sorted(close, key=lambda trial: trial.unexplained)[:1])
 
 
 def _gear(model: Model, excerpt: Measurement) -> _Trial | None:
@@ -206,7 +210,7 @@ def _gear(model: Model, excerpt: Measurement) -> _Trial | None:
     rounded = [float(f"{ratio:.4g}")]
     if abs(ratio / round(ratio) - 1.0) <= WHOLE:
         rounded.insert(0, float(round(ratio)))
-    return _first_of_best([trial(one) for one in rounded])
+    return _first_of_best([trial(candidate) for candidate in rounded])
 
 
 def _is_long(model: Model, excerpt: Measurement) -> bool:
@@ -259,10 +263,10 @@ def _trajectory(model: Model, excerpt: Measurement, offset: float) -> Trajectory
 
 def _sentence(measurement: Measurement, found: Sequence[_Trial], declared: float) -> str:
     clauses = [
-        f"{one.reading.what}: as declared the model errs by {declared:.3g} times the signal's "
-        f"spread, read so by {one.unexplained:.3g} times; "
-        f"{one.reading.cure(measurement.preparation)}"
-        for one in found
+        f"{trial.reading.what}: as declared the model errs by {declared:.3g} times the signal's "
+        f"spread, read so by {trial.unexplained:.3g} times; "
+        f"{trial.reading.cure(measurement.preparation)}"
+        for trial in found
     ]
     return f"{measurement.name}: " + "; or ".join(clauses)
 
@@ -271,14 +275,14 @@ def _sentence(measurement: Measurement, found: Sequence[_Trial], declared: float
 
 
 def _torque_suspicions(model: Model, measurement: Measurement, excerpt: Measurement) -> list[str]:
-    measured = [one for one in ("joint_torque", "motor_torque") if one in excerpt.signals]
+    measured = [signal for signal in ("joint_torque", "motor_torque") if signal in excerpt.signals]
     if not measured or not _is_long(model, excerpt):
         return []
     trajectory = _trajectory(model, excerpt, 0.0)
     if trajectory is None:
         return []
-    found = (_torque_suspicion(one, trajectory, measurement, excerpt) for one in measured)
-    return [one for one in found if one]
+    found = (_torque_suspicion(signal, trajectory, measurement, excerpt) for signal in measured)
+    return [suspicion for suspicion in found if suspicion]
 
 
 def _torque_suspicion(

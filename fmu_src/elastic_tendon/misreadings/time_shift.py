@@ -169,10 +169,10 @@ def _resolved(model: Model, measurement: Measurement) -> Measurement:
             found[signal] = _told(model, measurement.shifted(shifts), signal)
             shifts[signal] = found[signal].shift
     notes = [
-        f"{signal} is taken as {1e3 * one.shift:.2f} ms late, which was estimated with this model "
-        f"(standard error {1e3 * one.standard_error:.2f} ms if the model is right; friction that "
+        f"{signal} is taken as {1e3 * told.shift:.2f} ms late, which was estimated with this model "
+        f"(standard error {1e3 * told.standard_error:.2f} ms if the model is right; friction that "
         "it lacks or a wrong inertia passes for a delay)"
-        for signal, one in found.items()
+        for signal, told in found.items()
     ]
     # all at once, as when the file is read again with these numbers
     return replace(measurement.shifted(shifts), notes=(*measurement.notes, *notes))

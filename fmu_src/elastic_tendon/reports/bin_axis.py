@@ -26,9 +26,9 @@ class BinAxis:
 
 def by_variable(bins: Sequence[Bin]) -> dict[str, list[Bin]]:
     """Bins of each variable by which a recording is split in more than one."""
-    split = Counter(one.by for one in bins)
+    split = Counter(bin_.by for bin_ in bins)
     several = [by for by, count in split.items() if count > 1]
-    return {by: [one for one in bins if one.by == by] for by in several}
+    return {by: [bin_ for bin_ in bins if bin_.by == by] for by in several}
 
 
 def axis_below(bins: Sequence[Bin]) -> BinAxis:
@@ -39,14 +39,14 @@ def axis_below(bins: Sequence[Bin]) -> BinAxis:
     bins : those of one variable, in order
     """
     by = bins[0].by
-    edges = [bins[0].lower, *(one.upper for one in bins)]
+    edges = [bins[0].lower, *(bin_.upper for bin_ in bins)]
     numbers = [edge for edge in edges if edge is not None]
     if len(numbers) == len(edges):
         places = tuple(index - 0.5 for index in range(len(edges)))
         span = numbers[-1] - numbers[0]
-        labels = tuple(_edge(one, span) for one in numbers)
+        labels = tuple(_edge(number, span) for number in numbers)
         return BinAxis(places, labels, with_unit(by), edges=True)
-    names = tuple(re.split("[:,]", one.bin)[0] for one in bins)
+    names = tuple(re.split("[:,]", bin_.bin)[0] for bin_ in bins)
     return BinAxis(tuple(map(float, range(len(bins)))), names, by.replace("_", " "), edges=False)
 
 

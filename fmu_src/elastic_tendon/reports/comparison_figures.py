@@ -141,9 +141,9 @@ def ladder(rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
 def _draw_ladder(axes: Axes, rungs: Sequence[Rung], signal: str) -> None:
     quantity = shown(signal)
     places = np.arange(len(rungs))
-    lines = [("fitted data", BLUE, "o", [one.rmse[signal] for one in rungs])]
-    if all(signal in one.heldout_rmse for one in rungs):
-        heldout = [one.heldout_rmse[signal] for one in rungs]
+    lines = [("fitted data", BLUE, "o", [rung.rmse[signal] for rung in rungs])]
+    if all(signal in rung.heldout_rmse for rung in rungs):
+        heldout = [rung.heldout_rmse[signal] for rung in rungs]
         lines.append(("held-out data", VERMILLION, "s", heldout))
     labels: list[list[tuple[float, str]]] = [[] for _ in rungs]
     for label, colour, marker, values in lines:
@@ -162,7 +162,7 @@ def _draw_ladder(axes: Axes, rungs: Sequence[Rung], signal: str) -> None:
     axes.margins(y=0.15)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_xticks(places, [fill(verbatim(one.title), TITLE) for one in rungs])
+    axes.set_xticks(places, [fill(verbatim(rung.title), TITLE) for rung in rungs])
     axes.set_xlim(-0.4, len(rungs) - 0.6)
     axes.set_ylabel(f"RMS error, {quantity.words} ({quantity.small_unit})")
     axes.legend(frameon=False)

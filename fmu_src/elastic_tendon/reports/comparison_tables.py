@@ -85,13 +85,13 @@ def summary_sentences(comparison: Comparison) -> list[str]:
     for name, rmse in comparison.rmse().items():
         quantity = shown(name, static=static)
         errors = [file.signals[name] for file in comparison.files if name in file.signals]
-        fits = [one.fit_percent for one in errors if one.fit_percent is not None]
+        fits = [error.fit_percent for error in errors if error.fit_percent is not None]
         text = (
             f"The {quantity.words} error of {comparison.model.name} is {quantity.error(rmse)} RMS, "
             f"{times_noise(ratios[name])}"
         )
         if fits:
-            ends = dict.fromkeys(f"{one:.1f}" for one in (min(fits), max(fits)))
+            ends = dict.fromkeys(f"{fit:.1f}" for fit in (min(fits), max(fits)))
             text += f"; the fit is {' to '.join(ends)} %"
         told.append(f"{text}.")
     return told
@@ -116,12 +116,12 @@ def bin_tables(
     for name, same in _alike(location.bins).items():
         bins = location.bins[name]
         quantity = shown(name, static=file.measurement.static)
-        outstanding = [one for one in bins if one.stands_out]
+        outstanding = [bin_ for bin_ in bins if bin_.stands_out]
         chosen = list(bins) if all_bins else strongest(outstanding, sample_shares(bins))
         if not chosen:
             continue
         left = len(outstanding) - len(chosen)
-        captions = [f"The {shown(other).words} is off in the same places." for other in same]
+        captions = [f"The {shown(signal).words} is off in the same places." for signal in same]
         if all_bins:
             captions.append("* stands out: more error than noise, sure for all bins together")
         elif left > 0:
@@ -139,9 +139,9 @@ def _alike(bins: Mapping[str, Sequence[Bin]]) -> dict[str, list[str]]:
     """
     found: dict[str, list[str]] = {}
     for name, own in bins.items():
-        for other in found:
-            if _same_places(own, bins[other]):
-                found[other].append(name)
+        for earlier in found:
+            if _same_places(own, bins[earlier]):
+                found[earlier].append(name)
                 break
         else:
             found[name] = []
@@ -155,39 +155,42 @@ def repeats(files: Sequence[FileComparison]) -> dict[str, list[str]]:
     """
     found: dict[str, list[str]] = {}
     for name in dict.fromkeys(name for file in files for name in file.signals):
-        for other in found:
-            if all(_repeats(file, name, other) for file in files):
-                found[other].append(name)
+        for earlier in found:
+            if all(_repeats(file, name, earlier) for file in files):
+                found[earlier].append(name)
                 break
         else:
             found[name] = []
     return found
 
 
-def _repeats(file: FileComparison, name: str, other: str) -> bool:
+def _repeats(file: FileComparison, name: str, earlier: str) -> bool:
     """Whether both were measured and simulated at a fixed ratio, or neither in this recording."""
-    if name not in file.signals or other not in file.signals:
-        return name not in file.signals and other not in file.signals
+    if name not in file.signals or earlier not in file.signals:
+        return name not in file.signals and earlier not in file.signals
     measured = file.measurement.signals
-    simulated = {one: file.trajectory[file.trajectory.measured(one)] for one in (name, other)}
+    simulated = {
+        signal: file.trajectory[file.trajectory.measured(signal)] for signal in (name, earlier)
+    }
     return all(
-        _proportional(of[other], of[name])
-        for of in (measured, {one: simulated[one] - measured[one] for one in simulated})
+        _proportional(of[earlier], of[name])
+        for of in (measured, {signal: simulated[signal] - measured[signal] for signal in simulated})
     )
 
 
-def _proportional(one: Array, other: Array) -> bool:
-    squares = float(one @ one)
+def _proportional(first: Array, second: Array) -> bool:
+    squares = float(first @ first)
     if squares == 0.0:
         return False
-    left = other - one * (float(one @ other) / squares)
-    return float(left @ left) < SAME_SHARE * float(other @ other)
+    left = second - first * (float(first @ second) / squares)
+    return float(left @ left) < SAME_SHARE * float(second @ second)
 
 
 def _same_places(some: Sequence[Bin], others: Sequence[Bin]) -> bool:
     return len(some) == len(others) and all(
-        (one.by, one.bin) == (other.by, other.bin) and abs(one.share - other.share) < SAME_SHARE
-        for one, other in zip(some, others, strict=True)
+        (first.by, first.bin) == (second.by, second.bin)
+        and abs(first.share - second.share) < SAME_SHARE
+        for first, second in zip(some, others, strict=True)
     )
 
 
@@ -207,27 +210,27 @@ def _fill(
     table.add_column("share of\nsamples", justify="right", no_wrap=True)
     if mark:
         table.add_column("")
-    for one in bins:
-        in_time = one.by != "frequency"  # a band has neither samples nor a bias
+    for bin_ in bins:
+        in_time = bin_.by != "frequency"  # a band has neither samples nor a bias
         cells = [
-            one.by.replace("_", " "),
-            one.bin,
-            number(quantity.small * one.rmse),
-            number(quantity.small * one.bias) if in_time else "-",
-            f"{100.0 * one.share:.0f} %",
-            f"{100.0 * sample_share[one]:.0f} %" if in_time else "-",
+            bin_.by.replace("_", " "),
+            bin_.bin,
+            number(quantity.small * bin_.rmse),
+            number(quantity.small * bin_.bias) if in_time else "-",
+            f"{100.0 * bin_.share:.0f} %",
+            f"{100.0 * sample_share[bin_]:.0f} %" if in_time else "-",
         ]
         if mark:
-            cells.append("*" if one.stands_out else " ")
+            cells.append("*" if bin_.stands_out else " ")
         table.add_row(*cells)
 
 
 def sample_shares(bins: Sequence[Bin]) -> dict[Bin, float]:
     """Share of each bin in the samples of its split."""
     totals: dict[str, int] = {}
-    for one in bins:
-        totals[one.by] = totals.get(one.by, 0) + one.count
-    return {one: one.count / totals[one.by] for one in bins}
+    for bin_ in bins:
+        totals[bin_.by] = totals.get(bin_.by, 0) + bin_.count
+    return {bin_: bin_.count / totals[bin_.by] for bin_ in bins}
 
 
 def strongest(bins: Sequence[Bin], sample_share: Mapping[Bin, float]) -> list[Bin]:
@@ -241,10 +244,10 @@ def strongest(bins: Sequence[Bin], sample_share: Mapping[Bin, float]) -> list[Bi
     bins : those to choose from, in the order of their variables' ranges
     sample_share : of every bin of the signal
     """
-    telling = [one for one in bins if one.share >= DENSER * sample_share[one]]
-    chosen = sorted(telling, key=lambda one: sample_share[one] - one.share)[:ROWS]
+    telling = [bin_ for bin_ in bins if bin_.share >= DENSER * sample_share[bin_]]
+    chosen = sorted(telling, key=lambda bin_: sample_share[bin_] - bin_.share)[:ROWS]
     order = by_concentration(list(sample_share))
-    return sorted((one for one in bins if one in chosen), key=lambda one: order.index(one.by))
+    return sorted((bin_ for bin_ in bins if bin_ in chosen), key=lambda bin_: order.index(bin_.by))
 
 
 def _table(title: str, caption: str | None) -> Table:

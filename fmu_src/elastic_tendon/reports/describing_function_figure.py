@@ -64,7 +64,9 @@ def _draw_stiffness(axes: Axes, found: DescribingFunction, model: Model) -> None
     stiffnesses = (table.stiffness_state_1, table.stiffness_state_2, table.stiffness_state_3)
     drawn: dict[float, tuple[str, str]] = {}
     for (state, colour), stiffness in zip(STATES, stiffnesses, strict=True):
-        same = next((one for one in drawn if np.isclose(one, stiffness, rtol=SAME)), stiffness)
+        same = next(
+            (known for known in drawn if np.isclose(known, stiffness, rtol=SAME)), stiffness
+        )
         earlier, first_colour = drawn.get(same, ("", colour))
         drawn[same] = (f"{earlier} and {state}" if earlier else state, first_colour)
     for stiffness, (states, colour) in drawn.items():
@@ -90,7 +92,7 @@ def _mark_amplitudes(axes: Axes, found: DescribingFunction, model: Model) -> Non
     )
     for borders, colour, style, label in kinds:
         beyond = [amplitudes - np.abs(border - means) for border in borders]
-        reached = sorted(np.interp(0.0, one, amplitudes) for one in beyond if one[-1] > 0)
+        reached = sorted(np.interp(0.0, excess, amplitudes) for excess in beyond if excess[-1] > 0)
         if len(reached) == 2 and np.isclose(reached[0], reached[1], rtol=SAME):
             reached.pop()
         for index, amplitude in enumerate(reached):

@@ -46,7 +46,7 @@ def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
     """
     for signal in diagnosis.ladder[0].rmse:
         yield f"ladder_{signal}", partial(ladder, diagnosis.ladder, signal)
-    if any(one.candidates for one in diagnosis.rounds):
+    if any(judged.candidates for judged in diagnosis.rounds):
         yield "candidates", partial(candidates, diagnosis.rounds)
     for effect_id in diagnosis.added:
         yield f"explained_by_{effect_id}", partial(explained_by, diagnosis, effect_id)
@@ -59,9 +59,9 @@ def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
 
 def _of_recordings(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
     first, last = diagnosis.steps[0], diagnosis.steps[-1]
-    pairs = [(*one, "fitted") for one in _pairs(first.comparison, last.comparison)]
+    pairs = [(*pair, "fitted") for pair in _pairs(first.comparison, last.comparison)]
     if first.heldout is not None and last.heldout is not None:
-        pairs += [(*one, "held-out") for one in _pairs(first.heldout, last.heldout)]
+        pairs += [(*pair, "held-out") for pair in _pairs(first.heldout, last.heldout)]
     names = file_names([after.measurement.name for _, after, _ in pairs])
     for name, (before, after, kind) in zip(names, pairs, strict=True):
         yield f"{name}_before_and_after", partial(before_and_after, before, after, kind)
@@ -285,7 +285,7 @@ def _draw_cloud(
 ) -> None:
     kept = some(len(cloud[0]))
     style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": size}
-    axes.plot(*(one[kept] for one in cloud), color=colour, label=label, rasterized=True, **style)
+    axes.plot(*(axis[kept] for axis in cloud), color=colour, label=label, rasterized=True, **style)
 
 
 # ---- the next experiment -----------------------------------------------------------------------

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
@@ -21,7 +20,7 @@ from elastic_tendon.diagnosis.result import (
 )
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.reports.recordings import recording_sentences
-from elastic_tendon.reports.tables import alias_sentences, with_interval
+from elastic_tendon.reports.tables import TIGHT, alias_sentences, with_interval
 from elastic_tendon.reports.units import evidence_text, number, shown, times_noise
 
 # candidates that are shown of a round; the option --all-candidates shows all
@@ -74,7 +73,7 @@ def _sizes(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _estimates(diagnosis: Diagnosis) -> dict[str, Estimate]:
-    return {one.path: one for one in diagnosis.findings.estimates}
+    return {estimate.path: estimate for estimate in diagnosis.findings.estimates}
 
 
 def _sized(diagnosis: Diagnosis, effect_id: str) -> str:
@@ -274,7 +273,7 @@ def _next_experiment(experiment: Experiment, call: Call) -> list[str]:
 
 
 def _next_learned(term: LearnedTerm, call: Call) -> list[str]:
-    variables = " and ".join(one.replace("_", " ") for one in term.variables)
+    variables = " and ".join(variable.replace("_", " ") for variable in term.variables)
     text = (
         f"A smooth function of {variables} explains {percent(term.explains)} of what remains, "
         "judged on samples that it was not fitted to."
@@ -316,7 +315,7 @@ def called_set(candidate: Candidate) -> str:
 
 
 def candidates_table(judged: Round, *, every: bool = False) -> Table | None:
-    """Candidates of a round, with the evidence for each.
+    """Candidates of a round, with the evidence for each; its numbers, and why, are below its name.
 
     Parameters
     ----------
@@ -329,22 +328,21 @@ def candidates_table(judged: Round, *, every: bool = False) -> Table | None:
     """
     if not judged.candidates:
         return None
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), caption_justify="left")
-    table.add_column("candidate", overflow="fold", ratio=3)
-    for heading in ("proba-\nbility", "evi-\ndence", "gain\nfitted", "gain\nheld out"):
+    table = Table(**TIGHT, caption_justify="left")
+    table.add_column("candidate", overflow="fold")
+    for heading in ("probability", "evidence", "gain\nfitted", "gain\nheld out"):
         table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("numbers, and why", overflow="fold", ratio=4)
     chosen = judged.candidates if every else judged.candidates[:CANDIDATES]
     for candidate in chosen:
+        below = [*candidate_numbers(candidate), candidate.reason]
         table.add_row(
-            escape(called_set(candidate)),
+            escape("\n  ".join([called_set(candidate), *below])),
             percent(candidate.probability),
             evidence_text(candidate.evidence),
             gain(candidate.gain),
             gain(candidate.heldout_gain),
-            escape("\n".join([*candidate_numbers(candidate), candidate.reason])),
         )
-    table.add_row(NONE, percent(none_of_them(judged)), *("-",) * 3, "")
+    table.add_row(NONE, percent(none_of_them(judged)), *("-",) * 3)
     captions = [
         "evidence: beside the model before the round, less is better, 10 decide",
         "gain: share by which the squared error falls; held out: on samples that the",
@@ -390,5 +388,5 @@ def _short(path: str) -> str:
 def _units(paths: Sequence[str]) -> Mapping[str, str]:
     """Unit of each parameter as it follows a number."""
     present = {path.split(".")[1] for path in paths if path.startswith("effects.")}
-    declared = {one.path: one.unit for one in quantities(present)}
+    declared = {quantity.path: quantity.unit for quantity in quantities(present)}
     return {path: _unit(declared[path]) for path in paths}

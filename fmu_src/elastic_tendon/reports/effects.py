@@ -37,7 +37,9 @@ def effects_table(effects: Iterable[Effect], elsewhere: Mapping[str, str]) -> Ta
     table.add_column("what it is")
     table.add_column("parameters")
     for effect in effects:
-        names = ", ".join(f"{one.name} ({unit_text(one.unit)})" for one in effect.parameters)
+        names = ", ".join(
+            f"{parameter.name} ({unit_text(parameter.unit)})" for parameter in effect.parameters
+        )
         table.add_row(effect.id, effect.title, names)
     for effect_id, package in sorted(elsewhere.items()):
         table.add_row(effect_id, f"(from {package}; runs when you name it)", "")
@@ -72,7 +74,7 @@ def effect_sections(effect: Effect, example: Model) -> list[tuple[str, list[str]
         ("Size", [effect.magnitude]),
         (
             f"Parameters, typical on {example.name}; at the defaults the effect is absent",
-            [_parameter(effect, one, example) for one in effect.parameters],
+            [_parameter(effect, parameter, example) for parameter in effect.parameters],
         ),
         ("States", _states(effect)),
         ("Not together with", _rivals(effect)),
@@ -106,7 +108,9 @@ def _states(effect: Effect) -> list[str]:
 
 def _rivals(effect: Effect) -> list[str]:
     """Effects that claim to be the same law; a model takes one of them."""
-    others = [one.id for one in BY_ID.values() if one.law_of == effect.law_of and one != effect]
+    others = [
+        rival.id for rival in BY_ID.values() if rival.law_of == effect.law_of and rival != effect
+    ]
     if not effect.law_of or not others:
         return []
     return [f"{', '.join(others)}: a model takes one law of {effect.law_of}"]

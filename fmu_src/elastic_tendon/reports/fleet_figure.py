@@ -65,7 +65,7 @@ def fleet_figure(model: Model, table: pd.DataFrame) -> Figure:
     _draw_effects(found, table, appeared)
     _draw_errors(errors, table)
     _write_reasons(numbers, table, widths[0])
-    numbers.set_yticks(np.arange(len(table)), [shortened(str(one)) for one in table[ROBOT]])
+    numbers.set_yticks(np.arange(len(table)), [shortened(str(robot)) for robot in table[ROBOT]])
     bar = figure.colorbar(mesh, cax=scale, orientation="horizontal", extend="both")
     bar.set_label("change where a number moved significantly (% of the given value)")
     for axes in spare:
@@ -91,7 +91,7 @@ def _draw_numbers(axes: Axes, model: Model, table: pd.DataFrame) -> QuadMesh:
     if len(table) <= MOST_NUMBERED:
         for row, column in np.argwhere(np.isfinite(changes)).tolist():
             _write(axes, column, row, float(changes[row, column]))
-    _grid(axes, [one.removeprefix("transmission.") for one in paths], len(table))
+    _grid(axes, [path.removeprefix("transmission.") for path in paths], len(table))
     axes.set_title("numbers of the model", fontsize="medium")
     return mesh
 
@@ -117,16 +117,19 @@ def _write(axes: Axes, column: int, row: int, percent: float) -> None:
 
 def _appeared(table: pd.DataFrame) -> tuple[str, ...]:
     """Ids of all effects that appeared, in the catalogue's order; what none explains is last."""
-    ids = {one for text in table[APPEARED] for one in named(text)}
-    known = [one for one in effects.BY_ID if one in ids]
+    ids = {effect_id for text in table[APPEARED] for effect_id in named(text)}
+    known = [effect_id for effect_id in effects.BY_ID if effect_id in ids]
     return (*known, *sorted(ids.difference(known, [UNKNOWN])), *sorted(ids & {UNKNOWN}))
 
 
 def _draw_effects(axes: Axes, table: pd.DataFrame, appeared: Sequence[str]) -> None:
     for row, text in enumerate(table[APPEARED]):
-        for one in named(text):
-            axes.plot(appeared.index(one), row, marker="D", color=PURPLE, markersize=7.0)
-    titles = [effects.BY_ID[one].title if one in effects.BY_ID else one for one in appeared]
+        for effect_id in named(text):
+            axes.plot(appeared.index(effect_id), row, marker="D", color=PURPLE, markersize=7.0)
+    titles = [
+        effects.BY_ID[effect_id].title if effect_id in effects.BY_ID else effect_id
+        for effect_id in appeared
+    ]
     _grid(axes, titles or ["none"], len(table))
     axes.set_title("effects", fontsize="medium")
     axes.set_yticks([])
@@ -134,7 +137,7 @@ def _draw_effects(axes: Axes, table: pd.DataFrame, appeared: Sequence[str]) -> N
 
 def _grid(axes: Axes, names: Sequence[str], rows: int) -> None:
     places = np.arange(len(names))
-    labels = [verbatim(one) for one in names]
+    labels = [verbatim(name) for name in names]
     axes.set_xticks(places, labels, rotation=40, ha="right", rotation_mode="anchor")
     axes.set_xlim(-0.5, len(names) - 0.5)
     axes.vlines(places[1:] - 0.5, -0.5, rows - 0.5, color="0.85", linewidth=0.6)
@@ -198,13 +201,14 @@ def _legend(table: pd.DataFrame) -> list[Line2D]:
     signals = _measured(table)
     if len(signals) > 1:
         handles += [
-            Line2D([], [], label=shown(one).words, color=SIGNAL_COLOURS[one]) for one in signals
+            Line2D([], [], label=shown(signal).words, color=SIGNAL_COLOURS[signal])
+            for signal in signals
         ]
     return handles
 
 
 def _measured(table: pd.DataFrame) -> list[str]:
-    return [one for one in SIGNALS if table[_ratio(one, "after")].notna().any()]
+    return [signal for signal in SIGNALS if table[_ratio(signal, "after")].notna().any()]
 
 
 def _ratio(signal: str, when: str) -> str:

@@ -60,11 +60,11 @@ def linear_figure(
     figure = Figure(figsize=(4.3 * (len(channels) + 1), 6.4), layout="constrained")
     grid = figure.add_gridspec(2, len(channels) + 1)
     styled = _styled(models)
-    omega = frequencies([analyse(one) for _, one in columns(models)])
-    for place, one in enumerate(channels):
+    omega = frequencies([analyse(model) for _, model in columns(models)])
+    for place, drawn in enumerate(channels):
         upper = figure.add_subplot(grid[0, place])
         lower = figure.add_subplot(grid[1, place], sharex=upper)
-        _draw_bode(upper, lower, styled, one, omega)
+        _draw_bode(upper, lower, styled, drawn, omega)
     _draw_poles(figure.add_subplot(grid[:, -1]), styled, channels[0])
     title = f"{verbatim(name)}: linear models, driven by {DRIVES[drive]}"
     figure.suptitle(title)
@@ -76,7 +76,7 @@ def linear_figure(
 def _drawn(drive: Drive) -> list[tuple[str, str]]:
     if drive is Drive.TORQUE:
         return list(main_channels(drive)[:2])
-    return [one for one in main_channels(drive) if one[1] == JOINT_POSITION]
+    return [channel for channel in main_channels(drive) if channel[1] == JOINT_POSITION]
 
 
 _Styled = list[tuple[str, LinearModel, dict[str, Any]]]
@@ -91,7 +91,7 @@ def _styled(models: Sequence[LinearModel]) -> _Styled:
         style = _STYLES[None if state in used else state]
         used.add(state)
         found.append((_label(towards, model), model, style))
-    return sorted(found, key=lambda one: -float(one[2]["linewidth"]))
+    return sorted(found, key=lambda entry: -float(entry[2]["linewidth"]))
 
 
 def _label(towards: str, model: LinearModel) -> str:
@@ -121,7 +121,7 @@ def _draw_bode(
     if not upper.lines:
         upper.text(0.5, 0.5, "no response", transform=upper.transAxes, ha="center")
         upper.set(xscale="log", yscale="log", xlim=(omega[0], omega[-1]))
-    names = [one.replace("_", " ") for one in channel]
+    names = [signal.replace("_", " ") for signal in channel]
     upper.set_title(f"{names[0]} → {names[1]}", fontsize="medium")
     upper.set_ylabel(f"magnitude ({ratio_of_units(*channel)})")
     lower.set_ylabel("phase (°)")
@@ -144,7 +144,7 @@ def _angular(frequency: Any) -> Any:
 
 def ratio_of_units(input_name: str, output_name: str) -> str:
     """Unit of the response of an output to an input."""
-    over, under = (unit_text(unit_of(one) or "1") for one in (output_name, input_name))
+    over, under = (unit_text(unit_of(signal) or "1") for signal in (output_name, input_name))
     if over == under:
         return "1"
     return f"{over}/({under})" if "·" in under or "/" in under else f"{over}/{under}"
@@ -172,7 +172,7 @@ def _draw_poles(axes: Axes, styled: _Styled, channel: tuple[str, str]) -> None:
         axes.set(xlim=(-1.0, 1.0), ylim=(-1.0, 1.0))  # all at the origin
     axes.set_xlabel("real part (rad/s)")
     axes.set_ylabel("imaginary part (rad/s)")
-    words = " → ".join(one.replace("_", " ") for one in channel)
+    words = " → ".join(signal.replace("_", " ") for signal in channel)
     far_away = f"\nfar away: zeros at {', '.join(sorted(left_out))} rad/s" if left_out else ""
     axes.set_title(f"poles ×, zeros ○\n{words}{far_away}", fontsize="medium")
     tidy(axes)

@@ -1,6 +1,6 @@
 """Linear models for the terminal: where each holds, what it says; numbers come from `linear`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import degrees, pi
 
 from rich.box import SIMPLE_HEAD
@@ -26,6 +26,7 @@ DRIVES = {
     Drive.TORQUE: "motor torque",
 }
 TOWARDS = ("towards −", "towards +")  # of deflection: the models of both sides
+ABREAST = 3  # models in one table of the terminal
 NOTHING = "–"
 
 Channels = Sequence[tuple[str, str]]  # input and output
@@ -41,9 +42,9 @@ def columns(models: Sequence[LinearModel]) -> list[tuple[str, LinearModel]]:
         states = [side.validity.slack_state for side in model.sides]
         if model.validity.slack_state not in states:
             found.append(("", model))
-        for one in zip(TOWARDS, model.sides, strict=False):
-            if not any(_same(one[1], other) for _, other in found):
-                found.append(one)
+        for labelled in zip(TOWARDS, model.sides, strict=False):
+            if not any(_same(labelled[1], known) for _, known in found):
+                found.append(labelled)
     return found
 
 
@@ -58,8 +59,20 @@ def linear_table(
     models : of one drive, with all inputs and outputs
     channels : inputs and outputs of which zeros are shown; None: the main ones of the drive
     """
-    drive = models[0].drive
+    return _table(name, columns(models), channels)
+
+
+def linear_tables(
+    name: str, models: Sequence[LinearModel], channels: Channels | None = None
+) -> Iterator[Table]:
+    """The same in several tables, of no more columns than 80 letters are enough for."""
     shown = columns(models)
+    for start in range(0, len(shown), ABREAST):
+        yield _table(name, shown[start : start + ABREAST], channels)
+
+
+def _table(name: str, shown: Sequence[tuple[str, LinearModel]], channels: Channels | None) -> Table:
+    drive = shown[0][1].drive
     title = f"{name}: linear models, driven by {DRIVES[drive]}"
     table = Table(title=title, box=SIMPLE_HEAD, min_width=len(title))
     table.add_column("", no_wrap=True)
@@ -68,19 +81,21 @@ def linear_table(
         table.add_column(f"{heading}\n{towards}".rstrip(), justify="right")
     every = [model for _, model in shown]
     for label, tell in _PLACE:
-        _add(table, label, [tell(one) for one in every])
+        _add(table, label, [tell(model) for model in every])
     table.add_section()
-    analyses = [analyse(one) for one in every]
+    analyses = [analyse(model) for model in every]
     for label, read in _NUMBERS:
-        _add(table, label, [read(one) for one in analyses])
+        _add(table, label, [read(analysis) for analysis in analyses])
     table.add_section()
-    for one, other in channels or _present(main_channels(drive), every):
-        label = f"zeros, {_words(one)}\n→ {_words(other)} (rad/s)"
-        found = [analysis.channel(one, other).zeros for analysis in analyses]
+    for input_name, output_name in channels or _present(main_channels(drive), every):
+        label = f"zeros, {_words(input_name)}\n→ {_words(output_name)} (rad/s)"
+        found = [analysis.channel(input_name, output_name).zeros for analysis in analyses]
         _add(table, label, [_roots([zero for zero in zeros if zero.imag >= 0]) for zeros in found])
     if drive is Drive.TORQUE:
-        collocated = [one.channel(DRIVE_TORQUE, MOTOR_POSITION) for one in analyses]
-        told = ["\n".join(map(_digits, one.anti_resonances)) or NOTHING for one in collocated]
+        collocated = [analysis.channel(DRIVE_TORQUE, MOTOR_POSITION) for analysis in analyses]
+        told = [
+            "\n".join(map(_digits, channel.anti_resonances)) or NOTHING for channel in collocated
+        ]
         _add(table, "motor's anti-resonance (rad/s)", told)
     return table
 
@@ -89,11 +104,11 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
     """Sentences below the table: the span of frequencies, and what a reader has to know."""
     every = [model for _, model in columns(models)]
     told = []
-    analyses = [analyse(one) for one in every]
+    analyses = [analyse(model) for model in every]
     span = frequency_span(analyses)
     without = [
-        state_name(one.validity.slack_state)
-        for one, found in zip(every, analyses, strict=True)
+        state_name(model.validity.slack_state)
+        for model, found in zip(every, analyses, strict=True)
         if found.tendon_oscillation is None
     ]
     if span is not None and len(every) - len(without) > 1:
@@ -105,21 +120,23 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
         told.append(
             f"In state {' and '.join(without)} the joint does not oscillate on its tendons."
         )
-    on = [_at(one) for one in every if one.validity.on_boundary]
-    here = {one.deflection: _switching(one) for one in reversed(on)}  # as the first side tells it
+    on = [_at(model) for model in every if model.validity.on_boundary]
+    here = {
+        boundary.deflection: _switching(boundary) for boundary in reversed(on)
+    }  # as the first side tells it
     told.extend(
         f"The operating point lies on a switching boundary ({words}): the models of both sides "
         "are given."
         for words in here.values()
     )
-    if any(_slides_at_rest(one) for one in every):
+    if any(_slides_at_rest(model) for model in every):
         told.append(
             "Dry friction of the joint counts as sliding, in which it is constant; of a "
             f"model.toml, --mode {JOINT_MOTION.name}=0 gives the joint that sticks."
         )
-    if not all(one.validity.active for one in every):
+    if not all(model.validity.active for model in every):
         told.append("Where a state is not active, the boundaries are those of the state that is.")
-    if any(JOINT_TORQUE not in one.output_labels for one in every):
+    if any(JOINT_TORQUE not in model.output_labels for model in every):
         told.append(
             "Torques of damped springs need the motor's velocity, which --drive position has not."
         )
@@ -128,7 +145,7 @@ def remarks(models: Sequence[LinearModel]) -> list[str]:
             "Stiffness and damping of the tendons are those of a small and sudden motion, in which "
             "nothing has relaxed; the static stiffness is that of the joint in the long run."
         )
-    if any(_velocity_acts(one) for one in every):
+    if any(_velocity_acts(model) for model in every):
         told.append(
             "Motor position and velocity are inputs of their own, as of the FMU, so a zero is that "
             "of one of them alone; --drive position or velocity joins them."
@@ -152,15 +169,15 @@ def _present(channels: Channels, models: Sequence[LinearModel]) -> Channels:
     """Channels that all have: with damped springs, a motor driven by position has no torque."""
     names = [(model.input_labels, model.output_labels) for model in models]
     return [
-        (one, other)
-        for one, other in channels
-        if all(one in inputs and other in outputs for inputs, outputs in names)
+        (input_name, output_name)
+        for input_name, output_name in channels
+        if all(input_name in inputs and output_name in outputs for inputs, outputs in names)
     ]
 
 
-def _same(one: LinearModel, other: LinearModel) -> bool:
-    return one.validity.modes == other.validity.modes and (
-        one.validity.operating_point == other.validity.operating_point
+def _same(first: LinearModel, second: LinearModel) -> bool:
+    return first.validity.modes == second.validity.modes and (
+        first.validity.operating_point == second.validity.operating_point
     )
 
 
@@ -216,15 +233,15 @@ def _engaged(model: LinearModel) -> str:
 
 def _next(sign: int) -> Callable[[LinearModel], str]:
     def tell(model: LinearModel) -> str:
-        boundaries = [one for one in model.validity.boundaries if _of_place(one)]
+        boundaries = [boundary for boundary in model.validity.boundaries if _of_place(boundary)]
         # that on which the model lies ends it on one side
         ends = boundaries[-1:] if sign > 0 else boundaries[:1]
-        beyond = [one for one in ends if sign * one.deflection_margin >= 0]
+        beyond = [boundary for boundary in ends if sign * boundary.deflection_margin >= 0]
         if not beyond:
             return "none"
-        one = beyond[0]
-        margins = f"{one.deflection_margin:+.4g} rad\n{one.torque_margin:+.4g} N·m"
-        return f"{margins}\n{_switching(one)}"
+        nearest = beyond[0]
+        margins = f"{nearest.deflection_margin:+.4g} rad\n{nearest.torque_margin:+.4g} N·m"
+        return f"{margins}\n{_switching(nearest)}"
 
     return tell
 
@@ -237,23 +254,23 @@ def _of_place(boundary: Boundary) -> bool:
 def _breakaway(model: LinearModel) -> str:
     """Loads beside the one at rest that set a sticking joint in motion."""
     return "\n".join(
-        f"{one.torque_margin:+.4g} N·m"
-        for one in model.validity.boundaries
-        if JOINT_MOTION.name in one.switches
+        f"{boundary.torque_margin:+.4g} N·m"
+        for boundary in model.validity.boundaries
+        if JOINT_MOTION.name in boundary.switches
     )
 
 
 def _at(model: LinearModel) -> Boundary:
     """The boundary on which a model lies."""
     return next(
-        one
-        for one in model.validity.boundaries
-        if one.deflection_margin == 0.0 and one.torque_margin == 0.0
+        boundary
+        for boundary in model.validity.boundaries
+        if boundary.deflection_margin == 0.0 and boundary.torque_margin == 0.0
     )
 
 
 def _switching(boundary: Boundary) -> str:
-    return ", ".join(mode_words(*one) for one in boundary.switches.items())
+    return ", ".join(mode_words(*switch) for switch in boundary.switches.items())
 
 
 def _slides_at_rest(model: LinearModel) -> bool:
@@ -321,11 +338,11 @@ def _of_pairs(tell: Callable[[Pole], str]) -> Callable[[Analysis], str]:
 
 
 _NUMBERS: tuple[tuple[str, Callable[[Analysis], str]], ...] = (
-    ("tendons' stiffness (N·m/rad)", lambda one: _or_nothing(one.tendon_stiffness)),
-    ("tendons' damping (N·m·s/rad)", lambda one: _or_nothing(one.tendon_damping)),
-    ("static stiffness (N·m/rad)", lambda one: _digits(one.stiffness)),
+    ("tendons' stiffness (N·m/rad)", lambda analysis: _or_nothing(analysis.tendon_stiffness)),
+    ("tendons' damping (N·m·s/rad)", lambda analysis: _or_nothing(analysis.tendon_damping)),
+    ("static stiffness (N·m/rad)", lambda analysis: _digits(analysis.stiffness)),
     ("natural frequency (rad/s)", _of_pairs(lambda pole: _digits(pole.natural_frequency))),
     ("natural frequency (Hz)", _of_pairs(lambda pole: _digits(pole.natural_frequency / (2 * pi)))),
     ("damping ratio", _of_pairs(lambda pole: _digits(pole.damping_ratio))),
-    ("poles (rad/s)", lambda one: _roots([pole.value for pole in one.poles])),
+    ("poles (rad/s)", lambda analysis: _roots([pole.value for pole in analysis.poles])),
 )

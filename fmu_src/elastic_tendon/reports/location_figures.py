@@ -155,11 +155,11 @@ def error_maps(file: FileComparison, found: FileLocation) -> Figure:
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
     quantity = shown("joint_position")
     maps = maps_of(file, found)
-    for panels, one in zip(figure.subplots(len(maps), 2), maps, strict=True):
+    for panels, error_map in zip(figure.subplots(len(maps), 2), maps, strict=True):
         words = f"RMS error, {quantity.words}\n({quantity.small_unit})"
-        _draw_map(panels[0], one.rms, one.variables, words, quantity.small)
+        _draw_map(panels[0], error_map.rms, error_map.variables, words, quantity.small)
         words = "mean missing torque (N·m)"
-        _draw_map(panels[1], one.torque, one.variables, words, signed=True)
+        _draw_map(panels[1], error_map.torque, error_map.variables, words, signed=True)
     figure.suptitle(f"{shortened(file.measurement.name)}: where the error lies")
     return figure
 
@@ -216,7 +216,7 @@ def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Fi
     split = by_variable(bins)
     figure, panels = _panels(len(split))
     for axes, chosen in zip(panels, split.values(), strict=True):
-        _draw_bars(axes, chosen, [shares[one] for one in chosen])
+        _draw_bars(axes, chosen, [shares[bin_] for bin_ in chosen])
     quantity = shown(signal, static=file.measurement.static)
     figure.suptitle(f"{shortened(file.measurement.name)}: share of the {quantity.words} error")
     marks = [
@@ -230,8 +230,8 @@ def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Fi
 
 def _draw_bars(axes: Axes, bins: Sequence[Bin], samples: Sequence[float]) -> None:
     places = np.arange(len(bins))
-    colours = [VERMILLION if one.stands_out else "0.75" for one in bins]
-    axes.bar(places, [one.share for one in bins], color=colours, width=0.8)
+    colours = [VERMILLION if bin_.stands_out else "0.75" for bin_ in bins]
+    axes.bar(places, [bin_.share for bin_ in bins], color=colours, width=0.8)
     axes.hlines(samples, places - 0.42, places + 0.42, color=BLACK, linewidth=1.6)
     _draw_ticks(axes, bins)
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=""))
@@ -309,8 +309,8 @@ def residual_correlation(file: FileComparison, signal: str) -> Figure:
     """
     found = correlations(file, signal)
     figure, panels = _panels(len(found), columns=2)
-    for axes, one in zip(panels, found, strict=True):
-        _draw_correlation(axes, one)
+    for axes, correlation in zip(panels, found, strict=True):
+        _draw_correlation(axes, correlation)
     quantity = shown(signal)
     name = shortened(file.measurement.name)
     figure.suptitle(f"{name}: does the {quantity.words} error follow anything?")
@@ -324,8 +324,8 @@ def _draw_correlation(axes: Axes, found: Correlation) -> None:
     axes.fill_between(found.lag, *ends, color="0.85", linewidth=0)
     axes.axhline(0.0, color="0.5", linewidth=0.8)
     axes.plot(*envelope(found.lag, found.values), color=BLUE, linewidth=1.2)
-    other = found.other.replace("_", " ")
-    axes.set_title(f"with the {other}" if other else "with itself", fontsize="medium")
+    signal = found.signal.replace("_", " ")
+    axes.set_title(f"with the {signal}" if signal else "with itself", fontsize="medium")
     axes.set_xlabel("lag of the error (s)")
     axes.set_ylabel("correlation (1)")
     tidy(axes)

@@ -68,7 +68,9 @@ def springs_over(model: Model, deflection: Array) -> Springs:
     """The springs' own curve over the range of a motion; its deflection (n,) in rad."""
     low, high = float(np.min(deflection)), float(np.max(deflection))
     margin = MARGIN * (high - low) or MARGIN  # a joint may stand still against its motor
-    boundaries = tuple(one for one in slack_boundaries(model.transmission) if low < one < high)
+    boundaries = tuple(
+        boundary for boundary in slack_boundaries(model.transmission) if low < boundary < high
+    )
     across = np.unique(np.concatenate([np.linspace(low, high, POINTS), boundaries]))
     torque = characteristic_torque(across, model.transmission)
     return Springs(across, torque, boundaries, (low - margin, high + margin))

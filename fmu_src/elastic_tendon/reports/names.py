@@ -1,6 +1,7 @@
 """Names that users give, as figures show them."""
 
 LONGEST = 44  # letters of a recording's name in a title
+NARROW = 22  # letters of the path of a number in a table
 
 
 def verbatim(name: str) -> str:
@@ -18,6 +19,11 @@ def abridged(name: str) -> str:
     if len(name) > LONGEST:
         return f"{name[: LONGEST // 2]}…{name[-LONGEST // 2 + 1 :]}"
     return name
+
+
+def at_dots(path: str) -> str:
+    """The dotted path of a number for a narrow column: a long one goes on in further lines."""
+    return path if len(path) <= NARROW else path.replace(".", ".\n")
 
 
 def shortened(name: str) -> str:

@@ -15,4 +15,6 @@ def comments(lines: Iterable[str]) -> str:
 
 def _printable(line: str) -> str:
     """A line for a comment: names of files may hold what TOML and UTF-8 do not allow there."""
-    return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in line)
+    return "".join(
+        letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in line
+    )

@@ -70,12 +70,12 @@ def _mark_states(axes: Axes, boundaries: tuple[float, float]) -> None:
 
 
 def _title(signature: Signature) -> str:
-    units = {one.name: unit_text(one.unit) for one in signature.effect.parameters}
+    units = {parameter.name: unit_text(parameter.unit) for parameter in signature.effect.parameters}
     numbers = [
         f"{name} = {value:.3g}" + ("" if units[name] == "1" else f" {units[name]}")
         for name, value in signature.numbers.items()
     ]
     times = "" if signature.times_typical == 1.0 else f"{signature.times_typical:g} × the "
     heading = f"{signature.effect.title} of {times}typical size on {signature.example}"
-    below = fill(", ".join(one.replace(" ", FIXED) for one in numbers), LINE)
+    below = fill(", ".join(number.replace(" ", FIXED) for number in numbers), LINE)
     return verbatim(f"{heading}\n{below}")

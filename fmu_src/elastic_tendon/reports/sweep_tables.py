@@ -9,7 +9,8 @@ from rich.table import Table
 
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.comparison.simulated import SUFFIXES
-from elastic_tendon.reports.tables import SURE, four_digits
+from elastic_tendon.reports.names import at_dots
+from elastic_tendon.reports.tables import SURE, TIGHT, four_digits
 from elastic_tendon.reports.units import noise_ratio
 from elastic_tendon.sweeps.bootstrap import BootstrapInterval
 from elastic_tendon.sweeps.fleet import SIGNALS, error_columns
@@ -37,7 +38,9 @@ def failure_sentences(summary: Summary, *, reasons: bool) -> list[str]:
     if not summary.failed:
         return []
     some = f"{summary.failed} of {summary.runs} runs failed; the last column says of what"
-    listed = [f"  {one.count} like run {one.run}: {one.text}" for one in summary.reasons]
+    listed = [
+        f"  {reason.count} like run {reason.run}: {reason.text}" for reason in summary.reasons
+    ]
     return [some, *listed] if reasons else [some]
 
 
@@ -49,22 +52,22 @@ def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
     summary : of the table of results
     varied : unit of each column that varied
     """
-    table = Table(title="Over all runs", box=SIMPLE_HEAD)
+    table = Table(title="Over all runs", **TIGHT)
     table.add_column("", overflow="fold")
     for heading in ("minimum", "5 %", "median", "95 %", "maximum"):
         table.add_column(heading, justify="right", no_wrap=True)
     last = ""
-    for one in summary.columns:
-        numbers = (one.minimum, *one.quantiles, one.maximum)
-        name, dot, statistic = one.name.partition(".")
-        if one.name in varied:
-            last, words = "", f"{short(one.name)}, {unit_text(varied[one.name])}"
+    for column in summary.columns:
+        numbers = (column.minimum, *column.quantiles, column.maximum)
+        name, dot, statistic = column.name.partition(".")
+        if column.name in varied:
+            last, words = "", _with_unit(column.name, varied[column.name])
         else:
             if name != last and dot:
                 table.add_section()
                 table.add_row(name.replace("_", " "))
             last, words = name, f"  {_words(statistic or name)}"
-        table.add_row(words.removesuffix(", 1"), *map(four_digits, numbers))
+        table.add_row(words, *map(four_digits, numbers))
     if summary.sampled < summary.rows:
         table.caption = f"quantiles are those of {summary.sampled} rows, evenly spaced"
     return table
@@ -73,6 +76,11 @@ def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
 def short(path: str) -> str:
     """A number's path without what everybody knows."""
     return path.removeprefix("transmission.").removeprefix("effects.")
+
+
+def _with_unit(path: str, unit: str) -> str:
+    name = at_dots(short(path))
+    return name if unit == "1" else f"{name}, {unit_text(unit)}"
 
 
 def _words(column: str) -> str:
@@ -85,17 +93,14 @@ def _words(column: str) -> str:
 
 def bootstrap_table(intervals: Sequence[BootstrapInterval]) -> Table:
     """Fitted numbers with the interval of the fit and that of the refits."""
-    table = Table(title="Fitted numbers, with 95 % intervals", box=SIMPLE_HEAD)
-    table.add_column("number", overflow="fold", min_width=16)
+    table = Table(title="Fitted numbers, with 95 % intervals", **TIGHT)
+    table.add_column("number", overflow="fold")
     table.add_column("fitted", justify="right", no_wrap=True)
     table.add_column("by the fit alone", no_wrap=True)
     table.add_column("by refits", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    for one in intervals:
-        ends = [_ends(one.fitted, pair) for pair in (one.linear, one.bootstrap)]
-        # a name that is too long breaks where it has a joint
-        name = short(one.path).replace("spring.", "spring.\n")
-        table.add_row(name, four_digits(one.fitted), *ends, unit_text(one.unit))
+    for interval in intervals:
+        ends = [_ends(interval.fitted, pair) for pair in (interval.linear, interval.bootstrap)]
+        table.add_row(_with_unit(interval.path, interval.unit), four_digits(interval.fitted), *ends)
     table.caption = WHICH_INTERVAL
     return table
 
@@ -123,7 +128,7 @@ def fleet_summary(found: pd.DataFrame) -> Table:
         if signal != SIGNALS[0]:
             errors += f"\n({signal.replace('_', ' ')})"
         changes = [row[DRIFTED].replace("transmission.", ""), row[APPEARED]]
-        words = "\n".join(one.replace("; ", "\n") for one in changes if one)
+        words = "\n".join(change.replace("; ", "\n") for change in changes if change)
         table.add_row(row[ROBOT], row[VERDICT].replace("_", " "), errors, words or "nothing")
         if after > LOUD:
             table.caption = (
@@ -141,4 +146,4 @@ def _errors(row: Mapping[Any, float]) -> tuple[float, float, str]:
         before, after = (row[columns["noise_ratio", when]] for when in ("before", "after"))
         if not pd.isna(after):
             ratios.append((before, after, signal))
-    return max(ratios, key=lambda one: one[1])
+    return max(ratios, key=lambda entry: entry[1])

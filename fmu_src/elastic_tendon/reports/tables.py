@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise
 from math import floor, log10, nan
+from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -14,12 +15,15 @@ from elastic_tendon.effects.base import Effect
 from elastic_tendon.estimation.add import Addition
 from elastic_tendon.estimation.determinability import Estimate, Findings
 from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.reports.names import at_dots
 from elastic_tendon.reports.units import noise_ratio, number, shown, times_noise
 
 # relative change of a held-out error that is worth a word
 NOTICEABLE = 1e-3
 # of a number, the half width of its interval from which on its sixth digit is not sure
 SURE = 1e-6
+
+TIGHT: dict[str, Any] = {"box": SIMPLE_HEAD, "padding": (0, 1, 0, 0)}  # columns of a table
 
 NEXT_AFTER_DEMO = """
 Try next, with your own recording (columns time_s, motor_position_rad, joint_position_rad):
@@ -69,25 +73,26 @@ def ladder_table(rungs: Sequence[Rung]) -> Table:
 
 def estimates_table(findings: Findings) -> Table:
     """Fitted numbers with interval; those the data leave open are said to be so."""
-    table = Table(title="What was fitted, with 95 % intervals", box=SIMPLE_HEAD)
-    table.add_column("number", overflow="fold")  # the one that may break: a cut figure is wrong
+    table = Table(title="What was fitted, with 95 % intervals", **TIGHT)
+    table.add_column("number", overflow="fold")  # may break: a cut figure is wrong
     table.add_column("given", justify="right", no_wrap=True)
     table.add_column("fitted", no_wrap=True)
     table.add_column("unit", no_wrap=True)
-    for one in findings.estimates:
-        table.add_row(*estimate_cells(one))
+    for estimate in findings.estimates:
+        name, *numbers = estimate_cells(estimate)
+        table.add_row(at_dots(name), *numbers)
     table.caption = open_note(findings) or None
     return table
 
 
-def estimate_cells(one: Estimate) -> tuple[str, str, str, str]:
+def estimate_cells(estimate: Estimate) -> tuple[str, str, str, str]:
     """A fitted number: what it is called, as given, as fitted with its interval, and its unit."""
-    fitted = with_interval(one.fitted, one.interval)
+    fitted = with_interval(estimate.fitted, estimate.interval)
     return (
-        one.path.removeprefix("transmission.").removeprefix("effects."),
-        four_digits(one.given),
-        fitted if one.determined else f"{four_digits(one.fitted)} (open)",
-        unit_text(one.unit),
+        estimate.path.removeprefix("transmission.").removeprefix("effects."),
+        four_digits(estimate.given),
+        fitted if estimate.determined else f"{four_digits(estimate.fitted)} (open)",
+        unit_text(estimate.unit),
     )
 
 
@@ -99,20 +104,20 @@ def four_digits(value: float) -> str:
 
 def open_note(findings: Findings) -> str:
     """What "open" means in a table of fitted numbers, "" where none is."""
-    if all(one.determined for one in findings.estimates):
+    if all(estimate.determined for estimate in findings.estimates):
         return ""
     return "open: not determined by these data; any value near what was given would do"
 
 
 def ratios_table(findings: Findings) -> Table:
     """What the data determine where they leave a common scale open; J is the link's inertia."""
-    table = Table(title="Determined as ratios only, with 95 % intervals", box=SIMPLE_HEAD)
+    table = Table(title="Determined as ratios only, with 95 % intervals", **TIGHT)
     table.add_column("ratio", overflow="fold")
     table.add_column("fitted", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for ratio in findings.ratios:
         table.add_row(
-            ratio.name.removeprefix("transmission."),
+            at_dots(ratio.name.removeprefix("transmission.")),
             with_interval(ratio.value, ratio.interval),
             unit_text(ratio.unit),
         )

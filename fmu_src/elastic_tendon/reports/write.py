@@ -25,7 +25,9 @@ def report(result: Diagnosis | Comparison, path: str | Path, *, force: bool = Fa
     """
     first = result.steps[0].comparison if isinstance(result, Diagnosis) else result
     files = [file.measurement.source for file in first.files]
-    origin = origin_of("elastic_tendon.report(...)", [("data", Path(one)) for one in files if one])
+    origin = origin_of(
+        "elastic_tendon.report(...)", [("data", Path(file)) for file in files if file]
+    )
     where = locate(first)
     if isinstance(result, Diagnosis):
         text = diagnosis_document(result, where, origin)

@@ -50,10 +50,10 @@ class Beside:
     @property
     def difference(self) -> float:
         """Largest distance from a point of one curve to the other, as a share of the axes."""
-        one, other = (np.column_stack((curve.x, curve.y)) for curve in (self.without, self.with_it))
-        size = np.ptp(np.vstack((one, other)), axis=0)
-        one, other = one / size, other / size
-        return float(max(directed_hausdorff(one, other)[0], directed_hausdorff(other, one)[0]))
+        bare, full = (np.column_stack((curve.x, curve.y)) for curve in (self.without, self.with_it))
+        size = np.ptp(np.vstack((bare, full)), axis=0)
+        bare, full = bare / size, full / size
+        return float(max(directed_hausdorff(bare, full)[0], directed_hausdorff(full, bare)[0]))
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Signature:
     @property
     def difference(self) -> float:
         """Largest difference in any of the experiments, as a share of the axes."""
-        return max(one.difference for one in (self.slow_loop, self.fast_loop, self.step))
+        return max(beside.difference for beside in (self.slow_loop, self.fast_loop, self.step))
 
 
 def signature(effect: Effect, example: Model) -> Signature:
@@ -102,7 +102,9 @@ def signature(effect: Effect, example: Model) -> Signature:
     """
     signatures = (_signature(effect, example, factor) for factor in FACTORS)
     return next(
-        one for one in signatures if one.difference >= VISIBLE or one.times_typical == FACTORS[-1]
+        found
+        for found in signatures
+        if found.difference >= VISIBLE or found.times_typical == FACTORS[-1]
     )
 
 
@@ -119,9 +121,9 @@ def _signature(effect: Effect, example: Model, times_typical: float) -> Signatur
         example=example.name,
         numbers=numbers,
         times_typical=times_typical,
-        slow_loop=Beside(*(Curve(one.deflection, one.load_torque) for one in slow)),
-        fast_loop=Beside(*(Curve(one.deflection, one.joint_torque) for one in fast)),
-        step=Beside(*(Curve(one.time, one.joint_position) for one in step)),
+        slow_loop=Beside(*(Curve(run.deflection, run.load_torque) for run in slow)),
+        fast_loop=Beside(*(Curve(run.deflection, run.joint_torque) for run in fast)),
+        step=Beside(*(Curve(run.time, run.joint_position) for run in step)),
         motor=Curve(step[0].time, step[0].motor_position),
         slack_boundaries=(table.negative_slack_boundary, table.positive_slack_boundary),
     )
@@ -130,9 +132,11 @@ def _signature(effect: Effect, example: Model, times_typical: float) -> Signatur
 def _numbers(effect: Effect, example: Model, times_typical: float) -> dict[str, float]:
     """Typical numbers, those that say how strong the effect is multiplied, inside the bounds."""
     numbers = {}
-    for one in effect.parameters:
-        factor = 1.0 if one.shape else times_typical
-        numbers[one.name] = min(max(factor * typical_value(example, one), one.lower), one.upper)
+    for parameter in effect.parameters:
+        factor = 1.0 if parameter.shape else times_typical
+        numbers[parameter.name] = min(
+            max(factor * typical_value(example, parameter), parameter.lower), parameter.upper
+        )
     return numbers
 
 

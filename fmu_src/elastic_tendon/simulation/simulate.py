@@ -222,7 +222,7 @@ class _Motion:
             time=time,
             position=position,
             load=load,
-            slopes=tuple(_slopes(time, one) if cubic else None for one in (position, load)),
+            slopes=tuple(_slopes(time, samples) if cubic else None for samples in (position, load)),
             interpolation=_INTERPOLATIONS.index(interpolation),
             start=_initial_state(model, initial_state),
             tolerance=tolerance,
@@ -296,32 +296,7 @@ def simulate(
     tolerance: float = DEFAULT_TOLERANCE,
     as_measured: bool = False,
 ) -> Trajectory:
-    """Simulate the actuator for a given motor motion and load, in one call of the library.
-
-    Parameters
-    ----------
-    model : Model
-    time : (n,) array, s; increasing
-    motor_position : (n,) array, rad at the motor pulley
-    load_torque : (n,) array, N·m on the joint, optional; none acts where it is missing
-    initial_state : mapping of state names to values, optional; start values where missing
-    interpolation : "hold", "linear" or "cubic" (spline) between the samples
-    tolerance : relative, and absolute in units of the states' nominals; 1e-14 to 1e-2
-    as_measured : for a model with effects on measured signals: `motor_position` is what the
-        encoder reads, and outputs of the joint are what is recorded at the sample times, a delay
-        late. Before the first sample the inputs are as there. Else: true angles, no delay
-
-    Returns
-    -------
-    Trajectory
-
-    Raises
-    ------
-    SimulationError
-        where the solver cannot go on; the message names the time and the reason
-    ValueError
-        where an argument has the wrong shape or is not finite
-    """
+    """Simulate a motion that is given; `elastic_tendon.simulate` tells the arguments and errors."""
     inputs = (time, motor_position, load_torque)
     motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
     trajectory, _ = _run(model, motion, (), as_measured)

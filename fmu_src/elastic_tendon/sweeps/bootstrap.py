@@ -21,7 +21,6 @@ from elastic_tendon.actuator import problems
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.errors import ModelError, SweepError
-from elastic_tendon.estimation.add import Report
 from elastic_tendon.estimation.coordinates import Coordinates, free_parameters
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.estimation.fit import QUICK, FitResult, fit
@@ -29,6 +28,7 @@ from elastic_tendon.estimation.stretches import FEWEST_STRETCHES, MEMORIES, sett
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import silent
 from elastic_tendon.native.library import library_path
+from elastic_tendon.result import Progress
 from elastic_tendon.sweeps import FEWEST_REFITS
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
 from elastic_tendon.sweeps.task import FAILURE, RUN
@@ -62,7 +62,7 @@ class Bootstrap:
     @property
     def paths(self) -> tuple[str, ...]:
         """Dotted paths of the free numbers."""
-        return tuple(one.path for one in self.estimates)
+        return tuple(estimate.path for estimate in self.estimates)
 
     @property
     def identity(self) -> dict[str, str]:
@@ -84,7 +84,7 @@ class Bootstrap:
 
     def batch(self) -> int:
         """Refits of about half a second."""
-        samples = sum(len(one.time) for one in self.simulated)
+        samples = sum(len(measurement.time) for measurement in self.simulated)
         return max(1, SAMPLES_IN_BATCH // samples)
 
     def rows(self, start: int, stop: int) -> pd.DataFrame:
@@ -111,7 +111,7 @@ class Bootstrap:
         lot = np.random.default_rng([self.seed, run])
         fitted = self.fitted.model
         pairs = zip(self.simulated, self.errors, self.blocks, strict=True)
-        measurements = [_recorded_again(*one, lot) for one in pairs]
+        measurements = [_recorded_again(*pair, lot) for pair in pairs]
         given = _given_again(fitted, self.paths, lot)
         result = fit(given, measurements, free=self.paths, starts=[fitted], effort=QUICK)
         _go_on(result)
@@ -126,7 +126,7 @@ def bootstrap(
     runs: int,
     seed: int,
     free: Sequence[str] | None = None,
-    report: Report = silent,
+    progress: Progress = silent,
 ) -> Bootstrap:
     """Fit once, and prepare the refits that tell how far the numbers scatter.
 
@@ -151,7 +151,7 @@ def bootstrap(
     runs : number of refits; some 1000 for an interval to two digits
     seed : of the random numbers, 0 or above; refit i depends on it and on i alone
     free : dotted paths of the numbers to fit; None: all that have an uncertainty
-    report : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done
 
     Returns
     -------
@@ -171,8 +171,12 @@ def bootstrap(
     if not measurements:
         raise SweepError("a bootstrap needs at least one recording to refit; name one")
     paths = _free(model, free)
-    library_path(model.effect_ids, report)
-    result = fit(model, measurements, free=paths, progress=lambda share: report("fitting", share))
+    library_path(model.effect_ids, progress)
+
+    def fitting(share: float) -> None:
+        progress("fitting", share)
+
+    result = fit(model, measurements, free=paths, progress=fitting)
     _go_on(result)
     errors = result.problem.errors(result.vector)
     sigmas = {path: model.uncertainty_of(path) for path in paths}
@@ -180,11 +184,11 @@ def bootstrap(
     return Bootstrap(
         fitted=ship(_with_sigmas(result.model, sigmas)),
         estimates=result.findings.estimates,
-        simulated=tuple(_with_errors(one, part) for one, part in pairs),
+        simulated=tuple(_with_errors(measurement, part) for measurement, part in pairs),
         errors=tuple(
             {name: values - values.mean() for name, values in part.items()} for part in errors
         ),
-        blocks=tuple(_block(result.model, one, part) for one, part in pairs),
+        blocks=tuple(_block(result.model, measurement, part) for measurement, part in pairs),
         runs=runs,
         seed=seed,
     )
@@ -231,7 +235,7 @@ def _given_again(fitted: Model, paths: Sequence[str], lot: np.random.Generator) 
     """Numbers that might have been given of a machine that is as fitted."""
     coordinates = Coordinates.of(fitted, paths)
     drawn = np.clip(lot.standard_normal(len(paths)), *coordinates.bounds())
-    declared = {one.path: one for one in quantities(fitted.effect_ids)}
+    declared = {quantity.path: quantity for quantity in quantities(fitted.effect_ids)}
     # on a bound, but for rounding
     values = {
         path: min(max(value, declared[path].lower), declared[path].upper)
@@ -248,7 +252,7 @@ def _block(model: Model, measurement: Measurement, errors: Mapping[str, Array]) 
     """Number of samples to draw together: several memories of the errors, or n^(1/3)."""
     samples = len(measurement.time)
     settled = settling_samples(model, measurement)
-    memory = max(min(autocorrelation_time(one), settled) for one in errors.values())
+    memory = max(min(autocorrelation_time(error), settled) for error in errors.values())
     wanted = max(MEMORIES * memory, samples ** (1.0 / 3.0))
     return int(min(wanted, samples / FEWEST_STRETCHES))
 
@@ -274,9 +278,11 @@ def _order(samples: int, block: int, lot: np.random.Generator) -> NDArray[np.int
 def _content(
     simulated: Sequence[Measurement], errors: Sequence[Mapping[str, Array]]
 ) -> Iterator[bytes]:
-    for one, part in zip(simulated, errors, strict=True):
-        yield f"{one.interpolation} {one.static} {sorted(one.inputs)} {list(part)}".encode()
-        for values in (one.time, *one.inputs.values(), *one.signals.values(), *part.values()):
+    for measurement, part in zip(simulated, errors, strict=True):
+        inputs, signals = measurement.inputs, measurement.signals
+        kind = f"{measurement.interpolation} {measurement.static}"
+        yield f"{kind} {sorted(inputs)} {list(part)}".encode()
+        for values in (measurement.time, *inputs.values(), *signals.values(), *part.values()):
             yield np.ascontiguousarray(values, dtype=np.float64).tobytes()
 
 
@@ -328,11 +334,11 @@ def intervals(task: Bootstrap, table: pd.DataFrame) -> tuple[BootstrapInterval, 
     ends = np.quantile(good.to_numpy(), ENDS, axis=0, method="weibull")
     return tuple(
         BootstrapInterval(
-            path=one.path,
-            unit=one.unit,
-            fitted=one.fitted,
-            linear=one.interval,
+            path=estimate.path,
+            unit=estimate.unit,
+            fitted=estimate.fitted,
+            linear=estimate.interval,
             bootstrap=(float(low), float(high)),
         )
-        for one, low, high in zip(task.estimates, *ends, strict=True)
+        for estimate, low, high in zip(task.estimates, *ends, strict=True)
     )

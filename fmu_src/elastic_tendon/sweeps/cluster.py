@@ -144,7 +144,7 @@ class _Backend(DaskDistributedBackend):  # type: ignore[misc]
         if isinstance(out, BaseException):
             raise out
         results = super().retrieve_result_callback(out)
-        if not all(isinstance(one, Done) for one in results):
+        if not all(isinstance(result, Done) for result in results):
             raise CancelledError  # joblib takes what Dask says of a cancelled piece for a result
         return results
 

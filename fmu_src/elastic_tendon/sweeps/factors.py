@@ -94,7 +94,7 @@ def parse_factor(model: Model, text: str) -> Factor:
         for an unknown path, a form that is none of these, or a value that is not allowed
     """
     path, equals, form = (part.strip() for part in text.partition("="))
-    known = {one.path: one for one in quantities(model.effect_ids)}
+    known = {declared.path: declared for declared in quantities(model.effect_ids)}
     if path not in known:
         raise SweepError(problems.unknown_key(path or repr(text), path, known, model.name))
     quantity = known[path]
@@ -105,7 +105,7 @@ def parse_factor(model: Model, text: str) -> Factor:
         return Factor(path, _between(quantity, value, form.split(":")))
     if form.endswith("%"):
         return Factor(path, _relative(quantity, value, _number(form[:-1], path)))
-    return Factor(path, _values(quantity, tuple(_number(one, path) for one in form.split(","))))
+    return Factor(path, _values(quantity, tuple(_number(item, path) for item in form.split(","))))
 
 
 def stated_factors(model: Model) -> tuple[Factor, ...]:
@@ -168,7 +168,7 @@ def _between(quantity: Quantity, value: float, parts: list[str]) -> Values | Uni
     path = quantity.path
     if len(parts) > 3:
         raise SweepError(f"{path}={':'.join(parts)}: cannot be read; write {FORMS}")
-    low, high = (_limit(one, value, path) for one in parts[:2])
+    low, high = (_limit(part, value, path) for part in parts[:2])
     if not low < high:
         raise SweepError(f"{path}: {low:g} is not below {high:g}; write LOW:HIGH")
     _check_bounds(quantity, (low, high))
@@ -219,7 +219,7 @@ def _check_continuous(quantity: Quantity) -> None:
 
 
 def _check_bounds(quantity: Quantity, values: tuple[float, ...]) -> None:
-    outside = [one for one in values if not quantity.lower <= one <= quantity.upper]
+    outside = [value for value in values if not quantity.lower <= value <= quantity.upper]
     if outside:
         unit = "" if quantity.unit == "1" else f" {unit_text(quantity.unit)}"
         raise SweepError(

@@ -176,17 +176,17 @@ def fleet(
     """
     if not robots:
         raise MeasurementError("a fleet has no robots; name the recordings of at least one")
-    chosen = [one if isinstance(one, Robot) else _robot(str(one)) for one in robots]
+    chosen = [robot if isinstance(robot, Robot) else _robot(str(robot)) for robot in robots]
     _check_names(chosen)
-    here = tuple(replace(one, data=tuple(map(_absolute, one.data))) for one in chosen)
-    items = tuple(_absolute(one) if Path(one).is_file() else one for one in options.mapping)
+    here = tuple(replace(robot, data=tuple(map(_absolute, robot.data))) for robot in chosen)
+    items = tuple(_absolute(item) if Path(item).is_file() else item for item in options.mapping)
     preparations = [item for item in items if Path(item).is_file()]
     return Fleet(
         # every effect of the user's own is a candidate
         model=ShippedModel(model.to_toml(), effects.BY_ID.own_files(effects.BY_ID)),
         robots=here,
         options=replace(options, mapping=items),
-        digests=tuple(_digest([*one.data, *preparations]) for one in here),
+        digests=tuple(_digest([*robot.data, *preparations]) for robot in here),
     )
 
 
@@ -230,7 +230,7 @@ def _robot(data: str) -> Robot:
         return Robot(name, (data,))
     if window is not None:
         raise MeasurementError(f"{data}: a folder has no window; name the file and its window")
-    found = sorted(str(one) for one in path.iterdir() if _is_recording(one))
+    found = sorted(str(file) for file in path.iterdir() if _is_recording(file))
     if not found:
         raise MeasurementError(
             f"{path}: no recordings are in this folder (none ends on {', '.join(SUFFIXES_READ)}); "
@@ -250,12 +250,12 @@ def _is_recording(path: Path) -> bool:
 
 def _check_names(robots: Sequence[Robot]) -> None:
     first: dict[str, Robot] = {}
-    for one in robots:
-        other = first.setdefault(one.name, one)
-        if other is not one:
+    for robot in robots:
+        earlier = first.setdefault(robot.name, robot)
+        if earlier is not robot:
             raise MeasurementError(
-                f"{other.data[0]} and {one.data[0]}: two robots are called {one.name}; rename a "
-                "file, or put all recordings of a robot into one folder"
+                f"{earlier.data[0]} and {robot.data[0]}: two robots are called {robot.name}; "
+                "rename a file, or put all recordings of a robot into one folder"
             )
 
 
@@ -268,12 +268,12 @@ def _absolute(data: str) -> str:
 def _digest(data: Sequence[str]) -> str:
     """SHA-256 of all files that some data is read from, and of what is beside them."""
     digest = hashlib.sha256()
-    for one in data:
-        path, _ = split_window(one)
+    for recording in data:
+        path, _ = split_window(recording)
         beside = Path(f"{path}.toml")
         inside = sorted(path.rglob("*")) if path.is_dir() else [path]
         for file in (*inside, *([beside] if beside.is_file() else [])):
-            digest.update(f"{one} {file.name} {_content(file)}\n".encode())
+            digest.update(f"{recording} {file.name} {_content(file)}\n".encode())
     return digest.hexdigest()
 
 
@@ -295,7 +295,7 @@ def fleet_table(path: Path) -> pd.DataFrame:
 
 def error_columns(signal: str) -> dict[tuple[str, str], str]:
     """Columns of a signal's error: ("noise_ratio" or "rmse", "before" or "after") -> name."""
-    unit = {one.name: one.unit for one in OUTPUTS}[signal]
+    unit = {variable.name: variable.unit for variable in OUTPUTS}[signal]
     suffixes = {"noise_ratio": "", "rmse": SUFFIXES[unit]}
     return {
         (kind, when): f"{signal}_{kind}_{when}{suffix}"
@@ -306,7 +306,7 @@ def error_columns(signal: str) -> dict[tuple[str, str], str]:
 
 def named(text: str) -> tuple[str, ...]:
     """Dotted paths in a text of `drifted`, or ids of effects in one of `appeared`."""
-    return tuple(re.split(r"[ :]", one, maxsplit=1)[0] for one in text.split("; ") if one)
+    return tuple(re.split(r"[ :]", entry, maxsplit=1)[0] for entry in text.split("; ") if entry)
 
 
 def _numbers(model: Model) -> Iterator[str]:
@@ -318,7 +318,7 @@ def _numbers(model: Model) -> Iterator[str]:
 
 
 def _summary(found: Diagnosis) -> dict[str, str | float]:
-    estimates = {one.path: one for one in found.findings.estimates}
+    estimates = {estimate.path: estimate for estimate in found.findings.estimates}
     row: dict[str, str | float] = {
         VERDICT: found.verdict,
         DRIFTED: "; ".join(_drift(estimates[path]) for path in found.parameters_changed),
@@ -330,23 +330,24 @@ def _summary(found: Diagnosis) -> dict[str, str | float]:
             rung = ends[when]
             row[column] = (rung.rmse if kind == "rmse" else rung.noise_ratio)[signal]
     for path in free_parameters(found.given):
-        one = estimates[path]
-        row |= {path: one.fitted, path + LOW: one.interval[0], path + HIGH: one.interval[1]}
+        estimate = estimates[path]
+        low, high = estimate.interval
+        row |= {path: estimate.fitted, path + LOW: low, path + HIGH: high}
     return row
 
 
-def _drift(one: Estimate) -> str:
-    return f"{one.path} {_number(one.given)} -> {_with_interval(one)}"
+def _drift(estimate: Estimate) -> str:
+    return f"{estimate.path} {_number(estimate.given)} -> {_with_interval(estimate)}"
 
 
-def _with_interval(one: Estimate) -> str:
+def _with_interval(estimate: Estimate) -> str:
     """Fitted number, unit and interval, with as many digits as tell its ends apart."""
-    low, high = one.interval
+    low, high = estimate.interval
     size, width = max(abs(low), abs(high)), high - low
     digits = 2 + floor(log10(size / width)) if 0.0 < width < size else DIGITS
     digits = min(max(digits, DIGITS), MOST_DIGITS)
-    fitted, *ends = (_number(value, digits) for value in (one.fitted, low, high))
-    return f"{fitted}{_unit(one)} ({' to '.join(ends)})"
+    fitted, *ends = (_number(value, digits) for value in (estimate.fitted, low, high))
+    return f"{fitted}{_unit(estimate)} ({' to '.join(ends)})"
 
 
 def _appearances(found: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterator[str]:
@@ -354,8 +355,10 @@ def _appearances(found: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterato
     for effect_id in found.added:
         parts = []
         for name, value in found.model.effects[effect_id].items():
-            one = estimates.get(f"effects.{effect_id}.{name}")
-            parts.append(f"{name} {_number(value) if one is None else _with_interval(one)}")
+            estimate = estimates.get(f"effects.{effect_id}.{name}")
+            parts.append(
+                f"{name} {_number(value) if estimate is None else _with_interval(estimate)}"
+            )
         if alike := _alike(found, effect_id):
             parts.append(f"not told apart from {' and '.join(sorted(alike))}")
         yield f"{effect_id}: {', '.join(parts)}"
@@ -383,5 +386,5 @@ def _number(value: float, digits: int = DIGITS) -> str:
     )
 
 
-def _unit(one: Estimate) -> str:
-    return "" if one.unit == "1" else f" {unit_text(one.unit)}"
+def _unit(estimate: Estimate) -> str:
+    return "" if estimate.unit == "1" else f" {unit_text(estimate.unit)}"

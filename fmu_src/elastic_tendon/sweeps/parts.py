@@ -224,8 +224,8 @@ def _differences(wanted: dict[str, Any], found: dict[str, Any]) -> list[str]:
     """Names of what differs between two descriptions."""
     if not found:
         return [f"{DESCRIPTION} is missing or damaged"]
-    one, other = wanted["identity"], found["identity"]
-    inside = [key for key in {**one, **other} if one.get(key) != other.get(key)]
+    asked, kept = wanted["identity"], found["identity"]
+    inside = [key for key in {**asked, **kept} if asked.get(key) != kept.get(key)]
     around = [key for key in ("elastic-tendon", "runs") if wanted[key] != found.get(key)]
     return [*around, *inside]
 
@@ -282,7 +282,10 @@ def _encode_parquet(table: pd.DataFrame) -> bytes:
 
     arrow = pa.Table.from_pandas(table, preserve_index=False)
     # text has several types in pandas, and what pandas notes of them would differ between parts
-    kinds = [(one.name, pa.string() if _is_text(one.type) else one.type) for one in arrow.schema]
+    kinds = [
+        (column.name, pa.string() if _is_text(column.type) else column.type)
+        for column in arrow.schema
+    ]
     content = BytesIO()
     pq.write_table(arrow.cast(pa.schema(kinds)), content)
     return content.getvalue()

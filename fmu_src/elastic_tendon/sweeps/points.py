@@ -16,7 +16,7 @@ from scipy.stats import qmc
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import SweepError
-from elastic_tendon.sweeps.factors import Array, Factor, Values, parse_factor
+from elastic_tendon.sweeps.factors import Array, Factor, Values, parse_factor, stated_factors
 
 Method = Literal["grid", "monte-carlo", "latin-hypercube", "sobol"]
 
@@ -68,7 +68,9 @@ class Points:
     def identity(self) -> dict[str, str]:
         """All that the points depend on, exactly."""
         text = {
-            "varied": "; ".join(f"{one.path}: {one.distribution!r}" for one in self.factors),
+            "varied": "; ".join(
+                f"{factor.path}: {factor.distribution!r}" for factor in self.factors
+            ),
             "method": self.method,
             "number of runs": str(self.count),
         }
@@ -84,13 +86,13 @@ class Points:
         if self.method == "grid":
             return self._grid(start, stop)
         shares = self._shares(start, stop)
-        columns = [one.distribution.at(shares[:, i]) for i, one in enumerate(self.factors)]
+        columns = [factor.distribution.at(shares[:, i]) for i, factor in enumerate(self.factors)]
         return np.stack(columns, axis=1)
 
     def _grid(self, start: int, stop: int) -> Array:
-        values = [_listed(one) for one in self.factors]
-        indices = np.unravel_index(np.arange(start, stop), [len(one) for one in values])
-        columns = [np.array(one)[index] for one, index in zip(values, indices, strict=True)]
+        values = [_listed(factor) for factor in self.factors]
+        indices = np.unravel_index(np.arange(start, stop), [len(listed) for listed in values])
+        columns = [np.array(listed)[index] for listed, index in zip(values, indices, strict=True)]
         return np.stack(columns, axis=1)
 
     def _shares(self, start: int, stop: int) -> Array:
@@ -144,8 +146,8 @@ def points(
 
 def vary(
     model: Model,
-    spreads: Mapping[str, str | None],
-    method: Method = "monte-carlo",
+    spreads: Mapping[str, str | None] | None = None,
+    method: Method | None = None,
     *,
     runs: int | None = None,
     seed: int = 0,
@@ -157,8 +159,10 @@ def vary(
     model : Model
     spreads : dotted path -> ``"5%"``: Gaussian, one sigma is 5 % of the value; ``"LOW:HIGH"`` or
         ``"-5%:5%"``: uniform; ``"LOW:HIGH:COUNT"`` or ``"A,B,C"``: these values; None: Gaussian,
-        by the uncertainty that the model states. Units are those of model.toml
-    method : "grid", "monte-carlo", "latin-hypercube" or "sobol", see `Points`
+        by the uncertainty that the model states. Units are those of model.toml. Without it, all
+        to which [uncertainty] of the model gives one
+    method : "grid", "monte-carlo", "latin-hypercube" or "sobol", see `Points`; None: see
+        `default_method`
     runs : how many, 1 to 10^9; a grid has as many as its values have combinations
     seed : 0 or more; another one draws other points
 
@@ -174,9 +178,15 @@ def vary(
     """
     factors = [
         parse_factor(model, path if spread is None else f"{path}={spread}")
-        for path, spread in spreads.items()
-    ]
-    return points(factors, method, runs, seed)
+        for path, spread in (spreads or {}).items()
+    ] or stated_factors(model)
+    return points(factors, method or default_method(factors, runs), runs, seed)
+
+
+def default_method(factors: Sequence[Factor], runs: int | None) -> Method:
+    """A grid where every factor has values and no number of runs is given, else Monte Carlo."""
+    listed = all(isinstance(factor.distribution, Values) for factor in factors)
+    return "grid" if listed and runs is None else "monte-carlo"
 
 
 def combinations(factors: Sequence[Factor]) -> int:
@@ -187,7 +197,7 @@ def combinations(factors: Sequence[Factor]) -> int:
     SweepError
         where a factor has a distribution without values
     """
-    return math.prod(len(_listed(one)) for one in factors)
+    return math.prod(len(_listed(factor)) for factor in factors)
 
 
 def _listed(factor: Factor) -> tuple[float, ...]:
@@ -202,7 +212,7 @@ def _listed(factor: Factor) -> tuple[float, ...]:
 def _check_factors(factors: tuple[Factor, ...]) -> None:
     if not factors:
         raise SweepError("nothing varies; say which numbers of the model shall")
-    paths = [one.path for one in factors]
+    paths = [factor.path for factor in factors]
     twice = sorted({path for path in paths if paths.count(path) > 1})
     if twice:
         raise SweepError(f"{twice[0]}: varies twice; leave one of both out")

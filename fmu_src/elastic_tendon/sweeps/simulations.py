@@ -193,7 +193,7 @@ class Simulations:
 
     @property
     def _paths(self) -> list[str]:
-        return [one.path for one in self.points.factors]
+        return [factor.path for factor in self.points.factors]
 
     @property
     def _simulated(self) -> tuple[str, ...]:
@@ -247,7 +247,7 @@ class Simulations:
         return columns
 
     def _variables(self) -> list[Variable]:
-        known = {one.name: one for one in interface(self.shipped.model.effect_ids).outputs}
+        known = {output.name: output for output in interface(self.shipped.model.effect_ids).outputs}
         return [known[name] for name in self.outputs]
 
 

@@ -178,7 +178,7 @@ class _Column:
             self.lowest_run,
             self.maximum,
             self.highest_run,
-            tuple(float(one) for one in quantiles),
+            tuple(float(quantile) for quantile in quantiles),
         )
 
 
@@ -228,7 +228,7 @@ class _Table:
         if self.columns is None:
             self.columns = {name: _Column() for name in numbers.columns}
         # text that is empty in one piece and not in another is text
-        self.columns = {name: one for name, one in self.columns.items() if name in numbers}
+        self.columns = {name: known for name, known in self.columns.items() if name in numbers}
         for name, column in self.columns.items():
             column.add(numbers[name].to_numpy(), runs)
         self._keep(numbers)

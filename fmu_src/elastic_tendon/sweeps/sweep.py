@@ -1,19 +1,25 @@
 """A sweep: many runs, on all cores or on a cluster, which may be stopped and gone on with."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from contextlib import closing
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pandas as pd
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import SweepError
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats.base import silent
-from elastic_tendon.result import Result
+from elastic_tendon.result import Progress, Result
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.parts import add, alone, check_output, done_before, finish, open_parts
+from elastic_tendon.sweeps.points import Points
+from elastic_tendon.sweeps.points import vary as points_of
 from elastic_tendon.sweeps.results import read_results
+from elastic_tendon.sweeps.simulations import Motion, Simulations, measured_motion, simulations
 from elastic_tendon.sweeps.task import TEXTS, Task
 
 
@@ -23,42 +29,55 @@ class Swept(Result):
 
     Parameters
     ----------
-    path : table of results, one row for each run
+    path : of the table of results, one row for each run; None where no file was asked for
     runs : how many there are
     failed : how many of them failed; the last column of the table says why
     resumed : how many had been done before, by a sweep that was stopped
+    table : the results, where there is no file of them
     """
 
-    path: Path
+    path: Path | None
     runs: int
     failed: int
     resumed: int
+    table: pd.DataFrame = field(default_factory=pd.DataFrame, compare=False)
 
     def summary(self) -> str:
         """Where the table is, and how many runs it holds."""
         before = f", {self.resumed} of them done before" if self.resumed else ""
-        return f"{self.path}: {self.runs} runs{before}, {self.failed} failed"
+        where = "" if self.path is None else f"{self.path}: "
+        return f"{where}{self.runs} runs{before}, {self.failed} failed"
 
     def to_dataframe(self) -> pd.DataFrame:
         """The table of results, a row for each run."""
-        return read_results(self.path, TEXTS)
+        return self.table if self.path is None else read_results(self.path, TEXTS)
 
     def to_dict(self) -> dict[str, Any]:
-        """As the attributes say."""
-        return asdict(self) | {"path": str(self.path)}
+        """Where the table is, and how many runs it holds."""
+        path = None if self.path is None else str(self.path)
+        return {"path": path} | {
+            name: getattr(self, name) for name in ("runs", "failed", "resumed")
+        }
 
 
 def sweep(
-    task: Task,
-    output: Path | str,
+    task: Task | Model,
+    output: Path | str | None = None,
     *,
+    vary: Mapping[str, str | None] | None = None,
+    runs: int | None = None,
+    seed: int = 0,
+    motion: Motion | Measurement | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     batch: int | None = None,
     force: bool = False,
-    progress: Callable[[str, float], None] = silent,
+    progress: Progress = silent,
 ) -> Swept:
-    """Do all runs of a task and write their results to a file.
+    """Simulate a model many times with other numbers, or do all runs of a task, into a table.
+
+    ``et.sweep(model, vary={"link.inertia": "5%"}, runs=200)`` varies a number, and
+    ``et.sweep(model, runs=200)`` all whose uncertainty the model states.
 
     What is done is kept in the folder `output`.parts until all is done. A sweep that was stopped,
     by Ctrl-C or otherwise, goes on where it stopped when it is asked for again. The file is the
@@ -67,8 +86,14 @@ def sweep(
 
     Parameters
     ----------
-    task : what is done, such as `simulations` and `fleet` make it
-    output : file for the results, .csv or .parquet (extra `formats`)
+    task : Model, whose simulations are summarised in a row each; or what is done, such as
+        `simulations` and `fleet` make it
+    output : file for the results, .csv or .parquet (extra `formats`); None: the results are kept
+        in memory, and what is done is lost when the sweep is stopped
+    vary : of a model: what varies, and how, as the `spreads` of `vary`
+    runs : of a model: how many, as in `vary`
+    seed : of a model: another one draws other numbers
+    motion : of a model: of all runs, or a recording, whose motor motion and load are simulated
     workers : number of processes, or of threads where the runs are C; all cores if not given
     scheduler : address of a Dask scheduler, whose workers are used instead (extra `cluster`)
     batch : number of runs that are done and kept at once; by default what the task finds best;
@@ -85,10 +110,26 @@ def sweep(
     OutputError : the output exists and `force` is not given, it is neither CSV nor Parquet, or
         it cannot be written (full disk); what is done is kept
     SweepError : there are parts of another sweep, another sweep writes this output now, there is
-        nothing to do, or the cluster cannot be reached, has no workers, or lacks this package
+        nothing to do, what varies cannot be read, or the cluster cannot be reached, has no
+        workers, or lacks this package
     KeyboardInterrupt : the workers are stopped, what is done is kept
 
     """
+    if isinstance(task, Model):
+        task = _simulations(task, points_of(task, vary, runs=runs, seed=seed), motion)
+    elif any((vary, runs, seed)) or motion is not None:
+        raise SweepError("a task says itself what varies, how often and how it moves")
+    if output is None:
+        with TemporaryDirectory() as folder:
+            kept = Path(folder) / "runs.csv"
+            swept = sweep(
+                *(task, kept),
+                workers=workers,
+                scheduler=scheduler,
+                batch=batch,
+                progress=progress,
+            )
+            return replace(swept, path=None, table=swept.to_dataframe())
     output = Path(output)
     _check(task, workers, batch)
     check_output(output, force=force)
@@ -107,6 +148,12 @@ def sweep(
                     progress(f"{count} of {task.runs} runs, {failed} failed", count / task.runs)
         finish(parts, force=force)
     return Swept(output, task.runs, failed, resumed)
+
+
+def _simulations(model: Model, points: Points, motion: Motion | Measurement | None) -> Simulations:
+    if isinstance(motion, Measurement):
+        motion = measured_motion(model, motion)
+    return simulations(model, points, motion=motion)
 
 
 def _check(task: Task, workers: int | None, batch: int | None) -> None:

@@ -74,7 +74,11 @@ def equations(diagnosis: Diagnosis) -> Iterator[Block]:
 
 
 def _of_effect(findings: Findings, effect_id: str) -> Findings:
-    own = (one for one in findings.estimates if one.path.startswith(f"effects.{effect_id}."))
+    own = (
+        estimate
+        for estimate in findings.estimates
+        if estimate.path.startswith(f"effects.{effect_id}.")
+    )
     return replace(findings, estimates=tuple(own))
 
 
@@ -84,14 +88,17 @@ def _effect(effect: Effect) -> Iterator[Block]:
         yield Code("Law", effect.law)
     told = (
         ("What it is", effect.physics),
-        *((f"{one.name} ({unit_text(one.unit)})", one.meaning) for one in effect.parameters),
+        *(
+            (f"{parameter.name} ({unit_text(parameter.unit)})", parameter.meaning)
+            for parameter in effect.parameters
+        ),
         ("How it shows in data", effect.in_data),
         ("Easily confused with", effect.confused_with),
         ("How to make sure", effect.confirm),
         ("Cure", effect.cure),
         ("Reference", effect.reference),
     )
-    yield Listing(tuple(one for one in told if one[1]))
+    yield Listing(tuple(item for item in told if item[1]))
 
 
 # ---- linear models -----------------------------------------------------------------------------
@@ -123,9 +130,9 @@ def linear_models(diagnosis: Diagnosis) -> Iterator[Block]:
     yield from tables
 
 
-def _differ(one: Model, other: Model) -> bool:
+def _differ(first: Model, second: Model) -> bool:
     """Whether two models move differently; names and uncertainties aside."""
-    plain = [model.model_dump(exclude={"name", "uncertainty"}) for model in (one, other)]
+    plain = [model.model_dump(exclude={"name", "uncertainty"}) for model in (first, second)]
     return plain[0] != plain[1]
 
 

@@ -106,7 +106,7 @@ def plot(draw: Draw, words: str, head: int = HEAD) -> Plot:
     head : pixels above its axes, for a legend
     """
     figure = draw(LIGHT)
-    light, dark = (_tree(one, head) for one in (figure, draw(DARK)))
+    light, dark = (_tree(themed, head) for themed in (figure, draw(DARK)))
     changed = _changes(light, dark)
     return Plot(words, int(figure.layout.height or 450), *map(_script_safe, (light, changed)))
 
@@ -116,22 +116,22 @@ def _tree(figure: go.Figure, head: int) -> Any:
     return json.loads(figure.update_layout(title=None, margin={"t": head}).to_json())
 
 
-def _changes(one: Any, other: Any) -> Any:
+def _changes(before: Any, after: Any) -> Any:
     """What of a tree is to be replaced to get another; items of a list go by their number."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        pairs = {key: (one.get(key), value) for key, value in other.items()}
-    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        pairs = {str(key): pair for key, pair in enumerate(zip(one, other, strict=True))}
+    if isinstance(before, dict) and isinstance(after, dict):
+        pairs = {key: (before.get(key), value) for key, value in after.items()}
+    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        pairs = {str(key): pair for key, pair in enumerate(zip(before, after, strict=True))}
     else:
-        return other
+        return after
     return {key: _changes(*pair) for key, pair in pairs.items() if pair[0] != pair[1]}
 
 
 def _script_safe(tree: Any) -> str:
     """JSON that cannot end the script element it stands in, nor begin a comment there."""
     text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    for one in "<>&":  # they occur in strings only
-        text = text.replace(one, f"\\u{ord(one):04x}")
+    for letter in "<>&":  # they occur in strings only
+        text = text.replace(letter, f"\\u{ord(letter):04x}")
     return text
 
 
@@ -144,7 +144,7 @@ def as_table(table: TerminalTable, title: str | None = None) -> Table:
     title : another one
     """
     columns = [[_words(cell) for cell in column.cells] for column in table.columns]
-    head = (_words(column.header).replace("-\n", "") for column in table.columns)
+    head = (_words(column.header) for column in table.columns)
     return Table(
         title=_words(table.title or "") if title is None else title,
         head=tuple(head),

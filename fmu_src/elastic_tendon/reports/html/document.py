@@ -6,7 +6,6 @@ from dataclasses import replace
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.result import Diagnosis
-from elastic_tendon.estimation.add import Report
 from elastic_tendon.reports.comparison_tables import repeats, summary_sentences
 from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, verdict_sentences
 from elastic_tendon.reports.html import papers
@@ -26,6 +25,7 @@ from elastic_tendon.reports.html.origin import Origin
 from elastic_tendon.reports.html.page import page
 from elastic_tendon.reports.html.recordings import Alike, Recording, facts, overlays, places, torque
 from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.result import Progress
 
 Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
 
@@ -35,7 +35,7 @@ def _silent(_text: str, _share: float) -> None:
 
 
 def diagnosis_document(
-    diagnosis: Diagnosis, where: Location, origin: Origin, report: Report = _silent
+    diagnosis: Diagnosis, where: Location, origin: Origin, progress: Progress = _silent
 ) -> str:
     """The report of a diagnosis.
 
@@ -44,14 +44,14 @@ def diagnosis_document(
     diagnosis : Diagnosis
     where : Location of ``diagnosis.steps[0].comparison``: where the model fails as given
     origin : Origin
-    report : told what is being made, and the share of all that is done
+    progress : told what is being made, and the share of all that is done
 
     Returns
     -------
     str, an HTML file
     """
     used = _recordings(diagnosis)
-    alike = repeats([one.runs[0].file for one in used])
+    alike = repeats([recording.runs[0].file for recording in used])
     parts: tuple[Part, ...] = (
         ("verdict", "Verdict", lambda: _verdict(diagnosis, origin, alike)),
         ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
@@ -69,11 +69,11 @@ def diagnosis_document(
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [_papers_of(diagnosis)]),
     )
-    return _written(f"Diagnosis of {diagnosis.given.name}", parts, origin, report)
+    return _written(f"Diagnosis of {diagnosis.given.name}", parts, origin, progress)
 
 
 def comparison_document(
-    comparison: Comparison, where: Location, origin: Origin, report: Report = _silent
+    comparison: Comparison, where: Location, origin: Origin, progress: Progress = _silent
 ) -> str:
     """The report of a comparison.
 
@@ -82,7 +82,7 @@ def comparison_document(
     comparison : Comparison
     where : Location of the same comparison
     origin : Origin
-    report : told what is being made, and the share of all that is done
+    progress : told what is being made, and the share of all that is done
 
     Returns
     -------
@@ -105,13 +105,13 @@ def comparison_document(
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [Listing(literature)]),
     )
-    return _written(f"{model.name} beside measurements", parts, origin, report)
+    return _written(f"{model.name} beside measurements", parts, origin, progress)
 
 
-def _written(title: str, parts: Sequence[Part], origin: Origin, report: Report) -> str:
+def _written(title: str, parts: Sequence[Part], origin: Origin, progress: Progress) -> str:
     sections = []
     for index, (anchor, heading, make) in enumerate(parts):
-        report(f"report: {heading}", index / len(parts))
+        progress(f"report: {heading}", index / len(parts))
         sections.append(Section(anchor, heading, tuple(make())))
     software = origin.software["elastic-tendon"]
     return page(title, f"Made by elastic-tendon {software} on {origin.made}", sections)
@@ -160,7 +160,9 @@ def _recordings(diagnosis: Diagnosis) -> list[Recording]:
             (label, step.comparison if used == "fitted" else step.heldout) for label, step in ends
         ]
         files = [
-            [Run(label, file) for file in one.files] for label, one in beside if one is not None
+            [Run(label, file) for file in compared.files]
+            for label, compared in beside
+            if compared is not None
         ]
         found += [Recording(used, runs) for runs in zip(*files, strict=True)]
     return found
@@ -168,7 +170,9 @@ def _recordings(diagnosis: Diagnosis) -> list[Recording]:
 
 def _where(diagnosis: Diagnosis, where: Location, alike: Alike) -> Iterator[Block]:
     yield from places(diagnosis.steps[0].comparison, where, alike)
-    if len(diagnosis.steps) > 1 and any(one.significant for one in diagnosis.remaining.values()):
+    if len(diagnosis.steps) > 1 and any(
+        remaining.significant for remaining in diagnosis.remaining.values()
+    ):
         yield Heading("What the improved model still lacks")
         yield torque(diagnosis.comparison.files[0], diagnosis.location.files[0])
 
@@ -193,7 +197,7 @@ def _data(used: Sequence[Recording], origin: Origin) -> Iterator[Block]:
     yield from facts(used)
     yield Heading("What it was made with")
     yield Code("The command", origin.command)
-    rows = tuple((one.name, one.purpose, str(one.size), one.checksum) for one in origin.files)
+    rows = tuple((file.name, file.purpose, str(file.size), file.checksum) for file in origin.files)
     if rows:
         head = ("file", "used as", "bytes", "SHA-256")
         yield Table("Files that were read", head, rows, (False, False, True, False))

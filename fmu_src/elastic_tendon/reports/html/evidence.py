@@ -121,7 +121,7 @@ def _falling(rungs: Sequence[Rung], signal: str, *, static: bool) -> Plot:
 
 def _words_of(rungs: Sequence[Rung], signal: str, *, static: bool) -> str:
     quantity = shown(signal, static=static)
-    first, last = (quantity.error(one.rmse[signal]) for one in (rungs[0], rungs[-1]))
+    first, last = (quantity.error(rung.rmse[signal]) for rung in (rungs[0], rungs[-1]))
     ratio = times_noise(rungs[-1].noise_ratio[signal])
     return (
         f"RMS error of the {quantity.words} after each step, beside the noise floor: from {first} "

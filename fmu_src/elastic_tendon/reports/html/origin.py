@@ -55,16 +55,17 @@ def origin_of(command: str, read: Iterable[tuple[str, Path]], advice: Iterable[s
     return Origin(
         command=command,
         made=datetime.now().astimezone().isoformat(timespec="seconds"),
-        software={"Python": platform.python_version()} | {one: version(one) for one in SOFTWARE},
-        files=tuple(file for one in every for file in _files(*one)),
+        software={"Python": platform.python_version()}
+        | {package: version(package) for package in SOFTWARE},
+        files=tuple(file for entry in every for file in _files(*entry)),
         advice=tuple(advice),
     )
 
 
 def _files(purpose: str, path: Path) -> Iterator[File]:
     if path.is_dir():
-        for one in sorted(path.iterdir()):
-            yield from _files(purpose, one)
+        for inside in sorted(path.iterdir()):
+            yield from _files(purpose, inside)
     elif path.is_file():
         checksum = sha256()
         with path.open("rb") as stream:

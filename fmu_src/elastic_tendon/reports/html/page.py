@@ -47,7 +47,7 @@ def page(title: str, subtitle: str, sections: Sequence[Section]) -> str:
         subtitle=subtitle,
         sections=sections,
         style=Markup(_read(PAGES / "style.css") + _read(HERE / "page.css")),
-        scripts=[Markup(one) for one in scripts],
+        scripts=[Markup(code) for code in scripts],
         allowed=" ".join(map(_hash, scripts)),
     )
 

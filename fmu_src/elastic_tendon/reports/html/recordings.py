@@ -63,15 +63,15 @@ def overlays(recordings: Sequence[Recording], alike: Alike) -> Iterator[Block]:
     """Every recording with its simulations and their errors, a figure for each signal."""
     if told := _repeating(alike):
         yield Paragraphs(told)
-    for one in recordings[:MOST]:
-        yield Heading(one.title)
+    for recording in recordings[:MOST]:
+        yield Heading(recording.title)
         for signal in alike:
-            if signal not in one.file.signals:
+            if signal not in recording.file.signals:
                 continue
-            yield _overlay(one, signal)
+            yield _overlay(recording, signal)
             # the error as given is so much larger that it hides the other
-            if len(one.runs) > 1 and not _hidden(one, signal):
-                yield _residual(one, signal)
+            if len(recording.runs) > 1 and not _hidden(recording, signal):
+                yield _residual(recording, signal)
     yield from _left_out(len(recordings) - MOST)
 
 
@@ -80,7 +80,7 @@ def _repeating(alike: Alike) -> tuple[str, ...]:
     told = []
     for name, others in alike.items():
         if others:
-            words = " and ".join(shown(other).words for other in others)
+            words = " and ".join(shown(repeated).words for repeated in others)
             repeat = "repeats" if len(others) == 1 else "repeat"
             told.append(
                 f"The {words} {repeat} the {shown(name).words} at a fixed ratio; what is drawn and "
@@ -179,13 +179,13 @@ def torque(file: FileComparison, found: FileLocation) -> Plot:
 def facts(recordings: Sequence[Recording]) -> Iterator[Block]:
     """Size, rate and noise of each recording, and what was done to it on reading."""
     head = ("recording", "used as", "samples", "duration (s)", "rate (Hz)", "measured signals")
-    rows = tuple(_row(one) for one in recordings)
+    rows = tuple(_row(recording) for recording in recordings)
     numeric = (False, False, True, True, True, False)
     yield Table("Recordings", head, rows, numeric)
-    for one in recordings:
-        measurement = one.file.measurement
+    for recording in recordings:
+        measurement = recording.file.measurement
         yield Heading(f"How {measurement.name} was read")
-        yield Paragraphs((noise_sentence(one.file),))
+        yield Paragraphs((noise_sentence(recording.file),))
         if measurement.notes:
             yield Listing(tuple(("", note) for note in measurement.notes))
         text = tomli_w.dumps(preparation_json(measurement.preparation)).strip()

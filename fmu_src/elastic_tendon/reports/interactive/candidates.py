@@ -87,7 +87,12 @@ def _gains(candidate: Candidate) -> bool:
 
 def _span(drawn: Sequence[Candidate]) -> list[float]:
     """Range of the axis of gains, %; a percent or so, where nothing explains even that."""
-    gains = [gain for one in drawn for gain in (one.gain, one.heldout_gain) if gain is not None]
+    gains = [
+        gain
+        for candidate in drawn
+        for gain in (candidate.gain, candidate.heldout_gain)
+        if gain is not None
+    ]
     low = max(100.0 * min(gains, default=0.0), WORST)
     high = 100.0 * max(gains, default=0.0)
     return [min(0.0, 1.05 * low), max(1.0, 1.05 * high)]

@@ -64,9 +64,9 @@ def _curve(model: Model) -> CharacteristicCurve:
     return curve
 
 
-def _alike(one: CharacteristicCurve, other: CharacteristicCurve) -> bool:
-    return np.array_equal(one.deflection, other.deflection) and np.array_equal(
-        one.torque, other.torque
+def _alike(first: CharacteristicCurve, second: CharacteristicCurve) -> bool:
+    return np.array_equal(first.deflection, second.deflection) and np.array_equal(
+        first.torque, second.torque
     )
 
 

@@ -36,7 +36,10 @@ def _columns(figure: go.Figure, trace: Any) -> dict[str, Any]:
     across, up = (_axis(figure, letter, getattr(trace, f"{letter}axis")) for letter in "xy")
     horizontal, vertical = _title(figure, across, "x"), _title(figure, up, "y")
     if trace.type == "heatmap":
-        middles = (0.5 * (np.asarray(one[1:]) + np.asarray(one[:-1])) for one in (trace.x, trace.y))
+        middles = (
+            0.5 * (np.asarray(values[1:]) + np.asarray(values[:-1]))
+            for values in (trace.x, trace.y)
+        )
         x, y = np.meshgrid(*middles)
         cells = {horizontal: x, vertical: y, _words(trace.name): np.asarray(trace.z)}
         return {name: values.ravel() for name, values in cells.items()}

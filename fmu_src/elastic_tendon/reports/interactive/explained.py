@@ -46,7 +46,7 @@ def _cloud(
     figure: go.Figure, cloud: tuple[Array, Array], colour: str, label: str | None, row: int
 ) -> None:
     kept = some(len(cloud[0]), DOTS)
-    horizontal, vertical = (one[kept].astype(np.float32) for one in cloud)
+    horizontal, vertical = (axis[kept].astype(np.float32) for axis in cloud)
     figure.add_scatter(
         x=horizontal,
         y=vertical,

@@ -34,8 +34,8 @@ def ladder(
     plotly.graph_objects.Figure
     """
     quantity = shown(signal, static=static)
-    fitted = [quantity.small * one.rmse[signal] for one in rungs]
-    held = [quantity.small * one.heldout_rmse[signal] for one in rungs if one.heldout_rmse]
+    fitted = [quantity.small * rung.rmse[signal] for rung in rungs]
+    held = [quantity.small * rung.heldout_rmse[signal] for rung in rungs if rung.heldout_rmse]
     heldout = held if len(held) == len(rungs) else []
     floor = quantity.small * _floor(rungs, signal)
     scale = _scale([*fitted, *heldout, floor])
@@ -78,7 +78,7 @@ def ladder(
     )
     figure.update_xaxes(
         tickvals=list(range(len(rungs))),
-        ticktext=[broken(plain(one.title)) for one in rungs],
+        ticktext=[broken(plain(rung.title)) for rung in rungs],
         range=[-_ROOM, len(rungs) - 1 + _ROOM],
         showgrid=False,
     )
@@ -90,14 +90,14 @@ def _positions(values: Sequence[float], others: Sequence[float]) -> list[str]:
     if not others:
         return [_ABOVE] * len(values)
     pairs = zip(values, others, strict=True)
-    return [_ABOVE if one >= other else _BELOW for one, other in pairs]
+    return [_ABOVE if value >= beside else _BELOW for value, beside in pairs]
 
 
 def _floor(rungs: Sequence[Rung], signal: str) -> float:
     """Noise floor of a signal, in its unit; 0 where no step has an error to tell it by."""
-    for one in rungs:
-        if one.noise_ratio[signal] > 0.0:
-            return one.rmse[signal] / one.noise_ratio[signal]
+    for rung in rungs:
+        if rung.noise_ratio[signal] > 0.0:
+            return rung.rmse[signal] / rung.noise_ratio[signal]
     return 0.0
 
 
@@ -106,7 +106,7 @@ def _scale(values: Sequence[float]) -> dict[str, Any]:
 
     An error of a simulated recording can be 0; it is drawn at the lower end.
     """
-    exponents = [log10(one) for one in values if one > 0.0] or [0.0]
+    exponents = [log10(value) for value in values if value > 0.0] or [0.0]
     decades = max(exponents) - min(exponents)
     margin = max(0.15, 0.15 * decades)
     # labels at 1, 2 and 5 of each decade, or at every so many decades

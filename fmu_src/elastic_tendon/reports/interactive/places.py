@@ -53,16 +53,19 @@ def error_maps(file: FileComparison, found: FileLocation, *, theme: Theme = LIGH
     figure = make_subplots(len(maps), 2, horizontal_spacing=0.2, vertical_spacing=0.18)
     looks = {"height": HEIGHT, "margin": {"t": 48}, "plot_bgcolor": theme.blank}
     dressed(figure, theme, title=title, **looks)
-    for row, one in enumerate(maps, start=1):
+    for row, error_map in enumerate(maps, start=1):
         rms = f"RMS error, {quantity.words} ({quantity.small_unit})"
-        drawn = (one.rms, quantity.small, rms), (one.torque, 1.0, "mean missing torque (N·m)")
+        drawn = (
+            (error_map.rms, quantity.small, rms),
+            (error_map.torque, 1.0, "mean missing torque (N·m)"),
+        )
         for column, (cells, factor, words) in enumerate(drawn, start=1):
             place = {"row": row, "col": column}
-            figure.update_xaxes(title=with_unit(one.variables[0]), showgrid=False, **place)
-            figure.update_yaxes(title=with_unit(one.variables[1]), showgrid=False, **place)
+            figure.update_xaxes(title=with_unit(error_map.variables[0]), showgrid=False, **place)
+            figure.update_yaxes(title=with_unit(error_map.variables[1]), showgrid=False, **place)
             if cells is not None:
                 looks = _colours(factor * cells.values, words, theme, signed=column == 2)
-                _draw_map(figure, cells, factor, one.variables, place, looks)
+                _draw_map(figure, cells, factor, error_map.variables, place, looks)
     return figure
 
 
@@ -90,8 +93,11 @@ def _draw_map(
     looks: dict[str, Any],
 ) -> None:
     marks = [
-        [None if np.isnan(value) else [*variables, column, row] for column, value in enumerate(one)]
-        for row, one in enumerate(cells.values)
+        [
+            None if np.isnan(value) else [*variables, column, row]
+            for column, value in enumerate(line)
+        ]
+        for row, line in enumerate(cells.values)
     ]
     figure.add_heatmap(
         x=cells.horizontal,
@@ -138,8 +144,8 @@ def shares(
         place = place_of(index, len(split))
         _draw_bars(figure, chosen, quantity, theme, place)
         figure.add_scatter(
-            x=[one.bin for one in chosen],
-            y=[100.0 * samples[one] for one in chosen],
+            x=[bin_.bin for bin_ in chosen],
+            y=[100.0 * samples[bin_] for bin_ in chosen],
             mode="markers",
             name="samples",
             legendgroup="samples",
@@ -166,13 +172,13 @@ def _draw_bars(
         (False, "squared error, does not stand out", theme.quiet),
     )
     for stands_out, label, colour in kinds:
-        chosen = [one for one in bins if one.stands_out == stands_out]
+        chosen = [bin_ for bin_ in bins if bin_.stands_out == stands_out]
         if not chosen:
             continue
         known = any(trace.name == label for trace in figure.data)
         figure.add_bar(
-            x=[one.bin for one in chosen],
-            y=[100.0 * one.share for one in chosen],
+            x=[bin_.bin for bin_ in chosen],
+            y=[100.0 * bin_.share for bin_ in chosen],
             width=BAR,
             name=label,
             legendgroup=label,
@@ -181,7 +187,7 @@ def _draw_bars(
                 "color": colour,
                 "line": {"color": theme.ink, "width": 1.5 if stands_out else 0.0},
             },
-            text=[f"RMS error {quantity.error(one.rmse)}" for one in chosen],
+            text=[f"RMS error {quantity.error(bin_.rmse)}" for bin_ in chosen],
             textposition="none",
             customdata=_marks(chosen),
             hovertemplate="%{x}<br>%{y:.3g} % of the squared error<br>%{text}<extra></extra>",
@@ -190,7 +196,7 @@ def _draw_bars(
 
 
 def _marks(bins: Sequence[Bin]) -> list[list[str]]:
-    return [[one.by, one.bin] for one in bins]
+    return [[bin_.by, bin_.bin] for bin_ in bins]
 
 
 def _draw_ticks(figure: go.Figure, bins: Sequence[Bin], place: dict[str, int]) -> None:
@@ -198,7 +204,7 @@ def _draw_ticks(figure: go.Figure, bins: Sequence[Bin], place: dict[str, int]) -
     figure.update_xaxes(
         type="category",
         categoryorder="array",
-        categoryarray=[one.bin for one in bins],
+        categoryarray=[bin_.bin for bin_ in bins],
         range=[-0.5, len(bins) - 0.5],
         tickvals=below.places,
         ticktext=below.labels,

@@ -41,8 +41,8 @@ def signature_figure(
     """
     panels = _panels(found)
     if telling_only:
-        panels = [max(panels, key=lambda one: one.beside.difference)]
-    titles = [_title(one) for one in panels]
+        panels = [max(panels, key=lambda panel: panel.beside.difference)]
+    titles = [_title(panel) for panel in panels]
     figure = make_subplots(1, len(panels), subplot_titles=titles, horizontal_spacing=0.09)
     dressed(figure, theme, height=260, margin={"t": 54, "b": 44, "l": 56, "r": 8})
     figure.update_layout(legend={"y": 1.12})
@@ -60,9 +60,9 @@ def _panels(found: Signature) -> list[_Panel]:
     ]
 
 
-def _title(one: _Panel) -> str:
-    hidden = one.beside.difference < HIDDEN
-    return one.title + ("; hardly any difference" if hidden else "")
+def _title(panel: _Panel) -> str:
+    hidden = panel.beside.difference < HIDDEN
+    return panel.title + ("; hardly any difference" if hidden else "")
 
 
 def _draw(figure: go.Figure, panel: _Panel, found: Signature, theme: Theme, column: int) -> None:

@@ -1,0 +1,23 @@
+from elastic_tendon.effects.base import Effect
+from elastic_tendon.effects.registry import Registry
+
+CATALOGUE: tuple[Effect, ...]
+BY_ID: Registry
+coulomb_friction: Effect
+stribeck_friction: Effect
+lugre_friction: Effect
+quadratic_drag: Effect
+gravity_load: Effect
+joint_stop: Effect
+overstretch_protection: Effect
+spring_hardening: Effect
+spring_hysteresis: Effect
+spring_relaxation: Effect
+spring_mass: Effect
+tendon_guide_friction: Effect
+tendon_compliance: Effect
+pulley_eccentricity: Effect
+gear_backlash: Effect
+joint_encoder_offset: Effect
+motor_encoder_offset: Effect
+measurement_delay: Effect
