@@ -17,6 +17,7 @@ from elastic_tendon.fmu.dependencies import Dependencies
 from elastic_tendon.fmu.structure import Structure, structure
 from elastic_tendon.fmu.units import DISPLAY_UNITS, TYPES
 from elastic_tendon.native.layout import FmuVariable, Role
+from elastic_tendon.native.shared import LOG_CATEGORIES
 
 SLACK_STATE_TYPE = "SlackState"
 SLACK_STATES = {
@@ -25,12 +26,6 @@ SLACK_STATES = {
     SlackState.III: ("III", "both tendons are taut"),
     SlackState.BOTH: ("both", "both tendons are slack"),
 }
-LOG_CATEGORIES = (
-    ("logStatusWarning", "what may not be meant"),
-    ("logStatusDiscard", "steps that cannot be taken"),
-    ("logStatusError", "calls that are refused"),
-    ("logEvents", "tendons that become slack or taut, friction that sticks or slides"),
-)
 STOP_TIME = 10.0  # s
 STEP_SIZE = 1e-3  # s
 # of the importer's integrator; a tighter one stalls integrators that see inputs jump, as in fmpy
@@ -130,7 +125,7 @@ def add_slack_states(enumeration: Element) -> None:
 def add_log_categories_and_experiment(root: Element) -> None:
     """Add the categories of messages, and what an importer may take for want of better."""
     categories = SubElement(root, "LogCategories")
-    for name, meaning in LOG_CATEGORIES:
+    for name, meaning in LOG_CATEGORIES.values():
         SubElement(categories, "Category", name=name, description=meaning)
     SubElement(
         root,

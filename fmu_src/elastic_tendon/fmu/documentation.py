@@ -21,11 +21,12 @@ from elastic_tendon.actuator.system import HYSTERESIS
 from elastic_tendon.actuator.variables import JOINT_MOTION, Kind, Mode, Variable, interface
 from elastic_tendon.effects.base import LAW_SYMBOLS, Effect
 from elastic_tendon.fmu.characteristic_plot import characteristic_plot
-from elastic_tendon.fmu.description import LOG_CATEGORIES, STEP_SIZE, TOLERANCE
+from elastic_tendon.fmu.description import STEP_SIZE, TOLERANCE
 from elastic_tendon.fmu.icon import PAGES, icon
 from elastic_tendon.native.compiler import PLATFORMS
 from elastic_tendon.native.layout import FmuVariable, Role
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
+from elastic_tendon.native.shared import LOG_CATEGORIES
 
 # derivatives and event indicators say nothing that their states and relations do not
 _GROUPS = (
@@ -204,7 +205,7 @@ def _modes(modes: Iterable[Mode]) -> str:
 
 
 def _log_categories() -> str:
-    cells = ((_code(name), meaning) for name, meaning in LOG_CATEGORIES)
+    cells = ((_code(name), meaning) for name, meaning in LOG_CATEGORIES.values())
     return _table(("Category", "What it tells"), (_row("td", one) for one in cells))
 
 

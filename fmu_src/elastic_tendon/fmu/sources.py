@@ -28,7 +28,7 @@ def source_files(generated: Path, identifier: str, fmi_version: int) -> dict[str
     other = f"fmi{5 - fmi_version}"
     files = [
         *(path for path in compiler.RUNTIME.glob("*.[ch]") if not path.name.startswith(other)),
-        *generated.glob("*.c"),
+        *generated.glob("*.[ch]"),
     ]
     contents = {f"sources/{path.name}": path.read_bytes() for path in files}
     if fmi_version == 3:

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from elastic_tendon.actuator.system import HybridSystem
-from elastic_tendon.native import compiler
+from elastic_tendon.native import compiler, shared
 from elastic_tendon.native.codegen import generate
 from elastic_tendon.native.layout import FmuVariable, c_tables
 
@@ -41,7 +41,8 @@ def write_sources(
     Parameters are those of `compile_binary`.
     """
     tables = c_tables(variables, system.interface.modes, token, tolerance, fmi_version)
-    for name, content in ((_MODEL, generate(system)), ("variables.c", tables)):
+    contents = {_MODEL: generate(system), "variables.c": tables, "shared.h": shared.header()}
+    for name, content in contents.items():
         (folder / name).write_bytes(content.encode())  # with the same ends of lines everywhere
 
 

@@ -5,7 +5,7 @@ table of unique value references serves every FMI version. Nothing here needs Ca
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import inf, isnan, nan
@@ -26,7 +26,7 @@ _TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
 
 
 class Role(Enum):
-    """What a variable is to the model; the value is its name in the C table."""
+    """What a variable is to the model; the value is its name in C."""
 
     TIME = "ROLE_TIME"
     INPUT = "ROLE_INPUT"
@@ -34,8 +34,8 @@ class Role(Enum):
     DERIVATIVE = "ROLE_DERIVATIVE"
     OUTPUT = "ROLE_OUTPUT"
     PARAMETER = "ROLE_PARAMETER"
-    OPTION = "ROLE_OPTION"
-    INDICATOR = "ROLE_INDICATOR"
+    OPTION = "ROLE_OPTION"  # motor_velocity_connected
+    INDICATOR = "ROLE_INDICATOR"  # only in FMI 3.0
 
 
 @dataclass(frozen=True)
@@ -158,22 +158,28 @@ def _c_text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _text_table(name: str, texts: Iterable[str]) -> str:
+def text_table(name: str, texts: Iterable[str]) -> str:
+    """C source of a table of texts."""
     return f"static const char *const {name}[] = {{{', '.join(map(_c_text, texts))}}};"
 
 
-def _row(one: FmuVariable) -> str:
-    variable = one.variable
-    cells = (
-        _c_text(variable.name),
-        f"TYPE_{variable.kind.value.upper()}",
-        one.role.value,
-        str(one.index),
-        str(int(one.is_output)),
-        str(int(variable.tunable)),
-        *(_c_number(value) for value in (_c_start(one), variable.lower, variable.upper)),
-    )
-    return f"  {{{', '.join(cells)}}},"
+def structure(name: str, fields: Mapping[str, str]) -> str:
+    """C source of a structure, its fields by name with their types."""
+    declared = "".join(f"  {kind} {field};\n" for field, kind in fields.items())
+    return f"typedef struct {{\n{declared}}} {name};"
+
+
+_COLUMNS: Mapping[str, tuple[str, Callable[[FmuVariable], str]]] = {  # type in C, and what it shows
+    "name": ("const char *", lambda variable: _c_text(variable.name)),
+    "type": ("Type", lambda variable: f"TYPE_{variable.variable.kind.value.upper()}"),
+    "role": ("Role", lambda variable: variable.role.value),
+    "index": ("int", lambda variable: str(variable.index)),
+    "is_output": ("int", lambda variable: str(int(variable.is_output))),
+    "tunable": ("int", lambda variable: str(int(variable.variable.tunable))),
+    "start": ("double", lambda variable: _c_number(_c_start(variable))),
+    "lower": ("double", lambda variable: _c_number(variable.variable.lower)),
+    "upper": ("double", lambda variable: _c_number(variable.variable.upper)),
+}
 
 
 def c_tables(
@@ -193,19 +199,24 @@ def c_tables(
     tolerance : of the solver where the importer sets none
     fmi_version : 2 or 3
     """
-    rows = [_row(one) for one in variables]
+    rows = [
+        f"  {{{', '.join(cell(variable) for _, cell in _COLUMNS.values())}}},"
+        for variable in variables
+    ]
     return "\n".join(
         [
             f"#define FMI_VERSION {fmi_version}",
             f"#define N_VARIABLES {len(rows)}",
             f"#define MODEL_TOKEN {_c_text(token)}",
             f"#define MODEL_TOLERANCE {tolerance!r}",
+            '#include "shared.h"',
+            structure("VariableInfo", {name: kind for name, (kind, _) in _COLUMNS.items()}),
             '#include "instance.h"',
             "static const VariableInfo variables[] = {",
             *rows,
             "};",
-            _text_table("mode_name", (mode.name for mode in modes)),
-            _text_table("mode_warning", (mode.meaning if mode.warns else "" for mode in modes)),
+            text_table("mode_name", (mode.name for mode in modes)),
+            text_table("mode_warning", (mode.meaning if mode.warns else "" for mode in modes)),
             "",
         ]
     )

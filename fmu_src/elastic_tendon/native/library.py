@@ -19,6 +19,7 @@ from elastic_tendon.actuator.variables import interface
 from elastic_tendon.errors import BuildError
 from elastic_tendon.native import compiler
 from elastic_tendon.native.layout import default_layout
+from elastic_tendon.native.shared import STRUCTURES, classes
 
 if TYPE_CHECKING:  # at run time it would import CasADi
     from elastic_tendon.native.binary import Progress
@@ -29,56 +30,9 @@ _PACKAGE = Path(__file__).parents[1]
 _SOURCES = ("actuator/*.py", "effects/*.py", "native/*.py", "native/runtime/*.[ch]")
 
 DEFAULT_TOLERANCE = 1e-8
-STATISTICS = ("steps", "implicit_steps", "rejected", "rates", "events", "grazing")
 
-
-# ---- what the library is called with ---------------------------------------------------------
-
-
-class Statistics(ctypes.Structure):
-    """Counts, see `STATISTICS`."""
-
-    _fields_ = [(name, ctypes.c_longlong) for name in STATISTICS]
-
-
-class Simulation(ctypes.Structure):
-    """Mirror of `Simulation` in native/runtime/simulate.c."""
-
-    _fields_ = [
-        ("n_samples", ctypes.c_longlong),
-        ("time", ctypes.c_void_p),
-        ("motor_position", ctypes.c_void_p),
-        ("load_torque", ctypes.c_void_p),
-        ("position_slope", ctypes.c_void_p),
-        ("load_slope", ctypes.c_void_p),
-        ("interpolation", ctypes.c_longlong),
-        ("parameters", ctypes.c_void_p),
-        ("initial_state", ctypes.c_void_p),
-        ("tolerance", ctypes.c_double),
-        ("n_directions", ctypes.c_longlong),
-        ("direction", ctypes.c_void_p),
-        ("states", ctypes.c_void_p),
-        ("outputs", ctypes.c_void_p),
-        ("output_derivatives", ctypes.c_void_p),
-        ("event_time", ctypes.c_void_p),
-        ("event_capacity", ctypes.c_longlong),
-        ("statistics", Statistics),
-        ("failure_time", ctypes.c_double),
-    ]
-
-
-class Runs(ctypes.Structure):
-    """Mirror of `Runs` in native/runtime/simulate.c."""
-
-    _fields_ = [
-        ("n_runs", ctypes.c_longlong),
-        ("parameters", ctypes.c_void_p),
-        ("n_kept", ctypes.c_longlong),
-        ("kept", ctypes.c_void_p),
-        ("outputs", ctypes.c_void_p),
-        ("outcome", ctypes.c_void_p),
-        ("failure_time", ctypes.c_void_p),
-    ]
+CLASSES = classes(STRUCTURES)
+Simulation, Runs = CLASSES["Simulation"], CLASSES["Runs"]  # what the library is called with
 
 
 # ---- cache ---------------------------------------------------------------------------------
@@ -189,5 +143,4 @@ def load(effect_ids: tuple[str, ...]) -> ctypes.CDLL:
         ctypes.POINTER(Simulation),
         ctypes.POINTER(Runs),
     ]
-    library.elastic_tendon_outcome.restype = ctypes.c_char_p
     return library

@@ -319,7 +319,7 @@ NEVER_INLINE static Status look(Instance *instance) {
   load(instance, time);
   if (decides_modes(instance)) {
     const Outcome outcome = solver_settle(solver);
-    if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
+    if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text[outcome]);
   }
   memcpy(view->x, solver->motion.x, sizeof view->x);
   memcpy(view->mode, solver->motion.mode, sizeof view->mode);

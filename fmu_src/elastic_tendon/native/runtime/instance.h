@@ -13,32 +13,6 @@
 #include "compilers.h"
 #include "solver.h"
 
-/* ---- the generated table --------------------------------------------------------------------- */
-
-/* Bits, so that a call can serve several. */
-typedef enum { TYPE_REAL = 1, TYPE_INTEGER = 2, TYPE_BOOLEAN = 4, TYPE_ENUMERATION = 8 } Type;
-
-typedef enum {
-  ROLE_TIME,
-  ROLE_INPUT,
-  ROLE_STATE,
-  ROLE_DERIVATIVE,
-  ROLE_OUTPUT,
-  ROLE_PARAMETER,
-  ROLE_OPTION,   /* motor_velocity_connected */
-  ROLE_INDICATOR /* only in FMI 3.0 */
-} Role;
-
-typedef struct {
-  const char *name;
-  Type type;
-  Role role;
-  int index;     /* within its role */
-  int is_output; /* also of states */
-  int tunable;   /* a parameter that may change while running */
-  double start, lower, upper;
-} VariableInfo;
-
 /* ---- life of an instance --------------------------------------------------------------------- */
 
 typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR } Status;
@@ -83,9 +57,6 @@ typedef struct {
 
 typedef struct Instance Instance;
 
-typedef enum { LOG_WARNING, LOG_DISCARD, LOG_ERROR, LOG_EVENTS, N_CATEGORIES } Category;
-static const char *const category_name[N_CATEGORIES] = {"logStatusWarning", "logStatusDiscard",
-                                                        "logStatusError", "logEvents"};
 enum {
   ALL_CATEGORIES = (1 << N_CATEGORIES) - 1,
   ALWAYS_LOGGED = ALL_CATEGORIES & ~(1 << LOG_EVENTS) /* in FMI 2.0, whether debugging or not */

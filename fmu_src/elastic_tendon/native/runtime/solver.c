@@ -17,22 +17,6 @@
 #define NO_ERROR 1e-20   /* squared error of a motion that the method integrates exactly */
 #define STEPS_TO_JUDGE 20 /* before the choice of method is judged */
 
-static const char *outcome_text(Outcome outcome) {
-  switch (outcome) {
-    case SOLVED: return "solved";
-    case AT_EVENT: return "stopped at an event";
-    case STEP_TOO_SMALL: return "the step size fell below the resolution of time";
-    case TOO_MANY_STEPS: return "more than ten million steps would be needed";
-    case TOO_MANY_EVENTS:
-      return "more than a hundred thousand events: take shorter steps, or, where slack, friction or "
-             "hysteresis change to and fro without end, smaller spring damping or hysteresis";
-    case EVENTS_DO_NOT_SETTLE: return "the slack or friction states do not settle";
-    case STARTS_DO_NOT_SETTLE: return "the starts of the springs' states do not settle";
-    case NOT_FINITE: return "a state, its rate or an event indicator is not finite";
-  }
-  return "unknown outcome";
-}
-
 static void solver_restart(Solver *s, double time) {
   s->motion.time = time;
   s->motion.fresh = 1;

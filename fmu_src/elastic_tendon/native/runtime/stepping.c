@@ -120,7 +120,7 @@ static Status iterate_events(Instance *instance, EventOutcome *result) {
     return report(instance, STATUS_ERROR, "the time is past stopTime = %g s", state->stop_time);
   instance->told = STATUS_OK;
   const Outcome outcome = start_from(instance, state->motion.time);
-  if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
+  if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text[outcome]);
   const int jumped = memcmp(motion->x, state->motion.x, sizeof motion->x) != 0;
   const int changed = memcmp(motion->mode, state->motion.mode, sizeof motion->mode) != 0;
   memcpy(&state->motion, motion, sizeof *motion);
@@ -209,5 +209,5 @@ static Status step(Instance *instance, double from, double h, int *at_event) {
   if (done && state->judge_velocity && look(instance) == STATUS_OK) judge_velocity(instance);
   state->last_step = done ? instance->told : STATUS_DISCARD;
   if (done) return instance->told;
-  return report(instance, STATUS_DISCARD, "no step to %.9g s: %s", from + h, outcome_text(outcome));
+  return report(instance, STATUS_DISCARD, "no step to %.9g s: %s", from + h, outcome_text[outcome]);
 }
