@@ -219,7 +219,7 @@ def seal(root: Element, binary_key: str) -> str:
     Parameters
     ----------
     root : from `model_description` of a version, with an empty token
-    binary_key : hash of the sources of the binary, the same on every host
+    binary_key : from `binary.write_sources`
     """
     content = ElementTree.tostring(root, "utf-8") + binary_key.encode()
     digest = hashlib.sha256(content).hexdigest()

@@ -4,6 +4,7 @@ The cached library that Python calls and the library inside an FMU are made here
 sources; they differ in start values, token and the version of FMI only.
 """
 
+import hashlib
 import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -32,42 +33,56 @@ def write_sources(
     system: HybridSystem,
     variables: Sequence[FmuVariable],
     *,
-    token: str,
     tolerance: float,
     fmi_version: int = 2,
-) -> None:
+) -> str:
     """Write the generated C of a model, which `native/runtime/library.c` includes, into a folder.
 
-    Parameters are those of `compile_binary`.
+    What is compiled needs the token too, see `write_token`.
+
+    Parameters
+    ----------
+    folder : where to
+    system : equations
+    variables : from `layout`, with the start values that the library is to have
+    tolerance : of the co-simulation solver where the importer sets none
+    fmi_version : 2 or 3, whose functions the library shows
+
+    Returns
+    -------
+    str, a hash of all that goes into the library: this C, that of the runtime, compiler and flags;
+    the same on every host
     """
-    tables = c_tables(variables, system.interface.modes, token, tolerance, fmi_version)
-    contents = {_MODEL: generate(system), "variables.c": tables, "shared.h": shared.header()}
-    for name, content in contents.items():
-        (folder / name).write_bytes(content.encode())  # with the same ends of lines everywhere
+    contents = {
+        _MODEL: generate(system),
+        "variables.c": c_tables(variables, system.interface.modes, tolerance, fmi_version),
+        "shared.h": shared.header(),
+    }
+    digest = hashlib.sha256(compiler.toolchain().encode())
+    for name, text in contents.items():
+        content = text.encode()  # with the same ends of lines everywhere
+        (folder / name).write_bytes(content)
+        digest.update(content)
+    for path in sorted(compiler.RUNTIME.glob("*.[ch]")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:32]
+
+
+def write_token(folder: Path, token: str) -> None:
+    """Write the string by which a description and its binary know each other beside the C."""
+    (folder / "token.h").write_bytes(f'#define MODEL_TOKEN "{token}"\n'.encode())
 
 
 def compile_binary(
-    system: HybridSystem,
-    variables: Sequence[FmuVariable],
-    output: Path,
-    target: compiler.Platform,
-    *,
-    token: str,
-    tolerance: float,
-    fmi_version: int = 2,
-    progress: Progress = silent,
+    sources: Path, output: Path, target: compiler.Platform, progress: Progress = silent
 ) -> None:
     """Compile the shared library of a model.
 
     Parameters
     ----------
-    system : equations
-    variables : from `layout`, with the start values that the library is to have
+    sources : folder filled by `write_sources` and `write_token`
     output : file to write
     target : platform to build for
-    token : guid of the FMU
-    tolerance : of the co-simulation solver where the importer sets none
-    fmi_version : 2 or 3, whose functions the library shows
     progress : told what is being built
 
     Raises
@@ -75,16 +90,8 @@ def compile_binary(
     BuildError
         where the compiler refuses
     """
-    with tempfile.TemporaryDirectory() as work:
-        write_sources(
-            *(Path(work), system, variables),
-            token=token,
-            tolerance=tolerance,
-            fmi_version=fmi_version,
-        )
-        progress(_being_built(Path(work), [target]), 0.0)
-        source = compiler.RUNTIME / "library.c"
-        compiler.compile_library(source, output, target, include=[Path(work)])
+    progress(_being_built(sources, [target]), 0.0)
+    compiler.compile_library(compiler.RUNTIME / "library.c", output, target, include=[sources])
 
 
 def compile_binaries(
@@ -94,7 +101,7 @@ def compile_binaries(
 
     Parameters
     ----------
-    sources : folder filled by `write_sources`
+    sources : folder filled by `write_sources` and `write_token`
     identifier : the libraries' file name without suffix, which some formats write into them
     platforms : to build for
     progress : told what is being built

@@ -185,7 +185,6 @@ _COLUMNS: Mapping[str, tuple[str, Callable[[FmuVariable], str]]] = {  # type in 
 def c_tables(
     variables: Iterable[FmuVariable],
     modes: Sequence[Mode],
-    token: str,
     tolerance: float,
     fmi_version: int,
 ) -> str:
@@ -195,7 +194,6 @@ def c_tables(
     ----------
     variables : from `layout`
     modes : of the model, in order
-    token : the string by which a description and its binary know each other
     tolerance : of the solver where the importer sets none
     fmi_version : 2 or 3
     """
@@ -207,7 +205,7 @@ def c_tables(
         [
             f"#define FMI_VERSION {fmi_version}",
             f"#define N_VARIABLES {len(rows)}",
-            f"#define MODEL_TOKEN {_c_text(token)}",
+            '#include "token.h"',
             f"#define MODEL_TOLERANCE {tolerance!r}",
             '#include "shared.h"',
             structure("VariableInfo", {name: kind for name, (kind, _) in _COLUMNS.items()}),
