@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from threading import Event
 
 from elastic_tendon.actuator.system import HybridSystem
 from elastic_tendon.native import compiler, shared
@@ -118,22 +119,28 @@ def compile_binaries(
     """
     progress(_being_built(sources, platforms), 0.0)
     built: dict[compiler.Platform, bytes] = {}
-    pool = ThreadPoolExecutor(_AT_ONCE)
+    pool, stopped = ThreadPoolExecutor(_AT_ONCE), Event()
     try:
-        started = {pool.submit(_compile, sources, identifier, one): one for one in platforms}
+        started = {
+            pool.submit(_compile, sources, identifier, platform, stopped): platform
+            for platform in platforms
+        }
         for done in as_completed(started):
             built[started[done]] = done.result()
             waiting = [one for one in platforms if one not in built]
             progress(_being_built(sources, waiting), len(built) / len(platforms))
     finally:  # also of an interrupt, which ends the compilers that are running
+        stopped.set()
         pool.shutdown(cancel_futures=True)
     return {one: built[one] for one in platforms}
 
 
-def _compile(sources: Path, identifier: str, platform: compiler.Platform) -> bytes:
+def _compile(sources: Path, identifier: str, platform: compiler.Platform, stopped: Event) -> bytes:
     with tempfile.TemporaryDirectory() as work:
         output = Path(work) / f"{identifier}{platform.suffix}"
-        compiler.compile_library(compiler.RUNTIME / "library.c", output, platform, [sources])
+        compiler.compile_library(
+            compiler.RUNTIME / "library.c", output, platform, [sources], stopped
+        )
         return output.read_bytes()  # what the linker for Windows leaves beside it is not wanted
 
 

@@ -23,6 +23,7 @@ OUTCOMES = {  # of the solver; what it says to the user
     "STARTS_DO_NOT_SETTLE": "the starts of the springs' states do not settle",
     "NOT_FINITE": "a state, its rate or an event indicator is not finite",
     "SHORT_OF_MEMORY": "memory is short",
+    "INTERRUPTED": "interrupted",
 }
 LOG_CATEGORIES = {  # of an FMU: name, and what is told there
     "LOG_WARNING": ("logStatusWarning", "what may not be meant"),
@@ -54,6 +55,8 @@ STRUCTURES: Mapping[str, Fields] = {  # sizes in elements, arrays row by row
         "output_derivatives": "double *",  # out: n_samples x N_OUTPUTS x n_directions
         "event_time": "double *",  # out, s: of the first event_capacity located events
         "event_capacity": "long long",
+        "interrupted": "Interrupted *",  # asked once a second whether to stop; optional
+        "second": "long long",  # in which it was asked
         "statistics": "Statistics",  # out
         "failure_time": "double",  # out, s, where the outcome is not SOLVED
     },
@@ -99,6 +102,7 @@ def header(structures: Mapping[str, Fields] = STRUCTURES) -> str:
     lines = [
         "/* Written by native/shared.py, which explains what stands here. */",
         *("#ifndef SHARED_H", "#define SHARED_H"),
+        "typedef int Interrupted(void);",
         *enumerations,
         text_table("outcome_text", OUTCOMES.values()),
         text_table("category_name", (name for name, _ in LOG_CATEGORIES.values())),

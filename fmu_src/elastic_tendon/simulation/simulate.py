@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.errors import SimulationError
+from elastic_tendon.native import interrupt
 from elastic_tendon.native.library import DEFAULT_TOLERANCE, Runs, Simulation, load
 from elastic_tendon.native.shared import INTERPOLATIONS, OUTCOMES, STATISTICS
 from elastic_tendon.result import Result
@@ -275,7 +276,7 @@ def _run(
     call.event_time = _address(event_time)
     call.event_capacity = _EVENT_CAPACITY
     library = load(model.effect_ids)
-    outcome = library.elastic_tendon_simulate(ctypes.byref(call))
+    outcome = interrupt.call(library.elastic_tendon_simulate, call)
     if outcome != 0:
         raise SimulationError(f"{model.name}: {_reason(outcome, call.failure_time)}")
     statistics = {name: int(getattr(call.statistics, name)) for name in STATISTICS}
@@ -439,7 +440,7 @@ def simulate_many(
     )
     library = load(model.effect_ids)
     call = motion.call(states, every)
-    if library.elastic_tendon_simulate_many(ctypes.byref(call), ctypes.byref(runs)) != 0:
+    if interrupt.call(library.elastic_tendon_simulate_many, call, runs) != 0:
         raise SimulationError(f"{model.name}: memory is short")
     failures = [""] * k
     for i in np.flatnonzero(outcome):

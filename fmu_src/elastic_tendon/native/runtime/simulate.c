@@ -188,7 +188,9 @@ static Outcome simulate(Simulation *sim, double *memory) {
               .direction = sim->direction,
               .vector = memory,
               .event_time = sim->event_time,
-              .event_capacity = sim->event_capacity};
+              .event_capacity = sim->event_capacity,
+              .interrupted = sim->interrupted,
+              .second = &sim->second};
   memset(memory, 0, sizeof(double) * memory_of(sim));
   memcpy(s.motion.x, sim->initial_state, sizeof s.motion.x);
   for (int j = 0; j < m; j++)
@@ -219,17 +221,18 @@ static void keep(const Simulation *sim, const Runs *runs, Outcome outcome, doubl
 }
 
 /* `sim` says all but the parameters; its states and outputs are work, written anew by each run.
- * Returns SOLVED, whatever the outcomes, or SHORT_OF_MEMORY. */
+ * Returns SOLVED, whatever the outcomes, SHORT_OF_MEMORY or INTERRUPTED. */
 EXPORT int elastic_tendon_simulate_many(Simulation *sim, const Runs *runs) {
   double *memory = malloc(sizeof(double) * memory_of(sim));
   if (!memory) return SHORT_OF_MEMORY;
-  for (long long i = 0; i < runs->n_runs; i++) {
+  Outcome outcome = SOLVED;
+  for (long long i = 0; i < runs->n_runs && outcome != INTERRUPTED; i++) {
     sim->parameters = runs->parameters + i * N_PARAMETERS;
-    const Outcome outcome = simulate(sim, memory);
+    outcome = simulate(sim, memory);
     runs->outcome[i] = (int)outcome;
     runs->failure_time[i] = sim->failure_time;
     keep(sim, runs, outcome, runs->outputs + i * runs->n_kept * sim->n_samples);
   }
   free(memory);
-  return SOLVED;
+  return outcome == INTERRUPTED ? INTERRUPTED : SOLVED;
 }
