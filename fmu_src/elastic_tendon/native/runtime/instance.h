@@ -44,6 +44,8 @@ typedef struct {
   int motor_velocity_connected;
   int jumped; /* a state has jumped since event mode was entered */
   int judge_velocity; /* whether the model needs motor_velocity is still to be told */
+  int velocity_warned; /* has been told, */
+  int warned[N_MODES]; /* and that the mode became 1 */
   int last_step; /* Status of the last step */
   int phase;
 } State;
@@ -85,7 +87,6 @@ struct Instance {
   void (*callback)(void); /* the importer's logger, of the façade's type, */
   void (*update)(void);   /* and its intermediate update */
   int logged;             /* bits of the categories that are told */
-  Status told;            /* the worst that was told of events in this call */
   char name[]; /* last: its length is the importer's choice */
 };
 
