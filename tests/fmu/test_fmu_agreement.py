@@ -36,6 +36,18 @@ def test_outputs_at_a_sample_see_the_inputs_that_begin_there(fmus, instances, ou
     assert (found == _simulated("damped", segments)[output]).all()
 
 
+def test_the_number_of_the_slack_state_is_the_enumeration(base, instances, version):
+    """The same values under the last reference, so that no other one has moved."""
+    numbers, states = (
+        run_co_simulation(instances(base.slave()), motion(False), name, tolerance=TOLERANCE)
+        for name in ("slack_state_number", "slack_state")
+    )
+    assert len(set(states)) > 2
+    assert (numbers == states).all()
+    last = max(base.description.modelVariables, key=lambda variable: variable.valueReference)
+    assert (last.name, last.type) == ("slack_state_number", {2: "Integer", 3: "Int32"}[version])
+
+
 @pytest.mark.parametrize("linear", [False, True])
 def test_model_exchange_with_cvode_agrees(fmus, instances, name, linear):
     segments = motion(linear)

@@ -6,11 +6,11 @@ table of unique value references serves every FMI version. Nothing here needs Ca
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from math import inf, isnan, nan
 
-from elastic_tendon.actuator.variables import Interface, Kind, Mode, Variable
+from elastic_tendon.actuator.variables import OUTPUTS, Interface, Kind, Mode, Variable
 
 MOTOR_VELOCITY_CONNECTED = Variable(
     "motor_velocity_connected",
@@ -20,6 +20,13 @@ MOTOR_VELOCITY_CONNECTED = Variable(
     Kind.BOOLEAN,
     lower=0.0,
     upper=1.0,
+)
+_SLACK_STATE = next(output for output in OUTPUTS if output.kind is Kind.SLACK_STATE)
+_SLACK_STATE_NUMBER = replace(
+    _SLACK_STATE,
+    name=f"{_SLACK_STATE.name}_number",
+    meaning=f"{_SLACK_STATE.name} as an integer, for importers that take no enumerations",
+    kind=Kind.INTEGER,
 )
 _TIME = Variable("time", "s", "simulation time")
 _TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
@@ -131,6 +138,8 @@ def layout(
     if indicators:
         listed = (variable for mode in interface.modes for variable in _indicators(mode))
         rows.extend((one, Role.INDICATOR, i, False, None) for i, one in enumerate(listed))
+    number = interface.outputs.index(_SLACK_STATE)
+    rows.append((_SLACK_STATE_NUMBER, Role.OUTPUT, number, True, None))
     return tuple(FmuVariable(reference, *row) for reference, row in enumerate(rows))
 
 
