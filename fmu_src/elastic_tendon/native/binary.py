@@ -127,12 +127,12 @@ def compile_binaries(
         }
         for done in as_completed(started):
             built[started[done]] = done.result()
-            waiting = [one for one in platforms if one not in built]
+            waiting = [platform for platform in platforms if platform not in built]
             progress(_being_built(sources, waiting), len(built) / len(platforms))
     finally:  # also of an interrupt, which ends the compilers that are running
         stopped.set()
         pool.shutdown(cancel_futures=True)
-    return {one: built[one] for one in platforms}
+    return {platform: built[platform] for platform in platforms}
 
 
 def _compile(sources: Path, identifier: str, platform: compiler.Platform, stopped: Event) -> bytes:
@@ -151,6 +151,6 @@ def _being_built(sources: Path, waiting: Sequence[compiler.Platform]) -> str:
     now = waiting[:_AT_ONCE]
     large = (sources / _MODEL).stat().st_size > _LARGE
     long = [_LARGE_MODEL] if large else []
-    long += [_FIRST_TIME] if any(one.suffix == ".dll" for one in now) else []
+    long += [_FIRST_TIME] if any(platform.suffix == ".dll" for platform in now) else []
     why = f" ({'; '.join(long)})" if long else ""
-    return f"building {', '.join(one.name for one in now)}{why}"
+    return f"building {', '.join(platform.name for platform in now)}{why}"

@@ -94,9 +94,11 @@ def host_platform() -> Platform:
 def _by_any_name() -> dict[str, tuple[Platform, ...]]:
     """Platforms by what people call them: the folders of both versions of FMI, and all of them."""
     platforms = tuple(PLATFORMS.values())
-    folders = {one.folder(version) for one in platforms for version in (2, 3)}
+    folders = {platform.folder(version) for platform in platforms for version in (2, 3)}
     named = {
-        folder: tuple(one for one in platforms if folder in (one.name, one.fmi2_folder))
+        folder: tuple(
+            platform for platform in platforms if folder in (platform.name, platform.fmi2_folder)
+        )
         for folder in folders
     }
     return named | {ALL: platforms}
@@ -125,8 +127,8 @@ def platforms_named(names: str | Iterable[str] | None) -> tuple[Platform, ...]:
             f"there is no platform {', '.join(sorted(map(repr, unknown)))}; "
             f"known are {', '.join(PLATFORMS)}, and {ALL} for all of these"
         )
-    chosen = {one for name in wanted for one in known[name]}
-    return tuple(one for one in PLATFORMS.values() if one in chosen)
+    chosen = {platform for name in wanted for platform in known[name]}
+    return tuple(platform for platform in PLATFORMS.values() if platform in chosen)
 
 
 def _link_flags(library: Path) -> tuple[str, ...]:

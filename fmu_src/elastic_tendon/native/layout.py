@@ -137,7 +137,9 @@ def layout(
     rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
     if indicators:
         listed = (variable for mode in interface.modes for variable in _indicators(mode))
-        rows.extend((one, Role.INDICATOR, i, False, None) for i, one in enumerate(listed))
+        rows.extend(
+            (indicator, Role.INDICATOR, i, False, None) for i, indicator in enumerate(listed)
+        )
     number = interface.outputs.index(_SLACK_STATE)
     rows.append((_SLACK_STATE_NUMBER, Role.OUTPUT, number, True, None))
     return tuple(FmuVariable(reference, *row) for reference, row in enumerate(rows))
@@ -145,14 +147,16 @@ def layout(
 
 def default_layout(interface: Interface) -> tuple[FmuVariable, ...]:
     """Layout with the default of every parameter, as the cached library has it."""
-    return layout(interface, {one.name: one.start or 0.0 for one in interface.parameters})
+    return layout(
+        interface, {parameter.name: parameter.start or 0.0 for parameter in interface.parameters}
+    )
 
 
-def _c_start(one: FmuVariable) -> float:
+def _c_start(variable: FmuVariable) -> float:
     """Start value; NaN asks the solver to calculate that of a state."""
-    if one.start is None:
-        return nan if one.role is Role.STATE else 0.0
-    return one.start
+    if variable.start is None:
+        return nan if variable.role is Role.STATE else 0.0
+    return variable.start
 
 
 def _c_number(value: float) -> str:
