@@ -21,7 +21,7 @@ from elastic_tendon.actuator.parameters import Model, load_model, typical_value
 from elastic_tendon.actuator.variables import Kind
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.native import compiler
-from elastic_tendon.native.binary import write_sources
+from elastic_tendon.native.binary import write_sources, write_token
 from elastic_tendon.native.layout import FmuVariable, Role, layout
 
 FUZZERS = Path(__file__).resolve().parents[1] / "tests" / "fmu"
@@ -90,9 +90,8 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
     model = _model(effect_ids)
     system = build_system(model.effect_ids)
     variables = layout(system.interface, model.values(), indicators=fmi_version == 3)
-    write_sources(
-        *(folder, system, variables), token=_TOKEN, tolerance=1e-8, fmi_version=fmi_version
-    )
+    write_sources(folder, system, variables, tolerance=1e-8, fmi_version=fmi_version)
+    write_token(folder, _TOKEN)
     legal = {f"{kind.value.upper()}_": _first(variables, kind) for kind in Kind}
     sizes = legal | {
         "REFERENCES": len(variables),

@@ -130,14 +130,19 @@ class _Solver(CVodeSolver):  # type: ignore[misc]
 
 
 def run_model_exchange(
-    instance: Instance, segments: Segments, name: str = "joint_position", *, tolerance: float
+    instance: Instance,
+    segments: Segments,
+    name: str = "joint_position",
+    *,
+    tolerance: float,
+    connected: bool = True,
 ) -> tuple[Array, list[float]]:
     """Integrates with CVode; every sample is an input event. Output at the samples, event times."""
     fmu = instance.fmu
     inputs = _Input(instance, segments)
     time = segments.time
     start = {"motor_position": segments.position[0], "motor_velocity": segments.slope[0]}
-    instance.begin({"motor_velocity_connected": True} | start)
+    instance.begin({"motor_velocity_connected": connected} | start)
     solver = _Solver(
         nx=instance.description.numberOfContinuousStates,
         nz=instance.description.numberOfEventIndicators,

@@ -15,7 +15,8 @@ FMI3 = pytest.mark.parametrize("version", [3], ids=["fmi3"], indirect=True)
 IMPLICIT_EFFECTS = ("spring_hardening", "spring_relaxation", "tendon_compliance")
 
 
-def _with_typical(model, effect_id):
+def with_typical(model, effect_id):
+    """The model with an effect at numbers of a typical machine."""
     numbers = {one.name: typical_value(model, one) for one in BY_ID[effect_id].parameters}
     return model.with_effect(effect_id, numbers)
 
@@ -28,7 +29,7 @@ def models():
     effects = effects.with_effect("overstretch_protection", {"engagement": 0.4, "stiffness": 2e4})
     implicit = base
     for effect_id in IMPLICIT_EFFECTS:
-        implicit = _with_typical(implicit, effect_id)
+        implicit = with_typical(implicit, effect_id)
     return {
         "base": base,
         "damped": base.with_values(damping),

@@ -31,7 +31,7 @@ static int call_information(Target *t) {
 
 static int call_set_up_experiment(Target *t) {
   const int stops = draw(4) == 0;
-  const double tolerance = wild(4) ? number() : 1e-6;
+  const double tolerance = wild(4) ? number() : draw(8) ? 1e-6 : 1.0;
   return fmi2SetupExperiment(handle(t), draw(2), tolerance, wild(4) ? number() : 0.0, stops, 0.05);
 }
 

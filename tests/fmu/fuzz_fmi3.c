@@ -29,7 +29,7 @@ static int call_version(Target *t) {
 }
 
 static int call_enter_initialisation(Target *t) {
-  const double tolerance = wild(4) ? number() : 1e-6, start = wild(4) ? number() : 0.0;
+  const double tolerance = wild(4) ? number() : draw(8) ? 1e-6 : 1.0, start = wild(4) ? number() : 0.0;
   return fmi3EnterInitializationMode(handle(t), draw(2), tolerance, start, draw(4) == 0, 0.05);
 }
 

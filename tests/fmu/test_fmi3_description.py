@@ -213,7 +213,7 @@ def test_parameters_are_fixed_or_tunable(effect_ids):
 @every_structure
 def test_structure_is_in_the_order_of_the_solver(effect_ids):
     root, interface = _root(effect_ids), described(effect_ids, 3).interface
-    assert tuple(_unknowns(root, "Output")) == interface.output_names
+    assert tuple(_unknowns(root, "Output")) == (*interface.output_names, "slack_state_number")
     rates = [f"der({name})" for name in interface.state_names]
     assert list(_unknowns(root, "ContinuousStateDerivative")) == rates
     indicators = list(_unknowns(root, "EventIndicator"))
@@ -231,7 +231,8 @@ def test_initial_unknowns_are_what_is_calculated(effect_ids):
     exact = {one.name for one in interface.states if one.start is not None}
     states = {*interface.state_names, *(f"der({name})" for name in interface.state_names)}
     found = _unknowns(root, "InitialUnknown")
-    assert set(found) == ({*interface.output_names} | states) - exact
+    outputs = {*interface.output_names, "slack_state_number"}
+    assert set(found) == (outputs | states) - exact
     variables = _variables(root)
     for name, knowns in found.items():
         assert variables[name].get("initial") == "calculated"

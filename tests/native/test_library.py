@@ -94,6 +94,16 @@ def test_a_cache_folder_that_cannot_be_used_is_told(tmp_path, monkeypatch):
         library.library_path(BASE)
 
 
+def test_python_that_writes_the_same_c_does_not_compile_again(cache, monkeypatch):
+    path = library.library_path(BASE)
+    monkeypatch.setattr(library, "structure_key", lambda _: "of a file with another comment")
+    monkeypatch.setattr(compiler, "compile_library", None)  # fails where it is called
+    again = library.library_path(BASE)
+    assert again != path
+    assert again.read_bytes() == path.read_bytes()
+    assert len(list(cache.iterdir())) == 2
+
+
 OWN_COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 
 
@@ -106,7 +116,8 @@ def test_a_compiler_of_the_machines_own_makes_a_library_of_its_own(cache, monkey
     assert float(own) == pytest.approx(float(usual), abs=1e-9)
     assert len(list(cache.iterdir())) == 2
     monkeypatch.setenv(compiler.OWN_COMPILER, f"{command} -O1")
-    assert library._cached(library._cache_key(BASE)) is None
+    key = library._for_this_machine(library.structure_key(BASE))
+    assert library._cached(f"{key}-*") is None
 
 
 @pytest.mark.skipif(not OWN_COMPILERS, reason="there is neither gcc nor clang")

@@ -31,7 +31,7 @@ def _line(parent: Element, style: str, points: Iterable[Point]) -> None:
 
 
 def _text(parent: Element, anchor: str, place: Point, text: str) -> None:
-    x, y = (f"{one:.1f}" for one in place)
+    x, y = (f"{coordinate:.1f}" for coordinate in place)
     SubElement(parent, "text", {"x": x, "y": y, "text-anchor": anchor}).text = text
 
 
@@ -59,7 +59,7 @@ def characteristic_plot(transmission: Transmission) -> Element | None:
     low, high = deflection_limits(transmission)
     if not low < high:
         return None
-    kinks = [float(one) for one in np.clip(slack_boundaries(transmission), low, high)]
+    kinks = [float(kink) for kink in np.clip(slack_boundaries(transmission), low, high)]
     deflections = [low, *kinks, high]
     torques = characteristic_torque(deflections, transmission).tolist()
     x = _scale(deflections, LEFT, WIDTH - RIGHT)
@@ -67,7 +67,7 @@ def characteristic_plot(transmission: Transmission) -> Element | None:
     svg = Element("svg", {"viewBox": f"0 0 {WIDTH:g} {HEIGHT:g}", "role": "img"})
     _line(svg, "axis", ((LEFT, y(0)), (WIDTH - RIGHT, y(0))))
     _line(svg, "axis", ((x(0), TOP), (x(0), HEIGHT - BOTTOM)))
-    _slack_states(svg, [x(one) for one in deflections])
+    _slack_states(svg, [x(deflection) for deflection in deflections])
     _line(svg, "curve", ((x(d), y(t)) for d, t in zip(deflections, torques, strict=True)))
     for deflection, torque, anchor in (
         (low, max(torques), "start"),

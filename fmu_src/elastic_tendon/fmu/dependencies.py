@@ -64,7 +64,7 @@ def _seen(system: HybridSystem) -> _Seen:
     n = len(interface.parameters)
     p, as_measured = system.p[:n], system.p[n:]
     connected = ca.SX.sym("connected")
-    rate = u[[one.name for one in interface.inputs].index("motor_velocity")]
+    rate = u[[variable.name for variable in interface.inputs].index("motor_velocity")]
     names = ("outputs", "rates", "indicators", "starts", "next_modes", "residuals")
     columns = ca.substitute(
         [getattr(system, name) for name in names],

@@ -17,6 +17,7 @@ from elastic_tendon.fmu.dependencies import Dependencies
 from elastic_tendon.fmu.structure import Structure, structure
 from elastic_tendon.fmu.units import DISPLAY_UNITS, TYPES
 from elastic_tendon.native.layout import FmuVariable, Role
+from elastic_tendon.native.shared import LOG_CATEGORIES
 
 SLACK_STATE_TYPE = "SlackState"
 SLACK_STATES = {
@@ -25,12 +26,6 @@ SLACK_STATES = {
     SlackState.III: ("III", "both tendons are taut"),
     SlackState.BOTH: ("both", "both tendons are slack"),
 }
-LOG_CATEGORIES = (
-    ("logStatusWarning", "what may not be meant"),
-    ("logStatusDiscard", "steps that cannot be taken"),
-    ("logStatusError", "calls that are refused"),
-    ("logEvents", "tendons that become slack or taut, friction that sticks or slides"),
-)
 STOP_TIME = 10.0  # s
 STEP_SIZE = 1e-3  # s
 # of the importer's integrator; a tighter one stalls integrators that see inputs jump, as in fmpy
@@ -61,12 +56,18 @@ class Description:
     @property
     def units(self) -> tuple[str, ...]:
         """Units of the variables, each once."""
-        return tuple(dict.fromkeys(one.variable.unit for one in self.variables if is_real(one)))
+        return tuple(
+            dict.fromkeys(
+                variable.variable.unit for variable in self.variables if is_real(variable)
+            )
+        )
 
     @property
     def states(self) -> dict[int, FmuVariable]:
         """States by their index, which their derivatives have too."""
-        return {one.index: one for one in self.variables if one.role is Role.STATE}
+        return {
+            variable.index: variable for variable in self.variables if variable.role is Role.STATE
+        }
 
 
 # ---- elements that all versions share ------------------------------------------------------
@@ -130,7 +131,7 @@ def add_slack_states(enumeration: Element) -> None:
 def add_log_categories_and_experiment(root: Element) -> None:
     """Add the categories of messages, and what an importer may take for want of better."""
     categories = SubElement(root, "LogCategories")
-    for name, meaning in LOG_CATEGORIES:
+    for name, meaning in LOG_CATEGORIES.values():
         SubElement(categories, "Category", name=name, description=meaning)
     SubElement(
         root,
@@ -145,37 +146,37 @@ def add_log_categories_and_experiment(root: Element) -> None:
 # ---- attributes of variables that all versions share ---------------------------------------
 
 
-def is_real(one: FmuVariable) -> bool:
+def is_real(variable: FmuVariable) -> bool:
     """Whether it is a floating-point variable, and so has a unit and a nominal value."""
-    return one.variable.kind is Kind.REAL
+    return variable.variable.kind is Kind.REAL
 
 
-def identity(one: FmuVariable) -> dict[str, str]:
+def identity(variable: FmuVariable) -> dict[str, str]:
     """Name, reference, meaning, causality, variability and, where FMI wants it told, initial."""
     return {
-        "name": one.name,
-        "valueReference": str(one.value_reference),
-        "description": one.variable.meaning,
-        "causality": _causality(one),
-        "variability": one.variability,
-        **_initial(one),
+        "name": variable.name,
+        "valueReference": str(variable.value_reference),
+        "description": variable.variable.meaning,
+        "causality": _causality(variable),
+        "variability": variable.variability,
+        **_initial(variable),
     }
 
 
-def _causality(one: FmuVariable) -> str:
-    if one.role is Role.TIME:
+def _causality(variable: FmuVariable) -> str:
+    if variable.role is Role.TIME:
         return "independent"
-    if one.role is Role.INPUT:
+    if variable.role is Role.INPUT:
         return "input"
-    if one.role in (Role.PARAMETER, Role.OPTION):
+    if variable.role in (Role.PARAMETER, Role.OPTION):
         return "parameter"
-    return "output" if one.is_output else "local"
+    return "output" if variable.is_output else "local"
 
 
-def _initial(one: FmuVariable) -> dict[str, str]:
-    if one.role in (Role.TIME, Role.INPUT):
+def _initial(variable: FmuVariable) -> dict[str, str]:
+    if variable.role in (Role.TIME, Role.INPUT):
         return {}
-    return {"initial": "calculated" if one.start is None else "exact"}
+    return {"initial": "calculated" if variable.start is None else "exact"}
 
 
 def unit_attributes(unit: str) -> dict[str, str]:
@@ -184,22 +185,22 @@ def unit_attributes(unit: str) -> dict[str, str]:
     return {"unit": unit, **display}
 
 
-def value_attributes(one: FmuVariable) -> dict[str, str]:
+def value_attributes(variable: FmuVariable) -> dict[str, str]:
     """Type, unit, nominal, bounds and start, as far as the variable's type has them."""
-    variable, kind = one.variable, one.variable.kind
+    declared, kind = variable.variable, variable.variable.kind
     attributes = {}
     if kind is Kind.SLACK_STATE:
         attributes["declaredType"] = SLACK_STATE_TYPE
     if kind is Kind.REAL:
-        if variable.unit in TYPES:
-            attributes["declaredType"] = TYPES[variable.unit][0]
-        attributes |= unit_attributes(variable.unit)
-        attributes["nominal"] = repr(float(variable.nominal))
+        if declared.unit in TYPES:
+            attributes["declaredType"] = TYPES[declared.unit][0]
+        attributes |= unit_attributes(declared.unit)
+        attributes["nominal"] = repr(float(declared.nominal))
     if kind is not Kind.BOOLEAN:
-        bounds = {"min": variable.lower, "max": variable.upper}
+        bounds = {"min": declared.lower, "max": declared.upper}
         attributes |= {key: _text(kind, value) for key, value in bounds.items() if isfinite(value)}
-    if one.start is not None:
-        attributes["start"] = _text(kind, one.start)
+    if variable.start is not None:
+        attributes["start"] = _text(kind, variable.start)
     return attributes
 
 
@@ -209,9 +210,9 @@ def _text(kind: Kind, value: float) -> str:
     return repr(float(value) if kind is Kind.REAL else int(value))
 
 
-def state_attributes(one: FmuVariable, description: Description) -> dict[str, str]:
+def state_attributes(variable: FmuVariable, description: Description) -> dict[str, str]:
     """Whether an event may change a state; nothing of other variables."""
-    jumps = one.role is Role.STATE and description.dependencies.jumps[one.index]
+    jumps = variable.role is Role.STATE and description.dependencies.jumps[variable.index]
     return {"reinit": "true"} if jumps else {}
 
 
@@ -224,7 +225,7 @@ def seal(root: Element, binary_key: str) -> str:
     Parameters
     ----------
     root : from `model_description` of a version, with an empty token
-    binary_key : hash of the sources of the binary, the same on every host
+    binary_key : from `binary.write_sources`
     """
     content = ElementTree.tostring(root, "utf-8") + binary_key.encode()
     digest = hashlib.sha256(content).hexdigest()

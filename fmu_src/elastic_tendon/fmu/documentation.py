@@ -20,18 +20,22 @@ from elastic_tendon.actuator.system import HYSTERESIS
 from elastic_tendon.actuator.variables import JOINT_MOTION, Kind, Mode, Variable, interface
 from elastic_tendon.effects.base import LAW_SYMBOLS, Effect
 from elastic_tendon.fmu.characteristic_plot import characteristic_plot
-from elastic_tendon.fmu.description import LOG_CATEGORIES, STEP_SIZE, TOLERANCE
+from elastic_tendon.fmu.description import STEP_SIZE, TOLERANCE
 from elastic_tendon.fmu.icon import PAGES, icon
 from elastic_tendon.native.compiler import PLATFORMS
 from elastic_tendon.native.layout import FmuVariable, Role
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
+from elastic_tendon.native.shared import LOG_CATEGORIES
 
 # derivatives and event indicators say nothing that their states and relations do not
 _GROUPS = (
-    ("Inputs", lambda one: one.role is Role.INPUT),
-    ("Outputs", lambda one: one.is_output),
-    ("Local: further states", lambda one: one.role is Role.STATE and not one.is_output),
-    ("Independent", lambda one: one.role is Role.TIME),
+    ("Inputs", lambda variable: variable.role is Role.INPUT),
+    ("Outputs", lambda variable: variable.is_output),
+    (
+        "Local: further states",
+        lambda variable: variable.role is Role.STATE and not variable.is_output,
+    ),
+    ("Independent", lambda variable: variable.role is Role.TIME),
 )
 _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "Boolean", Kind.SLACK_STATE: "enumeration"}
 
@@ -93,7 +97,7 @@ def _table(heading: Sequence[str], rows: Iterable[Element]) -> str:
 def _symbol(name: str) -> str:
     """MathML of a symbol with subscripts, such as ``l_max_i``."""
     base, *below = name.split("_")
-    marks = [f"<mn>{one}</mn>" if one.isdigit() else f"<mi>{one}</mi>" for one in below]
+    marks = [f"<mn>{mark}</mn>" if mark.isdigit() else f"<mi>{mark}</mi>" for mark in below]
     subscript = "<mo>,</mo>".join(marks)
     return f"<msub><mi>{_GREEK.get(base, base)}</mi><mrow>{subscript}</mrow></msub>"
 
@@ -113,14 +117,14 @@ def _number(value: float, digits: int = 6) -> str:
     return re.sub(r"e([+-])0?", lambda match: "e" + match[1].strip("+"), f"{value:.{digits}g}")
 
 
-def _start(one: FmuVariable) -> str:
-    if one.role is Role.TIME:
+def _start(variable: FmuVariable) -> str:
+    if variable.role is Role.TIME:
         return ""
-    if one.start is None:
+    if variable.start is None:
         return "calculated"
-    if one.variable.kind is Kind.BOOLEAN:
-        return "true" if one.start else "false"
-    return _number(one.start)
+    if variable.variable.kind is Kind.BOOLEAN:
+        return "true" if variable.start else "false"
+    return _number(variable.start)
 
 
 def _bounds(parameter: Variable) -> str:
@@ -142,9 +146,9 @@ def _variables(variables: Sequence[FmuVariable]) -> str:
     heading = ("Name", "Unit", "Start", "Meaning")
     rows: list[Element] = []
     for title, belongs in _GROUPS:
-        members = [one for one in variables if belongs(one)]
+        members = [variable for variable in variables if belongs(variable)]
         rows += [_group(title, len(heading))] if members else []
-        rows += [_row("td", (*_cells(one), one.variable.meaning)) for one in members]
+        rows += [_row("td", (*_cells(variable), variable.variable.meaning)) for variable in members]
     return _table(heading, rows)
 
 
@@ -155,15 +159,20 @@ def _parameters(parameters: Iterable[FmuVariable]) -> str:
         [
             _row(
                 "td",
-                (*_cells(one), _bounds(one.variable), one.variability, one.variable.meaning),
+                (
+                    *_cells(parameter),
+                    _bounds(parameter.variable),
+                    parameter.variability,
+                    parameter.variable.meaning,
+                ),
             )
-            for one in parameters
+            for parameter in parameters
         ],
     )
 
 
-def _cells(one: FmuVariable) -> tuple[Cell, ...]:
-    return _code(one.name), _unit(one.variable), _start(one)
+def _cells(variable: FmuVariable) -> tuple[Cell, ...]:
+    return _code(variable.name), _unit(variable.variable), _start(variable)
 
 
 def _effect(effect: Effect, parameters: Iterable[FmuVariable]) -> Iterator[str]:
@@ -182,7 +191,11 @@ def _effects(effects: Sequence[Effect], parameters: Sequence[FmuVariable]) -> st
         return "<p>None: this is the model of the paper.</p>\n"
     pieces = [_html(_element("p", LAW_SYMBOLS))]
     for effect in effects:
-        own = [one for one in parameters if one.name.startswith(f"effects.{effect.id}.")]
+        own = [
+            parameter
+            for parameter in parameters
+            if parameter.name.startswith(f"effects.{effect.id}.")
+        ]
         pieces.extend(_effect(effect, own))
     return "".join(pieces)
 
@@ -198,13 +211,13 @@ def _curve(transmission: Transmission) -> str:
 
 def _modes(modes: Iterable[Mode]) -> str:
     heading = ("Relation", "Values", "Meaning of 1, or of the value")
-    cells = ((_code(one.name), ", ".join(map(str, one.values)), one.meaning) for one in modes)
-    return _table(heading, (_row("td", one) for one in cells))
+    cells = ((_code(mode.name), ", ".join(map(str, mode.values)), mode.meaning) for mode in modes)
+    return _table(heading, (_row("td", row) for row in cells))
 
 
 def _log_categories() -> str:
-    cells = ((_code(name), meaning) for name, meaning in LOG_CATEGORIES)
-    return _table(("Category", "What it tells"), (_row("td", one) for one in cells))
+    cells = ((_code(name), meaning) for name, meaning in LOG_CATEGORIES.values())
+    return _table(("Category", "What it tells"), (_row("td", row) for row in cells))
 
 
 # ---- whole ---------------------------------------------------------------------------------
@@ -218,11 +231,11 @@ def _count(effects: Sequence[Effect]) -> str:
 
 def _build(library: str, fmi_version: Literal[2, 3]) -> str:
     """How to build the packed source code; `library` is its file name without suffix."""
-    folders = dict.fromkeys(one.folder(fmi_version) for one in PLATFORMS.values())
+    folders = dict.fromkeys(platform.folder(fmi_version) for platform in PLATFORMS.values())
     return Template((PAGES / "build.html").read_text("utf-8")).substitute(
         identifier=library,
         folder=PLATFORMS["x86_64-linux"].folder(fmi_version),
-        folders=", ".join(f"<code>{one}</code>" for one in folders),
+        folders=", ".join(f"<code>{folder}</code>" for folder in folders),
     )
 
 
@@ -233,8 +246,10 @@ def _index(
     library: str | None,
 ) -> str:
     structure = interface(model.effect_ids)
-    parameters = [one for one in variables if one.role in (Role.PARAMETER, Role.OPTION)]
-    of_effects = [one for one in parameters if one.name.startswith("effects.")]
+    parameters = [
+        variable for variable in variables if variable.role in (Role.PARAMETER, Role.OPTION)
+    ]
+    of_effects = [parameter for parameter in parameters if parameter.name.startswith("effects.")]
     symbols = {name: _symbol(name) for name in _SYMBOLS}
     of_version = {
         part: (PAGES / f"fmi{fmi_version}_{part}.html").read_text("utf-8")
@@ -254,7 +269,9 @@ def _index(
         effect_count=_count(structure.effects),
         without_effects=", without effects" if structure.effects else "",
         variables=_variables(variables),
-        parameters=_parameters(one for one in parameters if one not in of_effects),
+        parameters=_parameters(
+            parameter for parameter in parameters if parameter not in of_effects
+        ),
         indicators=_INDICATORS[fmi_version],
         effects=_effects(structure.effects, of_effects),
         modes=_modes(structure.modes),

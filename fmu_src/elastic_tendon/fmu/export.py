@@ -18,10 +18,16 @@ from elastic_tendon.fmu.mach_o import universal
 from elastic_tendon.fmu.packing import checked_path, write_archive
 from elastic_tendon.fmu.sources import declare_sources, source_files
 from elastic_tendon.fmu.terminals import terminals_and_icons
-from elastic_tendon.native.binary import Progress, compile_binaries, silent, write_sources
+from elastic_tendon.native.binary import (
+    Progress,
+    compile_binaries,
+    silent,
+    write_sources,
+    write_token,
+)
 from elastic_tendon.native.compiler import Platform, platforms_named
 from elastic_tendon.native.layout import layout
-from elastic_tendon.native.library import DEFAULT_TOLERANCE, structure_key
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
 from elastic_tendon.output import write_file
 
 FmiVersion = Literal[2, 3]
@@ -88,15 +94,14 @@ def _contents(
     root = _DESCRIPTIONS[fmi_version].model_description(described)
     if source and fmi_version == 2:
         declare_sources(root)
-    token = description.seal(root, structure_key(model.effect_ids))
     with tempfile.TemporaryDirectory() as work:
         folder = Path(work)
-        write_sources(
+        key = write_sources(
             *(folder, system, described.variables),
-            token=token,
             tolerance=DEFAULT_TOLERANCE,
             fmi_version=fmi_version,
         )
+        write_token(folder, description.seal(root, key))
         built = compile_binaries(folder, described.identifier, platforms, progress)
         sources = source_files(folder, described.identifier, fmi_version) if source else {}
     return {

@@ -45,8 +45,8 @@ def model_description(description: Description) -> Element:
     _add_types(root, description)
     common.add_log_categories_and_experiment(root)
     listed = SubElement(root, "ModelVariables")
-    for one in description.variables:
-        listed.append(_variable(one, description))
+    for variable in description.variables:
+        listed.append(_variable(variable, description))
     _add_structure(root, description)
     return root
 
@@ -62,17 +62,17 @@ def _add_types(root: Element, description: Description) -> None:
     common.add_slack_states(SubElement(slack, "Enumeration"))
 
 
-def _index(one: FmuVariable) -> str:
+def _index(variable: FmuVariable) -> str:
     """Place in the list of variables, counted from 1."""
-    return str(one.value_reference + 1)
+    return str(variable.value_reference + 1)
 
 
-def _variable(one: FmuVariable, description: Description) -> Element:
-    element = Element("ScalarVariable", common.identity(one))
-    typed = common.value_attributes(one) | common.state_attributes(one, description)
-    if one.role is Role.DERIVATIVE:
-        typed["derivative"] = _index(description.states[one.index])
-    SubElement(element, one.variable.kind.value, typed)
+def _variable(variable: FmuVariable, description: Description) -> Element:
+    element = Element("ScalarVariable", common.identity(variable))
+    typed = common.value_attributes(variable) | common.state_attributes(variable, description)
+    if variable.role is Role.DERIVATIVE:
+        typed["derivative"] = _index(description.states[variable.index])
+    SubElement(element, variable.variable.kind.value, typed)
     return element
 
 

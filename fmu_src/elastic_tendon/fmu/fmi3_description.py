@@ -52,8 +52,8 @@ def model_description(description: Description) -> Element:
     _add_types(root, description)
     common.add_log_categories_and_experiment(root)
     listed = SubElement(root, "ModelVariables")
-    for one in description.variables:
-        listed.append(_variable(one, description))
+    for variable in description.variables:
+        listed.append(_variable(variable, description))
     _add_structure(root, description)
     return root
 
@@ -69,15 +69,15 @@ def _add_types(root: Element, description: Description) -> None:
     common.add_slack_states(slack)
 
 
-def _variable(one: FmuVariable, description: Description) -> Element:
-    attributes = common.identity(one) | common.value_attributes(one)
-    attributes |= common.state_attributes(one, description)
-    if one.role is Role.DERIVATIVE:
-        attributes["derivative"] = str(description.states[one.index].value_reference)
+def _variable(variable: FmuVariable, description: Description) -> Element:
+    attributes = common.identity(variable) | common.value_attributes(variable)
+    attributes |= common.state_attributes(variable, description)
+    if variable.role is Role.DERIVATIVE:
+        attributes["derivative"] = str(description.states[variable.index].value_reference)
     # what is discrete holds its value until the step ends
-    if one.role is Role.INPUT or (one.is_output and one.variability == "continuous"):
+    if variable.role is Role.INPUT or (variable.is_output and variable.variability == "continuous"):
         attributes["intermediateUpdate"] = "true"
-    return Element(_ELEMENTS[one.variable.kind], attributes)
+    return Element(_ELEMENTS[variable.variable.kind], attributes)
 
 
 def _add_structure(root: Element, description: Description) -> None:

@@ -27,8 +27,8 @@ from elastic_tendon.fmu.documentation import licenses
 from elastic_tendon.fmu.export import describe
 from elastic_tendon.fmu.packing import checked_path, write_archive
 from elastic_tendon.native import compiler
-from elastic_tendon.native.binary import compile_binary
-from elastic_tendon.native.library import DEFAULT_TOLERANCE, structure_key
+from elastic_tendon.native.binary import compile_binary, write_sources, write_token
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
 from elastic_tendon.output import write_file
 
 _SLAVE = Path(__file__).parent / "pythonfmu_slave.py"
@@ -54,13 +54,14 @@ def _write_resources(model: Model, folder: Path) -> list[Path]:
     )
     root = fmi2_description.model_description(described)
     root.set("description", f"{root.get('description')}; {needs()}")
-    token = description.seal(root, structure_key(model.effect_ids))
     target = compiler.host_platform()
     # its folder comes on the search path of whoever loads the FMU: no package may have its name
     library = folder / f"elastic_tendon_fmu{target.suffix}"
-    compile_binary(
-        *(system, described.variables, library, target), token=token, tolerance=DEFAULT_TOLERANCE
-    )
+    with tempfile.TemporaryDirectory() as work:
+        sources = Path(work)
+        key = write_sources(sources, system, described.variables, tolerance=DEFAULT_TOLERANCE)
+        write_token(sources, description.seal(root, key))
+        compile_binary(sources, library, target)
     text = folder / "description.xml"
     text.write_bytes(description.to_bytes(root))
     return [text, library]

@@ -20,7 +20,6 @@ from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 CO_SIMULATION = 1
-WARNING, DISCARD = 1, 2
 SUFFIXES = {"win32": ".dll", "darwin": ".dylib"}
 _NO_VALUE: dict[type, Any] = {  # what an importer gets where the library refuses
     ctypes.c_double: math.nan,
@@ -85,7 +84,7 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
     def _call(self, function: str, *arguments: object) -> int:
         """Status of a call of the library; an error is remembered."""
         status: int = self._library[function](self._instance, *arguments)
-        if status > DISCARD:
+        if status > Fmi2Status.discard:
             self._failed = self._failed or function
         return status
 
@@ -118,7 +117,7 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
             )
             return False
         times = (ctypes.c_double(current_time), ctypes.c_double(step_size))
-        return self._call("fmi2DoStep", *times, 1) <= WARNING
+        return bool(self._call("fmi2DoStep", *times, 1) <= Fmi2Status.warning)
 
     def terminate(self) -> None:
         """See fmi2Terminate."""
@@ -130,7 +129,7 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
         n = len(references)
         values = (kind * n)()  # type: ignore[operator]
         arguments = ((ctypes.c_uint * n)(*references), ctypes.c_size_t(n), values)
-        refused = self._call(f"fmi2Get{name}", *arguments) > DISCARD
+        refused = self._call(f"fmi2Get{name}", *arguments) > Fmi2Status.discard
         return [_NO_VALUE[kind]] * n if refused else list(values)
 
     def _set(self, name: str, kind: type, references: list[int], values: list[Any]) -> None:
@@ -177,7 +176,10 @@ class ElasticTendonSlave(Fmi2Slave):  # type: ignore[misc]
     def _set_fmu_state(self, state: bytes) -> None:
         kept = ctypes.c_void_p()
         size = ctypes.c_size_t(len(state))
-        if self._call("fmi2DeSerializeFMUstate", state, size, ctypes.byref(kept)) <= WARNING:
+        if (
+            self._call("fmi2DeSerializeFMUstate", state, size, ctypes.byref(kept))
+            <= Fmi2Status.warning
+        ):
             self._call("fmi2SetFMUstate", kept)
             self._call("fmi2FreeFMUstate", ctypes.byref(kept))
 

@@ -25,10 +25,10 @@ def source_files(generated: Path, identifier: str, fmi_version: int) -> dict[str
     identifier : the FMU's model identifier
     fmi_version : 2 or 3; files of the other one are left out
     """
-    other = f"fmi{5 - fmi_version}"
+    left_out = f"fmi{5 - fmi_version}"
     files = [
-        *(path for path in compiler.RUNTIME.glob("*.[ch]") if not path.name.startswith(other)),
-        *generated.glob("*.c"),
+        *(path for path in compiler.RUNTIME.glob("*.[ch]") if not path.name.startswith(left_out)),
+        *generated.glob("*.[ch]"),
     ]
     contents = {f"sources/{path.name}": path.read_bytes() for path in files}
     if fmi_version == 3:

@@ -43,16 +43,16 @@ def structure(variables: Iterable[FmuVariable], dependencies: Dependencies) -> S
     dependencies : of the same system
     """
     found = _Finder(tuple(variables), dependencies)
-    outputs = [one for one in found.variables if one.is_output]
+    outputs = [variable for variable in found.variables if variable.is_output]
     rates = found.of_role(Role.DERIVATIVE)
-    states = [one for one in found.of_role(Role.STATE) if not one.is_output]
-    initial = [one for one in outputs + rates + states if one.start is None]
+    states = [variable for variable in found.of_role(Role.STATE) if not variable.is_output]
+    initial = [variable for variable in outputs + rates + states if variable.start is None]
     return Structure(
         outputs=tuple(map(found.unknown, outputs)),
         derivatives=tuple(map(found.unknown, rates)),
         initial_unknowns=tuple(
-            found.initial_unknown(one)
-            for one in sorted(initial, key=lambda one: one.value_reference)
+            found.initial_unknown(variable)
+            for variable in sorted(initial, key=lambda variable: variable.value_reference)
         ),
         event_indicators=tuple(map(found.unknown, found.of_role(Role.INDICATOR))),
     )
@@ -64,9 +64,9 @@ class _Finder:
     def __init__(self, variables: tuple[FmuVariable, ...], dependencies: Dependencies) -> None:
         self.variables = variables
         self._columns = [
-            one
+            variable
             for role in (Role.STATE, Role.INPUT, Role.PARAMETER, Role.OPTION)
-            for one in self.of_role(role)
+            for variable in self.of_role(role)
         ]
         self._rows = {
             Role.OUTPUT: dependencies.outputs,
@@ -77,18 +77,18 @@ class _Finder:
 
     def of_role(self, role: Role) -> list[FmuVariable]:
         """Variables of a role, in the model's order."""
-        found = (one for one in self.variables if one.role is role)
-        return sorted(found, key=lambda one: one.index)
+        found = (variable for variable in self.variables if variable.role is role)
+        return sorted(found, key=lambda variable: variable.index)
 
-    def unknown(self, one: FmuVariable) -> Unknown:
+    def unknown(self, variable: FmuVariable) -> Unknown:
         """After initialisation, where what is fixed is no known any more."""
-        row = self._row(one)
+        row = self._row(variable)
         fixed = [known.variability == "fixed" for known in self._columns]
-        return Unknown(one, self._knowns(np.where(fixed, Dependence.NONE, row)))
+        return Unknown(variable, self._knowns(np.where(fixed, Dependence.NONE, row)))
 
-    def initial_unknown(self, one: FmuVariable) -> Unknown:
+    def initial_unknown(self, variable: FmuVariable) -> Unknown:
         """In initialisation: states whose start is calculated are unknowns themselves."""
-        row = self._starts[one.index] if one.role is Role.STATE else self._row(one)
+        row = self._starts[variable.index] if variable.role is Role.STATE else self._row(variable)
         total = row.copy()
         for column, known in enumerate(self._columns):
             if known.role is Role.STATE and known.start is None and row[column]:
@@ -96,13 +96,13 @@ class _Finder:
                 total = np.maximum(total, through)
                 total[column] = Dependence.NONE
         # parameters are variable still, so what is more than constant is no factor
-        return Unknown(one, self._knowns(np.where(total > 1, Dependence.DEPENDENT, total)))
+        return Unknown(variable, self._knowns(np.where(total > 1, Dependence.DEPENDENT, total)))
 
-    def _row(self, one: FmuVariable) -> _Kinds:
-        if one.role is Role.STATE:
-            own = [known is one for known in self._columns]
+    def _row(self, variable: FmuVariable) -> _Kinds:
+        if variable.role is Role.STATE:
+            own = [known is variable for known in self._columns]
             return np.where(own, Dependence.CONSTANT, Dependence.NONE).astype(np.int8)
-        row: _Kinds = self._rows[one.role][one.index]
+        row: _Kinds = self._rows[variable.role][variable.index]
         return row
 
     def _knowns(self, row: _Kinds) -> tuple[tuple[FmuVariable, Dependence], ...]:

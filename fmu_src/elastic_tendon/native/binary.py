@@ -4,13 +4,15 @@ The cached library that Python calls and the library inside an FMU are made here
 sources; they differ in start values, token and the version of FMI only.
 """
 
+import hashlib
 import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from threading import Event
 
 from elastic_tendon.actuator.system import HybridSystem
-from elastic_tendon.native import compiler
+from elastic_tendon.native import compiler, shared
 from elastic_tendon.native.codegen import generate
 from elastic_tendon.native.layout import FmuVariable, c_tables
 
@@ -32,41 +34,56 @@ def write_sources(
     system: HybridSystem,
     variables: Sequence[FmuVariable],
     *,
-    token: str,
     tolerance: float,
     fmi_version: int = 2,
-) -> None:
+) -> str:
     """Write the generated C of a model, which `native/runtime/library.c` includes, into a folder.
 
-    Parameters are those of `compile_binary`.
+    What is compiled needs the token too, see `write_token`.
+
+    Parameters
+    ----------
+    folder : where to
+    system : equations
+    variables : from `layout`, with the start values that the library is to have
+    tolerance : of the co-simulation solver where the importer sets none
+    fmi_version : 2 or 3, whose functions the library shows
+
+    Returns
+    -------
+    str, a hash of all that goes into the library: this C, that of the runtime, compiler and flags;
+    the same on every host
     """
-    tables = c_tables(variables, system.interface.modes, token, tolerance, fmi_version)
-    for name, content in ((_MODEL, generate(system)), ("variables.c", tables)):
-        (folder / name).write_bytes(content.encode())  # with the same ends of lines everywhere
+    contents = {
+        _MODEL: generate(system),
+        "variables.c": c_tables(variables, system.interface.modes, tolerance, fmi_version),
+        "shared.h": shared.header(),
+    }
+    digest = hashlib.sha256(compiler.toolchain().encode())
+    for name, text in contents.items():
+        content = text.encode()  # with the same ends of lines everywhere
+        (folder / name).write_bytes(content)
+        digest.update(content)
+    for path in sorted(compiler.RUNTIME.glob("*.[ch]")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:32]
+
+
+def write_token(folder: Path, token: str) -> None:
+    """Write the string by which a description and its binary know each other beside the C."""
+    (folder / "token.h").write_bytes(f'#define MODEL_TOKEN "{token}"\n'.encode())
 
 
 def compile_binary(
-    system: HybridSystem,
-    variables: Sequence[FmuVariable],
-    output: Path,
-    target: compiler.Platform,
-    *,
-    token: str,
-    tolerance: float,
-    fmi_version: int = 2,
-    progress: Progress = silent,
+    sources: Path, output: Path, target: compiler.Platform, progress: Progress = silent
 ) -> None:
     """Compile the shared library of a model.
 
     Parameters
     ----------
-    system : equations
-    variables : from `layout`, with the start values that the library is to have
+    sources : folder filled by `write_sources` and `write_token`
     output : file to write
     target : platform to build for
-    token : guid of the FMU
-    tolerance : of the co-simulation solver where the importer sets none
-    fmi_version : 2 or 3, whose functions the library shows
     progress : told what is being built
 
     Raises
@@ -74,16 +91,8 @@ def compile_binary(
     BuildError
         where the compiler refuses
     """
-    with tempfile.TemporaryDirectory() as work:
-        write_sources(
-            *(Path(work), system, variables),
-            token=token,
-            tolerance=tolerance,
-            fmi_version=fmi_version,
-        )
-        progress(_being_built(Path(work), [target]), 0.0)
-        source = compiler.RUNTIME / "library.c"
-        compiler.compile_library(source, output, target, include=[Path(work)])
+    progress(_being_built(sources, [target]), 0.0)
+    compiler.compile_library(compiler.RUNTIME / "library.c", output, target, include=[sources])
 
 
 def compile_binaries(
@@ -93,7 +102,7 @@ def compile_binaries(
 
     Parameters
     ----------
-    sources : folder filled by `write_sources`
+    sources : folder filled by `write_sources` and `write_token`
     identifier : the libraries' file name without suffix, which some formats write into them
     platforms : to build for
     progress : told what is being built
@@ -110,22 +119,28 @@ def compile_binaries(
     """
     progress(_being_built(sources, platforms), 0.0)
     built: dict[compiler.Platform, bytes] = {}
-    pool = ThreadPoolExecutor(_AT_ONCE)
+    pool, stopped = ThreadPoolExecutor(_AT_ONCE), Event()
     try:
-        started = {pool.submit(_compile, sources, identifier, one): one for one in platforms}
+        started = {
+            pool.submit(_compile, sources, identifier, platform, stopped): platform
+            for platform in platforms
+        }
         for done in as_completed(started):
             built[started[done]] = done.result()
-            waiting = [one for one in platforms if one not in built]
+            waiting = [platform for platform in platforms if platform not in built]
             progress(_being_built(sources, waiting), len(built) / len(platforms))
     finally:  # also of an interrupt, which ends the compilers that are running
+        stopped.set()
         pool.shutdown(cancel_futures=True)
-    return {one: built[one] for one in platforms}
+    return {platform: built[platform] for platform in platforms}
 
 
-def _compile(sources: Path, identifier: str, platform: compiler.Platform) -> bytes:
+def _compile(sources: Path, identifier: str, platform: compiler.Platform, stopped: Event) -> bytes:
     with tempfile.TemporaryDirectory() as work:
         output = Path(work) / f"{identifier}{platform.suffix}"
-        compiler.compile_library(compiler.RUNTIME / "library.c", output, platform, [sources])
+        compiler.compile_library(
+            compiler.RUNTIME / "library.c", output, platform, [sources], stopped
+        )
         return output.read_bytes()  # what the linker for Windows leaves beside it is not wanted
 
 
@@ -136,6 +151,6 @@ def _being_built(sources: Path, waiting: Sequence[compiler.Platform]) -> str:
     now = waiting[:_AT_ONCE]
     large = (sources / _MODEL).stat().st_size > _LARGE
     long = [_LARGE_MODEL] if large else []
-    long += [_FIRST_TIME] if any(one.suffix == ".dll" for one in now) else []
+    long += [_FIRST_TIME] if any(platform.suffix == ".dll" for platform in now) else []
     why = f" ({'; '.join(long)})" if long else ""
-    return f"building {', '.join(one.name for one in now)}{why}"
+    return f"building {', '.join(platform.name for platform in now)}{why}"

@@ -84,7 +84,7 @@ def _compiled(
     found = [expression for _, expression in (expressions | {"rates": (given, rates)}).values()]
     known = ca.vertcat(p, reciprocals)
     reduced, symbols, constants = ca.extract_parametric(found, known, {})
-    constants = [ca.substitute(one, reciprocals, 1.0 / divisors) for one in constants]
+    constants = [ca.substitute(constant, reciprocals, 1.0 / divisors) for constant in constants]
     prepared = ca.SX.sym("p", known.numel() + len(symbols))
     names = [known, *symbols]
     values = [prepared[: known.numel()], *ca.vertsplit(prepared[known.numel() :])]
@@ -129,7 +129,7 @@ def _without_division(rates: ca.SX, given: dict[str, ca.SX]) -> tuple[ca.SX, ca.
         elif operation == ca.OP_OUTPUT:
             result.nz[made[1]] = work[taken[0]][0]
         else:
-            values, known = zip(*(work[one] for one in taken), strict=True)
+            values, known = zip(*(work[place] for place in taken), strict=True)
             if operation == ca.OP_DIV and known == (False, True):
                 symbols.append(ca.SX.sym("reciprocal"))
                 divisors.append(values[1])
@@ -146,12 +146,12 @@ def _wrapper(name: str, function: ca.Function) -> str:
     """The function under its plain C signature."""
     names = [function.name_in(i) for i in range(function.n_in())]
     solves = name not in _IMPLICIT and "w" in names and function.numel_in("w") > 0
-    given = [one for one in names if one != "w" or name in _IMPLICIT]
+    given = [argument for argument in names if argument != "w" or name in _IMPLICIT]
     return _WRAPPER.format(
         name=name,
         signature=", ".join(f"const double* {argument}" for argument in given) + ", double* result",
         prepare=_SOLVE if solves else "",
-        arguments=", ".join(one if one in given or solves else "0" for one in names),
+        arguments=", ".join(argument if argument in given or solves else "0" for argument in names),
         result="result",
     )
 

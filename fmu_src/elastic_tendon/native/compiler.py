@@ -13,15 +13,18 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
+from threading import Event
 
 from elastic_tendon.errors import BuildError
 
 RUNTIME = Path(__file__).parent / "runtime"
 OWN_COMPILER = "ELASTIC_TENDON_CC"
+_PATIENCE = 0.2  # s, after which it is looked whether the compiler is still wanted
 
 _FLAGS = (
     "-std=c11",
@@ -91,9 +94,11 @@ def host_platform() -> Platform:
 def _by_any_name() -> dict[str, tuple[Platform, ...]]:
     """Platforms by what people call them: the folders of both versions of FMI, and all of them."""
     platforms = tuple(PLATFORMS.values())
-    folders = {one.folder(version) for one in platforms for version in (2, 3)}
+    folders = {platform.folder(version) for platform in platforms for version in (2, 3)}
     named = {
-        folder: tuple(one for one in platforms if folder in (one.name, one.fmi2_folder))
+        folder: tuple(
+            platform for platform in platforms if folder in (platform.name, platform.fmi2_folder)
+        )
         for folder in folders
     }
     return named | {ALL: platforms}
@@ -122,8 +127,8 @@ def platforms_named(names: str | Iterable[str] | None) -> tuple[Platform, ...]:
             f"there is no platform {', '.join(sorted(map(repr, unknown)))}; "
             f"known are {', '.join(PLATFORMS)}, and {ALL} for all of these"
         )
-    chosen = {one for name in wanted for one in known[name]}
-    return tuple(one for one in PLATFORMS.values() if one in chosen)
+    chosen = {platform for name in wanted for platform in known[name]}
+    return tuple(platform for platform in PLATFORMS.values() if platform in chosen)
 
 
 def _link_flags(library: Path) -> tuple[str, ...]:
@@ -157,16 +162,23 @@ def _own_command() -> tuple[str, ...]:
 
 @lru_cache
 def _version_of(command: tuple[str, ...]) -> str:
-    run = _run([*command, "-v"])
-    if run.returncode != 0:
+    status, messages = _run([*command, "-v"])
+    if status != 0:
         raise BuildError(f"{OWN_COMPILER} is {shlex.join(command)!r}, which is no gcc or clang")
-    return run.stderr
+    return messages
 
 
-def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    """Run a compiler; BuildError where it is not there."""
+def _run(command: Sequence[str], stopped: Event | None = None) -> tuple[int, str]:
+    """Exit status and messages of a compiler; BuildError where it is not there or was stopped."""
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=False)
+        with subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        ) as process:
+            try:
+                return _finished(process, stopped)
+            except BaseException:  # also of an interrupt
+                process.kill()
+                raise
     except OSError as error:
         if command[0] == sys.executable:
             raise BuildError(f"the compiler cannot be started: {error.strerror}") from error
@@ -175,6 +187,14 @@ def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
             f"{error.strerror}; name another, or unset it to use the one that is installed with "
             "elastic-tendon"
         ) from error
+
+
+def _finished(process: subprocess.Popen[str], stopped: Event | None) -> tuple[int, str]:
+    while stopped is None or not stopped.is_set():
+        with suppress(subprocess.TimeoutExpired):
+            _, messages = process.communicate(timeout=_PATIENCE)
+            return process.returncode, messages
+    raise BuildError("the compiler was stopped")
 
 
 def _compile_command(target: Platform) -> list[str]:
@@ -195,7 +215,11 @@ def fmi_headers() -> Path:
 
 
 def compile_library(
-    source: Path, output: Path, target: Platform, include: Sequence[Path] = ()
+    source: Path,
+    output: Path,
+    target: Platform,
+    include: Sequence[Path] = (),
+    stopped: Event | None = None,
 ) -> None:
     """Compile one C file (which includes the rest) into a shared library.
 
@@ -205,11 +229,12 @@ def compile_library(
     output : shared library to write
     target : platform to build for
     include : further folders with headers
+    stopped : when another thread sets it, the compiler ends
 
     Raises
     ------
     BuildError
-        with the compiler's first error
+        with the compiler's first error, or where it was stopped
     """
     folders = (source.parent, RUNTIME, fmi_headers(), *include)
     command = [
@@ -218,9 +243,9 @@ def compile_library(
         *(str(source), "-o", str(output)),
         *_link_flags(output),
     ]
-    run = _run(command)
-    if run.returncode != 0:
-        errors = [line for line in run.stderr.splitlines() if "error" in line]
+    status, messages = _run(command, stopped)
+    if status != 0:
+        errors = [line for line in messages.splitlines() if "error" in line]
         raise BuildError(
-            f"the compiler refused the generated C: {(errors or [run.stderr.strip()])[0]}"
+            f"the compiler refused the generated C: {(errors or [messages.strip()])[0]}"
         )

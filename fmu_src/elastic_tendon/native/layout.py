@@ -5,12 +5,12 @@ table of unique value references serves every FMI version. Nothing here needs Ca
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 from math import inf, isnan, nan
 
-from elastic_tendon.actuator.variables import Interface, Kind, Mode, Variable
+from elastic_tendon.actuator.variables import OUTPUTS, Interface, Kind, Mode, Variable
 
 MOTOR_VELOCITY_CONNECTED = Variable(
     "motor_velocity_connected",
@@ -21,12 +21,19 @@ MOTOR_VELOCITY_CONNECTED = Variable(
     lower=0.0,
     upper=1.0,
 )
+_SLACK_STATE = next(output for output in OUTPUTS if output.kind is Kind.SLACK_STATE)
+_SLACK_STATE_NUMBER = replace(
+    _SLACK_STATE,
+    name=f"{_SLACK_STATE.name}_number",
+    meaning=f"{_SLACK_STATE.name} as an integer, for importers that take no enumerations",
+    kind=Kind.INTEGER,
+)
 _TIME = Variable("time", "s", "simulation time")
 _TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
 
 
 class Role(Enum):
-    """What a variable is to the model; the value is its name in the C table."""
+    """What a variable is to the model; the value is its name in C."""
 
     TIME = "ROLE_TIME"
     INPUT = "ROLE_INPUT"
@@ -34,8 +41,8 @@ class Role(Enum):
     DERIVATIVE = "ROLE_DERIVATIVE"
     OUTPUT = "ROLE_OUTPUT"
     PARAMETER = "ROLE_PARAMETER"
-    OPTION = "ROLE_OPTION"
-    INDICATOR = "ROLE_INDICATOR"
+    OPTION = "ROLE_OPTION"  # motor_velocity_connected
+    INDICATOR = "ROLE_INDICATOR"  # only in FMI 3.0
 
 
 @dataclass(frozen=True)
@@ -130,20 +137,26 @@ def layout(
     rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
     if indicators:
         listed = (variable for mode in interface.modes for variable in _indicators(mode))
-        rows.extend((one, Role.INDICATOR, i, False, None) for i, one in enumerate(listed))
+        rows.extend(
+            (indicator, Role.INDICATOR, i, False, None) for i, indicator in enumerate(listed)
+        )
+    number = interface.outputs.index(_SLACK_STATE)
+    rows.append((_SLACK_STATE_NUMBER, Role.OUTPUT, number, True, None))
     return tuple(FmuVariable(reference, *row) for reference, row in enumerate(rows))
 
 
 def default_layout(interface: Interface) -> tuple[FmuVariable, ...]:
     """Layout with the default of every parameter, as the cached library has it."""
-    return layout(interface, {one.name: one.start or 0.0 for one in interface.parameters})
+    return layout(
+        interface, {parameter.name: parameter.start or 0.0 for parameter in interface.parameters}
+    )
 
 
-def _c_start(one: FmuVariable) -> float:
+def _c_start(variable: FmuVariable) -> float:
     """Start value; NaN asks the solver to calculate that of a state."""
-    if one.start is None:
-        return nan if one.role is Role.STATE else 0.0
-    return one.start
+    if variable.start is None:
+        return nan if variable.role is Role.STATE else 0.0
+    return variable.start
 
 
 def _c_number(value: float) -> str:
@@ -158,28 +171,33 @@ def _c_text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _text_table(name: str, texts: Iterable[str]) -> str:
+def text_table(name: str, texts: Iterable[str]) -> str:
+    """C source of a table of texts."""
     return f"static const char *const {name}[] = {{{', '.join(map(_c_text, texts))}}};"
 
 
-def _row(one: FmuVariable) -> str:
-    variable = one.variable
-    cells = (
-        _c_text(variable.name),
-        f"TYPE_{variable.kind.value.upper()}",
-        one.role.value,
-        str(one.index),
-        str(int(one.is_output)),
-        str(int(variable.tunable)),
-        *(_c_number(value) for value in (_c_start(one), variable.lower, variable.upper)),
-    )
-    return f"  {{{', '.join(cells)}}},"
+def structure(name: str, fields: Mapping[str, str]) -> str:
+    """C source of a structure, its fields by name with their types."""
+    declared = "".join(f"  {kind} {field};\n" for field, kind in fields.items())
+    return f"typedef struct {{\n{declared}}} {name};"
+
+
+_COLUMNS: Mapping[str, tuple[str, Callable[[FmuVariable], str]]] = {  # type in C, and what it shows
+    "name": ("const char *", lambda variable: _c_text(variable.name)),
+    "type": ("Type", lambda variable: f"TYPE_{variable.variable.kind.value.upper()}"),
+    "role": ("Role", lambda variable: variable.role.value),
+    "index": ("int", lambda variable: str(variable.index)),
+    "is_output": ("int", lambda variable: str(int(variable.is_output))),
+    "tunable": ("int", lambda variable: str(int(variable.variable.tunable))),
+    "start": ("double", lambda variable: _c_number(_c_start(variable))),
+    "lower": ("double", lambda variable: _c_number(variable.variable.lower)),
+    "upper": ("double", lambda variable: _c_number(variable.variable.upper)),
+}
 
 
 def c_tables(
     variables: Iterable[FmuVariable],
     modes: Sequence[Mode],
-    token: str,
     tolerance: float,
     fmi_version: int,
 ) -> str:
@@ -189,23 +207,27 @@ def c_tables(
     ----------
     variables : from `layout`
     modes : of the model, in order
-    token : the string by which a description and its binary know each other
     tolerance : of the solver where the importer sets none
     fmi_version : 2 or 3
     """
-    rows = [_row(one) for one in variables]
+    rows = [
+        f"  {{{', '.join(cell(variable) for _, cell in _COLUMNS.values())}}},"
+        for variable in variables
+    ]
     return "\n".join(
         [
             f"#define FMI_VERSION {fmi_version}",
             f"#define N_VARIABLES {len(rows)}",
-            f"#define MODEL_TOKEN {_c_text(token)}",
+            '#include "token.h"',
             f"#define MODEL_TOLERANCE {tolerance!r}",
+            '#include "shared.h"',
+            structure("VariableInfo", {name: kind for name, (kind, _) in _COLUMNS.items()}),
             '#include "instance.h"',
             "static const VariableInfo variables[] = {",
             *rows,
             "};",
-            _text_table("mode_name", (mode.name for mode in modes)),
-            _text_table("mode_warning", (mode.meaning if mode.warns else "" for mode in modes)),
+            text_table("mode_name", (mode.name for mode in modes)),
+            text_table("mode_warning", (mode.meaning if mode.warns else "" for mode in modes)),
             "",
         ]
     )

@@ -1,12 +1,14 @@
 """The compiled library of a structure: built once, cached, loaded.
 
 A structure is a set of effects. Every number of a model is a run-time argument, so fitting and
-screening never compile; the cache's key needs no CasADi, so a cached library loads at once.
+screening never compile. A library's name in the cache begins with a key that needs no CasADi, so
+that it loads at once; a second one is of what went into it.
 """
 
 import ctypes
 import hashlib
 import os
+import shutil
 import tempfile
 from functools import lru_cache
 from pathlib import Path
@@ -19,66 +21,20 @@ from elastic_tendon.actuator.variables import interface
 from elastic_tendon.errors import BuildError
 from elastic_tendon.native import compiler
 from elastic_tendon.native.layout import default_layout
+from elastic_tendon.native.shared import STRUCTURES, classes
 
 if TYPE_CHECKING:  # at run time it would import CasADi
     from elastic_tendon.native.binary import Progress
 
 _PACKAGE = Path(__file__).parents[1]
-# from which the C is made, beside a user's own effects; all modules of these folders, because a
-# list of those that matter would be forgotten when it grows
+# that decide on the C, beside a user's own effects; all modules of these folders, because a list of
+# those that matter would be forgotten when it grows
 _SOURCES = ("actuator/*.py", "effects/*.py", "native/*.py", "native/runtime/*.[ch]")
 
 DEFAULT_TOLERANCE = 1e-8
-STATISTICS = ("steps", "implicit_steps", "rejected", "rates", "events", "grazing")
 
-
-# ---- what the library is called with ---------------------------------------------------------
-
-
-class Statistics(ctypes.Structure):
-    """Counts, see `STATISTICS`."""
-
-    _fields_ = [(name, ctypes.c_longlong) for name in STATISTICS]
-
-
-class Simulation(ctypes.Structure):
-    """Mirror of `Simulation` in native/runtime/simulate.c."""
-
-    _fields_ = [
-        ("n_samples", ctypes.c_longlong),
-        ("time", ctypes.c_void_p),
-        ("motor_position", ctypes.c_void_p),
-        ("load_torque", ctypes.c_void_p),
-        ("position_slope", ctypes.c_void_p),
-        ("load_slope", ctypes.c_void_p),
-        ("interpolation", ctypes.c_longlong),
-        ("parameters", ctypes.c_void_p),
-        ("initial_state", ctypes.c_void_p),
-        ("tolerance", ctypes.c_double),
-        ("n_directions", ctypes.c_longlong),
-        ("direction", ctypes.c_void_p),
-        ("states", ctypes.c_void_p),
-        ("outputs", ctypes.c_void_p),
-        ("output_derivatives", ctypes.c_void_p),
-        ("event_time", ctypes.c_void_p),
-        ("event_capacity", ctypes.c_longlong),
-        ("statistics", Statistics),
-        ("failure_time", ctypes.c_double),
-    ]
-
-
-class Runs(ctypes.Structure):
-    """Mirror of `Runs` in native/runtime/simulate.c."""
-
-    _fields_ = [
-        ("n_runs", ctypes.c_longlong),
-        ("parameters", ctypes.c_void_p),
-        ("n_kept", ctypes.c_longlong),
-        ("kept", ctypes.c_void_p),
-        ("outputs", ctypes.c_void_p),
-        ("outcome", ctypes.c_void_p),
-        ("failure_time", ctypes.c_void_p),
-    ]
+CLASSES = classes(STRUCTURES)
+Simulation, Runs = CLASSES["Simulation"], CLASSES["Runs"]  # what the library is called with
 
 
 # ---- cache ---------------------------------------------------------------------------------
@@ -100,10 +56,7 @@ def clear_cache() -> int:
 
 
 def structure_key(effect_ids: tuple[str, ...]) -> str:
-    """Hash of the sources and tools from which binaries of a structure are made.
-
-    The same on every platform, so that an FMU does not depend on where it was exported.
-    """
+    """Hash of the files and tools that make the library of a structure: known without CasADi."""
     effects = interface(effect_ids).effects
     sources = [path for pattern in _SOURCES for path in sorted(_PACKAGE.glob(pattern))]
     digest = hashlib.sha256(compiler.toolchain().encode())
@@ -115,10 +68,10 @@ def structure_key(effect_ids: tuple[str, ...]) -> str:
     return digest.hexdigest()[:32]
 
 
-def _cache_key(effect_ids: tuple[str, ...]) -> str:
+def _for_this_machine(key: str) -> str:
     """Key of the library of this platform and compiler: machines of several kinds may share one."""
     platform, own = compiler.host_platform().target, compiler.own_compiler()
-    content = " ".join(part for part in (structure_key(effect_ids), platform, own) if part)
+    content = " ".join(part for part in (key, platform, own) if part)
     return hashlib.sha256(content.encode()).hexdigest()[:32]
 
 
@@ -126,19 +79,22 @@ def _content_hash(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()[:32]
 
 
-def _cached(key: str) -> Path | None:
-    """The cached library of this key whose content is what its name says; damaged ones go."""
-    for path in cache_folder().glob(f"{key}-*"):
-        if path.stem.split("-")[1] == _content_hash(path):
+def _cached(name: str) -> Path | None:
+    """A cached library of this name whose content is what its name says; damaged ones go."""
+    for path in cache_folder().glob(name):
+        if path.stem.split("-")[-1] == _content_hash(path):
             return path
         path.unlink(missing_ok=True)
     return None
 
 
 def _build(effect_ids: tuple[str, ...], key: str, progress: "Progress | None") -> Path:
-    """Compile the structure into the cache; a rename makes it appear whole or not at all."""
+    """Put the structure's library into the cache; a rename makes it appear whole or not at all.
+
+    Where Python changed but not the C that it writes, an earlier library of the same C serves.
+    """
     from elastic_tendon.actuator.model import build
-    from elastic_tendon.native.binary import compile_binary, silent
+    from elastic_tendon.native.binary import compile_binary, silent, write_sources, write_token
 
     target = compiler.host_platform()
     folder = cache_folder()
@@ -146,14 +102,16 @@ def _build(effect_ids: tuple[str, ...], key: str, progress: "Progress | None") -
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as work:
-            library = Path(work) / f"library{target.suffix}"
-            compile_binary(
-                *(build(effect_ids), variables, library, target),
-                token=key,
-                tolerance=DEFAULT_TOLERANCE,
-                progress=progress or silent,
+            sources, library = Path(work), Path(work) / f"library{target.suffix}"
+            of_sources = _for_this_machine(
+                write_sources(sources, build(effect_ids), variables, tolerance=DEFAULT_TOLERANCE)
             )
-            path = folder / f"{key}-{_content_hash(library)}{target.suffix}"
+            if same := _cached(f"*-{of_sources}-*"):
+                shutil.copyfile(same, library)
+            else:
+                write_token(sources, of_sources)
+                compile_binary(sources, library, target, progress or silent)
+            path = folder / f"{key}-{of_sources}-{_content_hash(library)}{target.suffix}"
             os.replace(library, path)
     except OSError as error:
         raise BuildError(
@@ -176,8 +134,8 @@ def library_path(effect_ids: tuple[str, ...], progress: "Progress | None" = None
     BuildError
         where the compiler refuses or the cache folder cannot be written
     """
-    key = _cache_key(effect_ids)
-    return _cached(key) or _build(effect_ids, key, progress)
+    key = _for_this_machine(structure_key(effect_ids))
+    return _cached(f"{key}-*") or _build(effect_ids, key, progress)
 
 
 @lru_cache
@@ -189,5 +147,4 @@ def load(effect_ids: tuple[str, ...]) -> ctypes.CDLL:
         ctypes.POINTER(Simulation),
         ctypes.POINTER(Runs),
     ]
-    library.elastic_tendon_outcome.restype = ctypes.c_char_p
     return library

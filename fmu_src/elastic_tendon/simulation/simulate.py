@@ -4,7 +4,7 @@ import ctypes
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.errors import SimulationError
-from elastic_tendon.native.library import DEFAULT_TOLERANCE, STATISTICS, Runs, Simulation, load
+from elastic_tendon.native import interrupt
+from elastic_tendon.native.library import DEFAULT_TOLERANCE, Runs, Simulation, load
+from elastic_tendon.native.shared import INTERPOLATIONS, OUTCOMES, STATISTICS
 from elastic_tendon.result import Result
 from elastic_tendon.simulation.interpolation import Interpolation
 
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_INTERPOLATIONS = get_args(Interpolation)  # in the order of the enum in native/runtime/simulate.c
 _EVENT_CAPACITY = 4096
 _KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
 
@@ -211,9 +212,9 @@ class _Motion:
         time = _time(time)
         position = _samples("motor_position", motor_position, time.size)
         load = _samples("load_torque", load_torque, time.size)
-        if interpolation not in _INTERPOLATIONS:
+        if interpolation not in INTERPOLATIONS:
             raise ValueError(
-                f"interpolation {interpolation!r} is none of {', '.join(_INTERPOLATIONS)}"
+                f"interpolation {interpolation!r} is none of {', '.join(INTERPOLATIONS)}"
             )
         if not 1e-14 <= tolerance <= 1e-2:
             raise ValueError(f"tolerance {tolerance} is outside 1e-14 to 1e-2")
@@ -223,12 +224,12 @@ class _Motion:
             position=position,
             load=load,
             slopes=tuple(_slopes(time, samples) if cubic else None for samples in (position, load)),
-            interpolation=_INTERPOLATIONS.index(interpolation),
+            interpolation=INTERPOLATIONS.index(interpolation),
             start=_initial_state(model, initial_state),
             tolerance=tolerance,
         )
 
-    def call(self, states: Array, outputs: Array) -> Simulation:
+    def call(self, states: Array, outputs: Array) -> ctypes.Structure:
         """A call of the library that fills `states` and `outputs`; its parameters are not set."""
         return Simulation(
             n_samples=self.time.size,
@@ -251,10 +252,9 @@ def _parameters(model: Model, as_measured: bool) -> Array:
     return np.array([*model.values().values(), *settings])
 
 
-def _reason(library: ctypes.CDLL, outcome: int, time: float) -> str:
+def _reason(outcome: int, time: float) -> str:
     """Why a simulation stopped."""
-    reason: bytes = library.elastic_tendon_outcome(outcome)
-    return f"stopped at {time:.6g} s: {reason.decode()}"
+    return f"stopped at {time:.6g} s: {tuple(OUTCOMES.values())[outcome]}"
 
 
 def _run(
@@ -276,9 +276,9 @@ def _run(
     call.event_time = _address(event_time)
     call.event_capacity = _EVENT_CAPACITY
     library = load(model.effect_ids)
-    outcome = library.elastic_tendon_simulate(ctypes.byref(call))
+    outcome = interrupt.call(library.elastic_tendon_simulate, call)
     if outcome != 0:
-        raise SimulationError(f"{model.name}: {_reason(library, outcome, call.failure_time)}")
+        raise SimulationError(f"{model.name}: {_reason(outcome, call.failure_time)}")
     statistics = {name: int(getattr(call.statistics, name)) for name in STATISTICS}
     names = (variables.state_names, variables.output_names)
     event_times = event_time[: statistics["events"]].copy()
@@ -415,11 +415,11 @@ def simulate_many(
     )
     library = load(model.effect_ids)
     call = motion.call(states, every)
-    if library.elastic_tendon_simulate_many(ctypes.byref(call), ctypes.byref(runs)) != 0:
+    if interrupt.call(library.elastic_tendon_simulate_many, call, runs) != 0:
         raise SimulationError(f"{model.name}: memory is short")
     failures = [""] * k
     for i in np.flatnonzero(outcome):
-        failures[i] = _reason(library, int(outcome[i]), stopped[i])
+        failures[i] = _reason(outcome[i], stopped[i])
     return Many(motion.time, found, tuple(outputs), tuple(failures))
 
 

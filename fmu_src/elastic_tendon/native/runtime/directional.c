@@ -28,7 +28,7 @@ static void jacobians_of(const Instance *instance, Jacobians *of) {
 /* Modes held. The direction's calculated states are set. */
 static Status derive(Instance *instance, const Jacobians *of, double *direction, Change *change) {
   if (of->follow && !follow_starts(of->calculated, of->starts, direction))
-    return report(instance, STATUS_ERROR, "%s", outcome_text(STARTS_DO_NOT_SETTLE));
+    return report(instance, STATUS_ERROR, "%s", outcome_text[STARTS_DO_NOT_SETTLE]);
   memcpy(change->states, direction + V_STATES, sizeof change->states);
   along(&rates_jacobian_pattern, of->rates, direction, N_STATES, change->rates);
   along(&outputs_jacobian_pattern, of->outputs, direction, N_OUTPUTS, change->outputs);

@@ -13,11 +13,10 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
   Instance *instance = enter(c, "fmi2NewDiscreteStates", EVENT, MODEL_EXCHANGE);
   EventOutcome outcome = {0};
   if (!instance || !given(instance, eventInfo, 1, "eventInfo")) return fmi2Error;
-  const Status status = iterate_events(instance, &outcome);
-  if (status > STATUS_WARNING) return (fmi2Status)status;
+  if (iterate_events(instance, &outcome) != STATUS_OK) return fmi2Error;
   *eventInfo = (fmi2EventInfo){.newDiscreteStatesNeeded = outcome.again,
                                .valuesOfContinuousStatesChanged = outcome.jumped};
-  return (fmi2Status)status;
+  return fmi2OK;
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {

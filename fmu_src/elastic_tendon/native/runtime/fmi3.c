@@ -101,15 +101,14 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *discreteStatesN
       !given(instance, nextEventTimeDefined, 1, "nextEventTimeDefined") ||
       !given(instance, nextEventTime, 1, "nextEventTime"))
     return fmi3Error;
-  const Status status = iterate_events(instance, &outcome);
-  if (status > STATUS_WARNING) return (fmi3Status)status;
+  if (iterate_events(instance, &outcome) != STATUS_OK) return fmi3Error;
   *discreteStatesNeedUpdate = outcome.again;
   *terminateSimulation = fmi3False;
   *nominalsOfContinuousStatesChanged = fmi3False;
   *valuesOfContinuousStatesChanged = outcome.jumped;
   *nextEventTimeDefined = fmi3False;
   *nextEventTime = 0.0;
-  return (fmi3Status)status;
+  return fmi3OK;
 }
 
 /* ---- variables ------------------------------------------------------------------------------- */

@@ -51,15 +51,15 @@ static void log_at(Instance *instance, double time, Status status, Category cate
   va_end(arguments);
 }
 
-/* Log changes of modes. A warning where one became 1 that the user must know of. */
+/* Log changes of modes; once a warning where one became 1 that the user must know of. */
 static void tell_mode_changes(void *who, double time, const double *before, const double *after) {
   Instance *instance = who;
   for (int i = 0; i < N_MODES; i++) {
     if (before[i] == after[i]) continue;
     log_at(instance, time, STATUS_OK, LOG_EVENTS, "%s %g -> %g", mode_name[i], before[i], after[i]);
-    if (!mode_warning[i][0] || after[i] != 1) continue;
+    if (!mode_warning[i][0] || after[i] != 1 || instance->state.warned[i]) continue;
     log_at(instance, time, STATUS_WARNING, LOG_WARNING, "%s", mode_warning[i]);
-    instance->told = STATUS_WARNING;
+    instance->state.warned[i] = 1;
   }
 }
 
@@ -319,7 +319,7 @@ NEVER_INLINE static Status look(Instance *instance) {
   load(instance, time);
   if (decides_modes(instance)) {
     const Outcome outcome = solver_settle(solver);
-    if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
+    if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text[outcome]);
   }
   memcpy(view->x, solver->motion.x, sizeof view->x);
   memcpy(view->mode, solver->motion.mode, sizeof view->mode);

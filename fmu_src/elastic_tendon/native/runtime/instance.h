@@ -13,32 +13,6 @@
 #include "compilers.h"
 #include "solver.h"
 
-/* ---- the generated table --------------------------------------------------------------------- */
-
-/* Bits, so that a call can serve several. */
-typedef enum { TYPE_REAL = 1, TYPE_INTEGER = 2, TYPE_BOOLEAN = 4, TYPE_ENUMERATION = 8 } Type;
-
-typedef enum {
-  ROLE_TIME,
-  ROLE_INPUT,
-  ROLE_STATE,
-  ROLE_DERIVATIVE,
-  ROLE_OUTPUT,
-  ROLE_PARAMETER,
-  ROLE_OPTION,   /* motor_velocity_connected */
-  ROLE_INDICATOR /* only in FMI 3.0 */
-} Role;
-
-typedef struct {
-  const char *name;
-  Type type;
-  Role role;
-  int index;     /* within its role */
-  int is_output; /* also of states */
-  int tunable;   /* a parameter that may change while running */
-  double start, lower, upper;
-} VariableInfo;
-
 /* ---- life of an instance --------------------------------------------------------------------- */
 
 typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR } Status;
@@ -70,6 +44,8 @@ typedef struct {
   int motor_velocity_connected;
   int jumped; /* a state has jumped since event mode was entered */
   int judge_velocity; /* whether the model needs motor_velocity is still to be told */
+  int velocity_warned; /* has been told, */
+  int warned[N_MODES]; /* and that the mode became 1 */
   int last_step; /* Status of the last step */
   int phase;
 } State;
@@ -83,9 +59,6 @@ typedef struct {
 
 typedef struct Instance Instance;
 
-typedef enum { LOG_WARNING, LOG_DISCARD, LOG_ERROR, LOG_EVENTS, N_CATEGORIES } Category;
-static const char *const category_name[N_CATEGORIES] = {"logStatusWarning", "logStatusDiscard",
-                                                        "logStatusError", "logEvents"};
 enum {
   ALL_CATEGORIES = (1 << N_CATEGORIES) - 1,
   ALWAYS_LOGGED = ALL_CATEGORIES & ~(1 << LOG_EVENTS) /* in FMI 2.0, whether debugging or not */
@@ -114,7 +87,6 @@ struct Instance {
   void (*callback)(void); /* the importer's logger, of the façade's type, */
   void (*update)(void);   /* and its intermediate update */
   int logged;             /* bits of the categories that are told */
-  Status told;            /* the worst that was told of events in this call */
   char name[]; /* last: its length is the importer's choice */
 };
 

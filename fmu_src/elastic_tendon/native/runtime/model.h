@@ -28,7 +28,4 @@ typedef struct {
 #define V_INPUTS N_STATES
 #define V_PARAMETERS (N_STATES + N_INPUTS)
 
-/* Order of the inputs, as in actuator/variables.py. */
-enum { MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE };
-
 #endif

@@ -4,31 +4,6 @@
 #include "compilers.h"
 #include "solver.h"
 
-enum { HOLD, LINEAR, CUBIC };
-
-/* Mirrored by native/compiled.py; sizes in elements, arrays row by row. */
-typedef struct {
-  long long n_samples;
-  const double *time;            /* s, increasing */
-  const double *motor_position;  /* rad at the samples */
-  const double *load_torque;     /* N.m at the samples */
-  const double *position_slope;  /* rad/s and N.m/s at the samples, for CUBIC */
-  const double *load_slope;
-  long long interpolation;
-  const double *parameters;
-  const double *initial_state;
-  double tolerance;
-  long long n_directions;
-  const int *direction;          /* index in v = [x; u; p]: of an initial state or a parameter */
-  double *states;                /* out: n_samples x N_STATES */
-  double *outputs;               /* out: n_samples x N_OUTPUTS */
-  double *output_derivatives;    /* out: n_samples x N_OUTPUTS x n_directions */
-  double *event_time;            /* out: times of the first event_capacity located events */
-  long long event_capacity;
-  Statistics statistics;         /* out */
-  double failure_time;           /* out, where the outcome is not SOLVED */
-} Simulation;
-
 /* Polynomial through two samples, in powers of the time since the first. */
 static void polynomial(const double *value, const double *slope, long long i, double h,
                        long long interpolation, double c[4]) {
@@ -213,7 +188,9 @@ static Outcome simulate(Simulation *sim, double *memory) {
               .direction = sim->direction,
               .vector = memory,
               .event_time = sim->event_time,
-              .event_capacity = sim->event_capacity};
+              .event_capacity = sim->event_capacity,
+              .interrupted = sim->interrupted,
+              .second = &sim->second};
   memset(memory, 0, sizeof(double) * memory_of(sim));
   memcpy(s.motion.x, sim->initial_state, sizeof s.motion.x);
   for (int j = 0; j < m; j++)
@@ -225,28 +202,16 @@ static Outcome simulate(Simulation *sim, double *memory) {
   return outcome;
 }
 
-/* Returns an Outcome, or -1 where memory is short. */
+/* Returns an Outcome. */
 EXPORT int elastic_tendon_simulate(Simulation *sim) {
   double *memory = malloc(sizeof(double) * memory_of(sim));
-  if (!memory) return -1;
+  if (!memory) return SHORT_OF_MEMORY;
   const Outcome outcome = simulate(sim, memory);
   free(memory);
   return (int)outcome;
 }
 
-/* ---- many runs ---------------------------------------------------------------------------------
- *
- * One motion, again and again with other parameters. Mirrored by native/compiled.py.
- */
-typedef struct {
-  long long n_runs;
-  const double *parameters; /* n_runs x N_PARAMETERS */
-  long long n_kept;
-  const int *kept;          /* indices of the outputs that are kept */
-  double *outputs;          /* out: n_runs x n_kept x n_samples, NaN of a run that failed */
-  int *outcome;             /* out: an Outcome for each run */
-  double *failure_time;     /* out: n_runs, s */
-} Runs;
+/* ---- many runs -------------------------------------------------------------------------------- */
 
 /* Kept outputs, each in one row, from all outputs sample by sample. */
 static void keep(const Simulation *sim, const Runs *runs, Outcome outcome, double *kept) {
@@ -256,21 +221,18 @@ static void keep(const Simulation *sim, const Runs *runs, Outcome outcome, doubl
 }
 
 /* `sim` says all but the parameters; its states and outputs are work, written anew by each run.
- * Returns 0, or -1 where memory is short. */
+ * Returns SOLVED, whatever the outcomes, SHORT_OF_MEMORY or INTERRUPTED. */
 EXPORT int elastic_tendon_simulate_many(Simulation *sim, const Runs *runs) {
   double *memory = malloc(sizeof(double) * memory_of(sim));
-  if (!memory) return -1;
-  for (long long i = 0; i < runs->n_runs; i++) {
+  if (!memory) return SHORT_OF_MEMORY;
+  Outcome outcome = SOLVED;
+  for (long long i = 0; i < runs->n_runs && outcome != INTERRUPTED; i++) {
     sim->parameters = runs->parameters + i * N_PARAMETERS;
-    const Outcome outcome = simulate(sim, memory);
+    outcome = simulate(sim, memory);
     runs->outcome[i] = (int)outcome;
     runs->failure_time[i] = sim->failure_time;
     keep(sim, runs, outcome, runs->outputs + i * runs->n_kept * sim->n_samples);
   }
   free(memory);
-  return 0;
-}
-
-EXPORT const char *elastic_tendon_outcome(int outcome) {
-  return outcome < 0 ? "memory is short" : outcome_text((Outcome)outcome);
+  return outcome == INTERRUPTED ? INTERRUPTED : SOLVED;
 }

@@ -1,5 +1,6 @@
 #include <math.h>
 #include <string.h>
+#include <time.h>
 
 #include "solver.h"
 
@@ -15,23 +16,8 @@
 #define MAX_EVENTS_AT_ONE_TIME 64
 #define LONG_STEP 0.005 /* squared error of a step two thirds of what accuracy allows */
 #define NO_ERROR 1e-20   /* squared error of a motion that the method integrates exactly */
+#define STEPS_TO_ASK 64 /* before the caller is asked again whether to stop */
 #define STEPS_TO_JUDGE 20 /* before the choice of method is judged */
-
-static const char *outcome_text(Outcome outcome) {
-  switch (outcome) {
-    case SOLVED: return "solved";
-    case AT_EVENT: return "stopped at an event";
-    case STEP_TOO_SMALL: return "the step size fell below the resolution of time";
-    case TOO_MANY_STEPS: return "more than ten million steps would be needed";
-    case TOO_MANY_EVENTS:
-      return "more than a hundred thousand events: take shorter steps, or, where slack, friction or "
-             "hysteresis change to and fro without end, smaller spring damping or hysteresis";
-    case EVENTS_DO_NOT_SETTLE: return "the slack or friction states do not settle";
-    case STARTS_DO_NOT_SETTLE: return "the starts of the springs' states do not settle";
-    case NOT_FINITE: return "a state, its rate or an event indicator is not finite";
-  }
-  return "unknown outcome";
-}
 
 static void solver_restart(Solver *s, double time) {
   s->motion.time = time;
@@ -109,6 +95,15 @@ ALWAYS_INLINE void keep_sensitivities_stable(Solver *s, double h) {
   motion->span = 0.0;
 }
 
+/* Whether the caller wants to stop. Asked once a second: it may have to wait for Python's lock. */
+static int interrupted(const Solver *s) {
+  if (!s->interrupted) return 0;
+  const long long now = (long long)time(NULL);
+  if (now == *s->second) return 0;
+  *s->second = now;
+  return s->interrupted();
+}
+
 /* The present vector's rates, into k[0], anew. */
 ALWAYS_INLINE Outcome refresh(Solver *s, int m, double *k) {
   const Frozen frozen = freeze(s);
@@ -149,6 +144,7 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     const int to_end = motion->step >= remaining;
     const double h = to_end ? remaining : motion->step;
     if (count > MAX_STEPS) return TOO_MANY_STEPS;
+    if (count % STEPS_TO_ASK == 0 && interrupted(s)) return INTERRUPTED;
     if (motion->time + h == motion->time || (!to_end && h < SMALLEST_STEP)) return STEP_TOO_SMALL;
 
     if (m > 0) keep_sensitivities_stable(s, h);

@@ -8,6 +8,7 @@
 #define SOLVER_H
 
 #include "model.h"
+#include "shared.h"
 
 /* Inputs as cubic polynomials of (t - origin). */
 typedef struct {
@@ -28,21 +29,6 @@ typedef struct {
 } Motion;
 
 typedef struct {
-  long long steps, implicit_steps, rejected, rates, events, grazing;
-} Statistics;
-
-typedef enum {
-  SOLVED,
-  AT_EVENT, /* found and left to the caller */
-  STEP_TOO_SMALL,
-  TOO_MANY_STEPS,
-  TOO_MANY_EVENTS,
-  EVENTS_DO_NOT_SETTLE,
-  STARTS_DO_NOT_SETTLE,
-  NOT_FINITE
-} Outcome;
-
-typedef struct {
   Motion motion;
   Signal signal;
   const double *p;      /* N_PREPARED numbers, see model.h */
@@ -60,13 +46,13 @@ typedef struct {
   void *who;
   double *event_time;   /* optional record of the first event_capacity events, s */
   long long event_capacity;
+  Interrupted *interrupted;  /* optional: asked whether to stop, */
+  long long *second;         /* and when that was last, s since 1970 */
   Statistics statistics;
 } Solver;
 
 /* Present and trial vector and seven stages. */
 #define SOLVER_MEMORY(directions) (9 * N_STATES * (1 + (directions)))
-
-static const char *outcome_text(Outcome outcome);
 
 /* Start afresh at a time, from the states in motion.x: modes and solver memory as at creation. A
  * state that is NaN gets its calculated start when the solver settles. */

@@ -35,20 +35,22 @@ static Status enter_initialisation(Instance *instance) {
   return STATUS_OK;
 }
 
-/* A tendon that is slack may need the velocity once it is taut. Told once, and again when a parameter
- * has been tuned. Needs a valid view. */
+/* A tendon that is slack may need the velocity once it is taut. Judged again when a parameter has been
+ * tuned; told once. Needs a valid view. */
 static void judge_velocity(Instance *instance) {
   State *state = &instance->state;
   state->judge_velocity = 0;
-  if (state->motor_velocity_connected || !(uses_motor_velocity(instance, instance->view.mode) ||
-                                           uses_motor_velocity(instance, mode_start)))
+  if (state->velocity_warned || state->motor_velocity_connected ||
+      !(uses_motor_velocity(instance, instance->view.mode) ||
+        uses_motor_velocity(instance, mode_start)))
     return;
-  instance->told = report(instance, STATUS_WARNING,
-                          "the model needs motor_velocity: connect it and set "
-                          "motor_velocity_connected to true; until then the velocity is %s",
-                          FMI_VERSION == 2 && instance->interface == CO_SIMULATION
-                              ? "the derivative of motor_position where that is set, else 0"
-                              : "0");
+  state->velocity_warned = 1;
+  report(instance, STATUS_WARNING,
+         "the model needs motor_velocity: connect it and set motor_velocity_connected to true; until "
+         "then the velocity is %s",
+         FMI_VERSION == 2 && instance->interface == CO_SIMULATION
+             ? "the derivative of motor_position where that is set, else 0"
+             : "0");
 }
 
 static Status exit_initialisation(Instance *instance) {
@@ -58,7 +60,6 @@ static Status exit_initialisation(Instance *instance) {
   for (int i = 0; i < N_STATES; i++)
     if (!isfinite(view->rates[i]))
       return report(instance, STATUS_ERROR, "the derivative of %s is not finite", state_name(i));
-  instance->told = STATUS_OK;
   if (state->judge_velocity) judge_velocity(instance);
   tell_mode_changes(instance, state->motion.time, state->motion.mode, view->mode);
   state->jumped = memcmp(state->motion.x, view->x, sizeof view->x) != 0;
@@ -67,7 +68,7 @@ static Status exit_initialisation(Instance *instance) {
   state->phase =
       instance->interface == MODEL_EXCHANGE || instance->event_mode ? EVENT : STEP_COMPLETE;
   instance->view.valid = 0;
-  return instance->told;
+  return STATUS_OK;
 }
 
 /* ---- events ---------------------------------------------------------------------------------- */
@@ -118,9 +119,8 @@ static Status iterate_events(Instance *instance, EventOutcome *result) {
   Motion *motion = &instance->solver.motion;
   if (past_stop(instance, state->motion.time))
     return report(instance, STATUS_ERROR, "the time is past stopTime = %g s", state->stop_time);
-  instance->told = STATUS_OK;
   const Outcome outcome = start_from(instance, state->motion.time);
-  if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text(outcome));
+  if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text[outcome]);
   const int jumped = memcmp(motion->x, state->motion.x, sizeof motion->x) != 0;
   const int changed = memcmp(motion->mode, state->motion.mode, sizeof motion->mode) != 0;
   memcpy(&state->motion, motion, sizeof *motion);
@@ -129,7 +129,7 @@ static Status iterate_events(Instance *instance, EventOutcome *result) {
   result->again = changed || jumped;
   result->jumped = state->jumped;
   if (state->judge_velocity && look(instance) == STATUS_OK) judge_velocity(instance);
-  return instance->told;
+  return STATUS_OK;
 }
 
 /* ---- co-simulation --------------------------------------------------------------------------- */
@@ -194,7 +194,6 @@ static Status step(Instance *instance, double from, double h, int *at_event) {
   Solver *solver = &instance->solver;
   Span span = {from, from + h};
   if (check_step(instance, from, h) != STATUS_OK) return STATUS_ERROR;
-  instance->told = STATUS_OK;
   Outcome outcome = start_from(instance, from);
   if (outcome == SOLVED) {
     solver->stop_at_events = instance->event_mode && instance->early_return;
@@ -207,7 +206,7 @@ static Status step(Instance *instance, double from, double h, int *at_event) {
   const int done = outcome == SOLVED || *at_event;
   state->phase = done ? STEP_COMPLETE : STEP_FAILED;
   if (done && state->judge_velocity && look(instance) == STATUS_OK) judge_velocity(instance);
-  state->last_step = done ? instance->told : STATUS_DISCARD;
-  if (done) return instance->told;
-  return report(instance, STATUS_DISCARD, "no step to %.9g s: %s", from + h, outcome_text(outcome));
+  state->last_step = done ? STATUS_OK : STATUS_DISCARD;
+  if (done) return STATUS_OK;
+  return report(instance, STATUS_DISCARD, "no step to %.9g s: %s", from + h, outcome_text[outcome]);
 }

@@ -1,0 +1,112 @@
+"""Facts that C and Python share, each written once, here or in `layout` and `actuator/variables`.
+
+`header` writes them for C; Python takes numbers, texts and classes for ctypes from here.
+"""
+
+import ctypes
+from collections.abc import Iterable, Mapping
+
+from elastic_tendon.actuator.variables import INPUTS, Kind
+from elastic_tendon.native.layout import Role, structure, text_table
+
+Fields = Mapping[str, str]  # name -> its type in C
+
+INTERPOLATIONS = ("hold", "linear", "cubic")
+OUTCOMES = {  # of the solver; what it says to the user
+    "SOLVED": "solved",
+    "AT_EVENT": "stopped at an event",  # which is left to the caller
+    "STEP_TOO_SMALL": "the step size fell below the resolution of time",
+    "TOO_MANY_STEPS": "more than ten million steps would be needed",
+    "TOO_MANY_EVENTS": "more than a hundred thousand events: take shorter steps, or, where slack, "
+    "friction or hysteresis change to and fro without end, smaller spring damping or hysteresis",
+    "EVENTS_DO_NOT_SETTLE": "the slack or friction states do not settle",
+    "STARTS_DO_NOT_SETTLE": "the starts of the springs' states do not settle",
+    "NOT_FINITE": "a state, its rate or an event indicator is not finite",
+    "SHORT_OF_MEMORY": "memory is short",
+    "INTERRUPTED": "interrupted",
+}
+LOG_CATEGORIES = {  # of an FMU: name, and what is told there
+    "LOG_WARNING": ("logStatusWarning", "what may not be meant"),
+    "LOG_DISCARD": ("logStatusDiscard", "steps that cannot be taken"),
+    "LOG_ERROR": ("logStatusError", "calls that are refused"),
+    "LOG_EVENTS": (
+        "logEvents",
+        "tendons that become slack or taut, friction that sticks or slides",
+    ),
+}
+STATISTICS = ("steps", "implicit_steps", "rejected", "rates", "events", "grazing")
+STRUCTURES: Mapping[str, Fields] = {  # sizes in elements, arrays row by row
+    "Statistics": dict.fromkeys(STATISTICS, "long long"),
+    "Simulation": {
+        "n_samples": "long long",
+        "time": "const double *",  # s, increasing
+        "motor_position": "const double *",  # rad at the samples
+        "load_torque": "const double *",  # N.m at the samples
+        "position_slope": "const double *",  # rad/s at the samples, for CUBIC
+        "load_slope": "const double *",  # N.m/s at the samples, for CUBIC
+        "interpolation": "long long",
+        "parameters": "const double *",
+        "initial_state": "const double *",
+        "tolerance": "double",
+        "n_directions": "long long",
+        "direction": "const int *",  # index in v = [x; u; p]: of an initial state or a parameter
+        "states": "double *",  # out: n_samples x N_STATES
+        "outputs": "double *",  # out: n_samples x N_OUTPUTS
+        "output_derivatives": "double *",  # out: n_samples x N_OUTPUTS x n_directions
+        "event_time": "double *",  # out, s: of the first event_capacity located events
+        "event_capacity": "long long",
+        "interrupted": "Interrupted *",  # asked once a second whether to stop; optional
+        "second": "long long",  # in which it was asked
+        "statistics": "Statistics",  # out
+        "failure_time": "double",  # out, s, where the outcome is not SOLVED
+    },
+    "Runs": {  # one motion, again and again with other parameters
+        "n_runs": "long long",
+        "parameters": "const double *",  # n_runs x N_PARAMETERS
+        "n_kept": "long long",
+        "kept": "const int *",  # indices of the outputs that are kept
+        "outputs": "double *",  # out: n_runs x n_kept x n_samples, NaN of a run that failed
+        "outcome": "int *",  # out: an Outcome for each run
+        "failure_time": "double *",  # out: n_runs, s
+    },
+}
+_ENUMERATIONS: Mapping[str, Iterable[str]] = {
+    "Input": [variable.name.upper() for variable in INPUTS],
+    "Interpolation": [name.upper() for name in INTERPOLATIONS],
+    "Outcome": OUTCOMES,
+    "Type": [f"TYPE_{kind.value.upper()} = {1 << i}" for i, kind in enumerate(Kind)],  # bits
+    "Role": [role.value for role in Role],
+    "Category": [*LOG_CATEGORIES, "N_CATEGORIES"],
+}
+
+
+def classes(structures: Mapping[str, Fields]) -> dict[str, type[ctypes.Structure]]:
+    """Classes for ctypes, by name, of structures that may hold those before them."""
+    known: dict[str, type] = {"long long": ctypes.c_longlong, "double": ctypes.c_double}
+    made: dict[str, type[ctypes.Structure]] = {}
+    for name, fields in structures.items():
+        listed = [
+            (field, ctypes.c_void_p if kind.endswith("*") else (known | made)[kind])
+            for field, kind in fields.items()
+        ]
+        made[name] = type(name, (ctypes.Structure,), {"_fields_": listed})
+    return made
+
+
+def header(structures: Mapping[str, Fields] = STRUCTURES) -> str:
+    """C source of ``shared.h``: enumerations, their texts, and structures."""
+    enumerations = (
+        f"typedef enum {{ {', '.join(members)} }} {name};"
+        for name, members in _ENUMERATIONS.items()
+    )
+    lines = [
+        "/* Written by native/shared.py, which explains what stands here. */",
+        *("#ifndef SHARED_H", "#define SHARED_H"),
+        "typedef int Interrupted(void);",
+        *enumerations,
+        text_table("outcome_text", OUTCOMES.values()),
+        text_table("category_name", (name for name, _ in LOG_CATEGORIES.values())),
+        *(structure(name, fields) for name, fields in structures.items()),
+        "#endif\n",
+    ]
+    return "\n".join(lines)

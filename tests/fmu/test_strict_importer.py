@@ -1,0 +1,34 @@
+"""Importers that stop at anything but OK, as some do, take every effect and every bundled model."""
+
+from functools import partial
+
+import pytest
+from fmu_cases import BOTH, motion, with_typical
+
+from elastic_tendon.actuator.parameters import load_model, models
+from elastic_tendon.effects import CATALOGUE
+from elastic_tendon.fmu.export import export_fmu
+from elastic_tendon.native import compiler
+from fmu_driver import Fmu, run_co_simulation, run_model_exchange
+
+TOLERANCE = 1e-6
+MODELS = {name: load_model(name) for name in models} | {
+    effect.id: with_typical(load_model("biorob_x4_joint_3"), effect.id) for effect in CATALOGUE
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+@BOTH
+def test_every_call_returns_ok(name, version, instances, tmp_path, monkeypatch):
+    """Spring damping and rates without the motor's velocity, springs stretched too far."""
+    monkeypatch.setattr(compiler, "_FLAGS", (*compiler._FLAGS, "-O0"))  # made soon, run once
+    path = export_fmu(MODELS[name], tmp_path / "x.fmu", fmi_version=version)
+    fmu = Fmu(path, tmp_path / "unpacked")
+    without_velocity = partial(run_model_exchange, connected=False)
+    for make, run in ((fmu.slave, run_co_simulation), (fmu.model, without_velocity)):
+        instance = instances(make())
+        calls = []
+        instance.fmu.fmiCallLogger = calls.append
+        run(instance, motion(False, n=51, amplitude=0.6), tolerance=TOLERANCE)
+        assert len(calls) > 150
+        assert [call for call in calls if not call.endswith("-> OK")] == []

@@ -1,0 +1,62 @@
+"""What C and Python share comes from one table: whatever that says, both sides follow."""
+
+import ctypes
+import subprocess
+import sys
+from typing import get_args
+
+import pytest
+
+from elastic_tendon.native import shared
+from elastic_tendon.simulation.interpolation import Interpolation
+
+_PROGRAM = """
+#include <stddef.h>
+#include <stdio.h>
+#include "shared.h"
+int main(void) {{
+{lines}
+  return 0;
+}}
+"""
+
+
+def _grown(structures):
+    """The table as if someone had put a field first, one in the midst, and turned all around."""
+    grown = {name: dict(reversed(fields.items())) for name, fields in structures.items()}
+    grown["Statistics"] = {"first": "double"} | grown["Statistics"]
+    grown["Runs"] = {"statistics": "Statistics", "address": "const char *"} | grown["Runs"]
+    return grown
+
+
+def _in_c(structures, folder):
+    """Size and offsets of each structure, as the compiler has them."""
+    lines = [
+        f'  printf("%zu\\n", {asked});'
+        for name, fields in structures.items()
+        for asked in (f"sizeof({name})", *(f"offsetof({name}, {field})" for field in fields))
+    ]
+    (folder / "shared.h").write_text(shared.header(structures))
+    (folder / "program.c").write_text(_PROGRAM.format(lines="\n".join(lines)))
+    compiler = [sys.executable, "-m", "ziglang", "cc", "-Wall", "-Werror", "program.c", "-o", "x"]
+    subprocess.run(compiler, cwd=folder, check=True)
+    done = subprocess.run([str(folder / "x")], capture_output=True, text=True, check=True)
+    return [int(line) for line in done.stdout.split()]
+
+
+@pytest.mark.parametrize("table", [shared.STRUCTURES, _grown(shared.STRUCTURES)])
+def test_structures_are_the_same_in_c_and_python(table, tmp_path):
+    made = shared.classes(table)
+    sizes = [
+        size
+        for name, fields in table.items()
+        for size in (
+            ctypes.sizeof(made[name]),
+            *(getattr(made[name], field).offset for field in fields),
+        )
+    ]
+    assert _in_c(table, tmp_path) == sizes
+
+
+def test_every_way_to_interpolate_can_be_asked_for():
+    assert get_args(Interpolation) == shared.INTERPOLATIONS
