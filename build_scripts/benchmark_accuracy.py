@@ -5,6 +5,7 @@
 The functions return figures; tests assert on them.
 """
 
+import sys
 from collections.abc import Sequence
 
 import numpy as np
@@ -177,8 +178,8 @@ FRICTION = {"coulomb_friction": {"torque": 0.35}}
 PROTECTION = {"overstretch_protection": {"engagement": 0.5, "stiffness": 20000.0}}
 
 
-def main() -> None:
-    """Print the table."""
+def main() -> int:
+    """Print the table; exit status."""
     rows = [
         at_most("slack crossing against the closed form", slack_crossing_error(), 1e-9, "s"),
         at_most("energy drift, 100 s undamped at 1e-10", energy_drift(), 1e-7),
@@ -193,8 +194,8 @@ def main() -> None:
             1e-5,
         ),
     ]
-    print_table("Accuracy", rows)
+    return print_table("Accuracy", rows)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

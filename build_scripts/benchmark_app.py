@@ -144,7 +144,7 @@ def _open(seen: Watched, step: str, graph: str) -> None:
 
 
 def main() -> int:
-    """Print the table."""
+    """Print the table; exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--rows", type=int, default=1_000_000, help="of the recording (10⁶)")
     rows: int = parser.parse_args().rows
@@ -158,9 +158,10 @@ def main() -> int:
             seen = Watched(walk)
             walk_through(seen)
             load = at_most("the page itself", 1e3 * loaded, SECOND, "ms")
-            print_table(f"The app beside {rows} rows, from click to figure", [load, *seen.rows])
+            title = f"The app beside {rows} rows, from click to figure"
+            status = print_table(title, [load, *seen.rows])
             print("\n".join(walk.faults))
-    return 0
+    return status
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ listed apart.
 """
 
 import argparse
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -92,8 +93,8 @@ def export_rows(base: Model) -> list[Row]:
     return [*rows, at_most("… with three effects / base", times[2] / times[1], EXPORT_ALLOWED)]
 
 
-def main() -> None:
-    """Print the table."""
+def main() -> int:
+    """Print the table; exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--triples", type=int, default=30)
     parser.add_argument("--all", action="store_true")
@@ -119,8 +120,8 @@ def main() -> None:
     rows.append(Row("triples within the target", f"{100 * np.mean(values <= ALLOWED):.0f} %"))
     rows += [at_most(name(one), ratios[one], ALLOWED) for one in slow[:10]]
     rows += [Row(f"with fast dynamics: {name(one)}", f"{ratios[one]:.1f}") for one in fast[:3]]
-    print_table("Time of a simulation with effects / base model", rows)
+    return print_table("Time of a simulation with effects / base model", rows)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

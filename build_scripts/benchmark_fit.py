@@ -8,6 +8,7 @@ squares from the same start with `scipy.optimize.least_squares` and its finite d
 `solve_ivp` on a right-hand side in plain Python; it is given the sigmas that the fit has found.
 """
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -243,12 +244,14 @@ def demo_rows() -> list[Row]:
     ]
 
 
-def main() -> None:
-    """Print the tables."""
-    print_table("Sensitivities of 12 s at 500 Hz", sensitivity_rows())
-    print_table("A fit", fit_rows())
-    print_table("A diagnosis", demo_rows())
+def main() -> int:
+    """Print the tables; exit status."""
+    return max(
+        print_table("Sensitivities of 12 s at 500 Hz", sensitivity_rows()),
+        print_table("A fit", fit_rows()),
+        print_table("A diagnosis", demo_rows()),
+    )
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

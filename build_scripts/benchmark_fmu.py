@@ -166,14 +166,16 @@ def export_rows(folder: Path, everywhere: bool = True) -> list[Row]:
     return rows
 
 
-def main() -> None:
-    """Print the tables."""
+def main() -> int:
+    """Print the tables; exit status."""
     with tempfile.TemporaryDirectory() as work:
         folder = Path(work)
-        print_table("A step of the FMU, driven by fmpy", step_rows(folder))
-        print_table("Accuracy of the FMU through slack", accuracy_rows(folder))
-        print_table("Export", export_rows(folder))
+        return max(
+            print_table("A step of the FMU, driven by fmpy", step_rows(folder)),
+            print_table("Accuracy of the FMU through slack", accuracy_rows(folder)),
+            print_table("Export", export_rows(folder)),
+        )
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -89,13 +89,13 @@ def table(rate: float) -> list[Row]:
     return rows
 
 
-def main() -> None:
-    """Print the table."""
+def main() -> int:
+    """Print the table; exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--rate", type=float, default=100.0, metavar="HZ")
     rate: float = parser.parse_args().rate
-    print_table(f"Agreement of FMU and simulate, inputs at {rate:g} Hz", table(rate))
+    return print_table(f"Agreement of FMU and simulate, inputs at {rate:g} Hz", table(rate))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -112,7 +112,7 @@ def rows_of(path: Path, large: Path) -> list[Row]:
 
 
 def main() -> int:
-    """Print the table."""
+    """Print the table; exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--rows", type=int, default=1_000_000, help="of the recording (10⁶)")
     rows: int = parser.parse_args().rows
@@ -120,8 +120,7 @@ def main() -> int:
         path, large = (Path(work) / f"{name}.csv" for name in ("recording", "large"))
         write_recording(path, rows)
         write_recording(large, 10 * rows)
-        print_table(f"Reading, comparing and locating {rows} rows", rows_of(path, large))
-    return 0
+        return print_table(f"Reading, comparing and locating {rows} rows", rows_of(path, large))
 
 
 if __name__ == "__main__":

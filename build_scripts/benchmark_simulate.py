@@ -210,10 +210,10 @@ def rows(duration: float = 12.0) -> list[Row]:
     return table + overhead_rows(model, duration)
 
 
-def main() -> None:
-    """Print the table."""
-    print_table("Simulation of 12 s at 500 Hz", rows())
+def main() -> int:
+    """Print the table; exit status."""
+    return print_table("Simulation of 12 s at 500 Hz", rows())
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

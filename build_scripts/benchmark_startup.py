@@ -78,10 +78,10 @@ def _run(arguments: list[str]) -> None:
     subprocess.run([sys.executable, *arguments], capture_output=True, check=True)
 
 
-def main() -> None:
-    """Print the table."""
-    print_table("Start-up", [*trajectory_rows(), *process_rows()])
+def main() -> int:
+    """Print the table; exit status."""
+    return print_table("Start-up", [*trajectory_rows(), *process_rows()])
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

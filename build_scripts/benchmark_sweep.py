@@ -309,14 +309,16 @@ def sweep_rows(quick: bool) -> list[Row]:
     ]
 
 
-def main() -> None:
-    """Print the tables."""
+def main() -> int:
+    """Print the tables; exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="ten thousand runs at most")
     quick: bool = parser.parse_args().quick
-    print_table("Many simulations against scipy", scipy_rows(quick))
-    print_table("Sweeps", sweep_rows(quick))
+    return max(
+        print_table("Many simulations against scipy", scipy_rows(quick)),
+        print_table("Sweeps", sweep_rows(quick)),
+    )
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -1,10 +1,14 @@
-"""What the benchmark scripts share: rows, ways to time, the table, and where it was measured."""
+"""What the benchmark scripts share: rows, ways to time, the table, and where it was measured.
+
+A target that is missed makes a benchmark's exit status 1, unless known_misses.toml names it.
+"""
 
 import platform
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -18,6 +22,7 @@ PACKAGES = (
     *("casadi", "fmpy", "pythonfmu", "numpy", "scipy", "pandas"),
     *("joblib", "distributed", "ziglang"),
 )
+KNOWN_MISSES = Path(__file__).with_name("known_misses.toml")
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
 
@@ -113,16 +118,39 @@ def _version(package: str) -> str:
         return f"no {package}"
 
 
-def print_rows(rows: Sequence[Row]) -> None:
-    """Print rows in columns."""
+def known_misses(path: Path = KNOWN_MISSES) -> dict[str, str]:
+    """Figures that are known to miss their target, by what they are of."""
+    return tomllib.loads(path.read_text("utf-8"))
+
+
+def print_rows(rows: Sequence[Row], known: Mapping[str, str] | None = None) -> int:
+    """Print rows in columns.
+
+    Parameters
+    ----------
+    rows : Row
+    known : as from `known_misses`, which is asked where it is missing
+
+    Returns
+    -------
+    int
+        exit status: 1 where a target is missed that is not among the known misses
+    """
+    known = known_misses() if known is None else known
     width = max(len(row.what) for row in rows)
     for row in rows:
-        verdict = {None: "", True: "met", False: "MISSED"}[row.met]
-        line = (
-            f"  {row.what:<{width}}  {row.figure:>14}  {row.target:>14}  {verdict:6}  {row.beside}"
-        )
-        print(line.rstrip())
+        line = f"  {row.what:<{width}}  {row.figure:>14}  {row.target:>14}  {_verdict(row, known)}"
+        print(f"{line}  {row.beside}".rstrip())
     sys.stdout.flush()
+    return int(any(row.met is False and row.what not in known for row in rows))
+
+
+def _verdict(row: Row, known: Mapping[str, str]) -> str:
+    """Whether the target is met, and what is known of that."""
+    if row.met is None:
+        return " " * 6
+    told = f" (known: {known[row.what]})" if row.what in known else ""
+    return f"{'met' if row.met else 'MISSED':6}{told}"
 
 
 def print_provenance() -> None:
@@ -131,8 +159,8 @@ def print_provenance() -> None:
     print(f"commit {_commit()}, " + ", ".join(_version(name) for name in PACKAGES))
 
 
-def print_table(title: str, rows: Sequence[Row]) -> None:
-    """Print the rows and what they were measured with."""
+def print_table(title: str, rows: Sequence[Row]) -> int:
+    """Print the rows and what they were measured with; exit status as of `print_rows`."""
     print(f"\n{title}")
     print_provenance()
-    print_rows(rows)
+    return print_rows(rows)

@@ -1,7 +1,9 @@
 """The benchmark scripts measure what they say, at sizes too small to mean anything."""
 
+import ast
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +14,19 @@ import benchmark_fmpy
 import benchmark_simulate
 import benchmark_startup
 import benchmark_sweep
-from benchmarking import Row, at_least, at_most, in_turn, print_rows, spoken, spread
+from benchmarking import (
+    Row,
+    at_least,
+    at_most,
+    in_turn,
+    known_misses,
+    print_rows,
+    spoken,
+    spread,
+)
 from elastic_tendon.actuator.parameters import load_model
 
+SCRIPTS = sorted((Path(__file__).parents[1] / "build_scripts").glob("benchmark_*.py"))
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*(e[-+]?\d+)?|inf|nan)")
 
 
@@ -50,10 +62,37 @@ def test_a_spread_is_told_as_median_least_and_most():
 
 
 def test_a_row_says_whether_its_target_is_met(capsys):
-    print_rows([at_least("fast", 3.0, 2.0, "x", "1 s; 3 s"), at_most("small", 3.0, 2.0)])
+    rows = [at_least("fast", 3.0, 2.0, "x", "1 s; 3 s"), at_most("small", 3.0, 2.0)]
+    assert print_rows(rows, known={}) == 1
     fast, small = capsys.readouterr().out.splitlines()
     assert fast.split() == ["fast", "3", "x", "≥", "2", "x", "met", "1", "s;", "3", "s"]
     assert small.split() == ["small", "3", "≤", "2", "MISSED"]
+
+
+@pytest.mark.parametrize(
+    ("known", "status"), [({"small": "2.9"}, 0), ({"large": "2.9"}, 1), ({}, 1)]
+)
+def test_a_miss_fails_unless_it_is_known(known, status, capsys):
+    rows = [Row("told", "5"), at_least("fast", 3.0, 2.0), at_most("small", 3.0, 2.0)]
+    assert print_rows(rows, known) == status
+    assert ("MISSED (known: 2.9)" in capsys.readouterr().out) == (status == 0)
+    assert print_rows(rows[:2], known) == 0
+
+
+def test_known_misses_are_read_from_their_file(tmp_path):
+    path = tmp_path / "known.toml"
+    path.write_text('"a fit, in time" = "1.2 s"\n', "utf-8")
+    assert known_misses(path) == {"a fit, in time": "1.2 s"}
+    assert all(re.search(r"\d", figure) for figure in known_misses().values())
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+def test_every_benchmark_hands_on_whether_a_target_is_missed(path):
+    text = path.read_text("utf-8")
+    assert "sys.exit(main())" in text.splitlines()[-1]
+    alone = [one.value for one in ast.walk(ast.parse(text)) if isinstance(one, ast.Expr)]
+    called = {one.func.id for one in alone if isinstance(one, ast.Call) and "id" in vars(one.func)}
+    assert not called & {"print_table", "print_rows"}
 
 
 def test_simulate_beside_scipy():
