@@ -75,7 +75,7 @@ def outcome(document: Document, version: Version, files: Files) -> Result[Outcom
     def compute(shelf: Shelf, report: Report) -> Outcome:
         data = shelf.obtain(given_data(document, version, files), report)
         current = shelf.obtain(answer(document, version, files), report)
-        return by_hand.look(data, current, report)
+        return by_hand.next_round(data, current, report)
 
     key = _key("outcome", document, version, version.model, *version.added)
     return Result(key, "finding which effect is missing", compute)

@@ -59,7 +59,7 @@ from elastic_tendon.output import check_folder, check_writable, write_file, writ
 
 if TYPE_CHECKING:
     from elastic_tendon.diagnosis.result import Diagnosis, Round
-    from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement.formats.base import Report
 
 
 @app.command()

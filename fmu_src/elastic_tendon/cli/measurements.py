@@ -48,8 +48,9 @@ if TYPE_CHECKING:
     from elastic_tendon.actuator.parameters import Model
     from elastic_tendon.comparison.compare import Comparison, FileComparison
     from elastic_tendon.comparison.locate import Location
-    from elastic_tendon.estimation.add import Addition, Report
+    from elastic_tendon.estimation.add import Addition
     from elastic_tendon.measurement import Measurement
+    from elastic_tendon.measurement.formats.base import Report
 
 
 @app.command()

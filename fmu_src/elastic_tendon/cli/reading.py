@@ -14,8 +14,8 @@ from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
     from elastic_tendon.actuator.parameters import Model
-    from elastic_tendon.estimation.add import Report
     from elastic_tendon.measurement import Measurement
+    from elastic_tendon.measurement.formats.base import Report
 
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from elastic_tendon.actuator.parameters import Model
-    from elastic_tendon.estimation.add import Report
     from elastic_tendon.measurement import Measurement
+    from elastic_tendon.measurement.formats.base import Report
 
 INTERRUPTED = 130
 

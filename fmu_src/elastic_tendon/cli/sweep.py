@@ -35,7 +35,7 @@ from elastic_tendon.sweeps import FEWEST_REFITS
 
 if TYPE_CHECKING:
     from elastic_tendon.actuator.parameters import Model
-    from elastic_tendon.estimation.add import Report
+    from elastic_tendon.measurement.formats.base import Report
     from elastic_tendon.sweeps.points import Points
     from elastic_tendon.sweeps.sweep import Swept
     from elastic_tendon.sweeps.task import Task

@@ -21,13 +21,13 @@ from elastic_tendon.actuator import problems
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.errors import ModelError, SweepError
-from elastic_tendon.estimation.add import Report
 from elastic_tendon.estimation.coordinates import Coordinates, free_parameters
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.estimation.fit import QUICK, FitResult, fit
 from elastic_tendon.estimation.stretches import FEWEST_STRETCHES, MEMORIES, settling_samples
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import silent
+from elastic_tendon.native.binary import Progress
 from elastic_tendon.native.library import library_path
 from elastic_tendon.sweeps import FEWEST_REFITS
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
@@ -126,7 +126,7 @@ def bootstrap(
     runs: int,
     seed: int,
     free: Sequence[str] | None = None,
-    report: Report = silent,
+    report: Progress = silent,
 ) -> Bootstrap:
     """Fit once, and prepare the refits that tell how far the numbers scatter.
 

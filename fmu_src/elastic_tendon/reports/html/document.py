@@ -6,7 +6,7 @@ from dataclasses import replace
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.result import Diagnosis
-from elastic_tendon.estimation.add import Report
+from elastic_tendon.native.binary import Progress, silent
 from elastic_tendon.reports.comparison_tables import repeats, summary_sentences
 from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, verdict_sentences
 from elastic_tendon.reports.html import papers
@@ -30,12 +30,8 @@ from elastic_tendon.reports.interactive.overlay import Run
 Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
 
 
-def _silent(_text: str, _share: float) -> None:
-    pass
-
-
 def diagnosis_document(
-    diagnosis: Diagnosis, where: Location, origin: Origin, report: Report = _silent
+    diagnosis: Diagnosis, where: Location, origin: Origin, report: Progress = silent
 ) -> str:
     """The report of a diagnosis.
 
@@ -73,7 +69,7 @@ def diagnosis_document(
 
 
 def comparison_document(
-    comparison: Comparison, where: Location, origin: Origin, report: Report = _silent
+    comparison: Comparison, where: Location, origin: Origin, report: Progress = silent
 ) -> str:
     """The report of a comparison.
 
@@ -108,7 +104,7 @@ def comparison_document(
     return _written(f"{model.name} beside measurements", parts, origin, report)
 
 
-def _written(title: str, parts: Sequence[Part], origin: Origin, report: Report) -> str:
+def _written(title: str, parts: Sequence[Part], origin: Origin, report: Progress) -> str:
     sections = []
     for index, (anchor, heading, make) in enumerate(parts):
         report(f"report: {heading}", index / len(parts))
