@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from elastic_tendon.diagnosis import by_hand
-from elastic_tendon.diagnosis.by_hand import Outcome, Walked, look
+from elastic_tendon.diagnosis.by_hand import Outcome, Walked, next_round
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.rounds import TAKEN
@@ -36,7 +36,7 @@ def data(sticking) -> Data:
 def start(data):
     """The refitted model, and what the search sees from it."""
     base = by_hand.base(data, silent)
-    return base, look(data, base, silent)
+    return base, next_round(data, base, silent)
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def walk(data, start) -> list[Walked]:
     """The suggestion taken, and the search looking on."""
     base, seen = start
     answer = by_hand.with_effect(data, base, seen.round.chosen[0], silent)
-    then = look(data, answer, silent)
+    then = next_round(data, answer, silent)
     return [Walked(REFIT, None, base, seen), Walked("with friction", COULOMB, answer, then)]
 
 
@@ -71,7 +71,7 @@ def test_refits_of_a_look_can_be_stopped(data, start) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        look(data, start[0], stopping)
+        next_round(data, start[0], stopping)
 
 
 # ---- adding --------------------------------------------------------------------------------------

@@ -73,7 +73,7 @@ def outcome(document: Document, version: Version, files: Files) -> Result[Outcom
     def compute(shelf: Shelf, progress: Progress) -> Outcome:
         data = shelf.obtain(given_data(document, version, files), progress)
         current = shelf.obtain(answer(document, version, files), progress)
-        return by_hand.look(data, current, progress)
+        return by_hand.next_round(data, current, progress)
 
     key = _key("outcome", document, version, version.model, *version.added)
     return Result(key, "finding which effect is missing", compute)

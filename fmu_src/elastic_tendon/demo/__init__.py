@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.diagnosis.diagnose import diagnose
+from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Diagnosis
-from elastic_tendon.estimation.add import Report
 from elastic_tendon.measurement import Measurement, read_measurement
 from elastic_tendon.reports.comparison_figures import save, story
 
@@ -36,18 +36,18 @@ def load_demo() -> Demo:
     )
 
 
-def run(report: Report) -> Diagnosis:
+def run(progress: Progress) -> Diagnosis:
     """Diagnose the bundled model, fitted to the first recording and judged by the second.
 
     Parameters
     ----------
-    report : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done
 
     Returns
     -------
     Diagnosis
     """
-    return diagnose(*load_demo(), progress=report)
+    return diagnose(*load_demo(), progress=progress)
 
 
 def draw(diagnosis: Diagnosis, path: Path) -> None:

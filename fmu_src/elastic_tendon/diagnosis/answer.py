@@ -10,7 +10,7 @@ from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array, noise_floors, stack
 from elastic_tendon.diagnosis.candidates import sensible
-from elastic_tendon.estimation.fit import THOROUGH, Effort, FitResult, Progress, fit
+from elastic_tendon.estimation.fit import THOROUGH, Effort, FitResult, ShareProgress, fit
 from elastic_tendon.estimation.stretches import independent_facts
 from elastic_tendon.measurement import Measurement
 
@@ -30,13 +30,12 @@ class Answer:
     @property
     def complexity(self) -> int:
         """Number of parameters that came in with the effects."""
-        return sum(len(effects.BY_ID[one].parameters) for one in self.added)
+        return sum(len(effects.BY_ID[effect_id].parameters) for effect_id in self.added)
 
     @cached_property
     def floored(self) -> Array:
         """Errors (N,) in units of their noise."""
-        floors = tuple(noise_floors(one) for one in self.result.problem.measurements)
-        return stack(self.errors, floors)
+        return stack(self.errors, tuple(map(noise_floors, self.result.problem.measurements)))
 
     @cached_property
     def mean_square(self) -> float:
@@ -45,7 +44,7 @@ class Answer:
 
     @cached_property
     def implausibility(self) -> float:
-        """Sum of squares by which numbers of the given model left their prior, in its sigmas."""
+        """Sum of squares by which parameters of the given model left their prior, in its sigmas."""
         problem = self.result.problem
         coordinates = problem.coordinates
         shift = coordinates.values(problem.numbers(self.result.vector)) - coordinates.centre
@@ -63,7 +62,7 @@ def refit(
     measurements: Sequence[Measurement],
     starts: Sequence[Model] = (),
     effort: Effort = THOROUGH,
-    progress: Progress = lambda _share: None,
+    progress: ShareProgress = lambda _share: None,
 ) -> Answer:
     """Fit the given model with some effects, from its nulls and from other models.
 
@@ -105,25 +104,24 @@ def with_nulls(model: Model, added: Sequence[str]) -> Model:
 
 
 def bounded(model: Model, effect_id: str, values: Mapping[str, float]) -> Model:
-    """The model with an effect of these numbers, or the nearest that it may have.
+    """The model with an effect of these values, or the nearest that it may have.
 
     Raises
     ------
-    ModelError : the model cannot take the effect, or the numbers do not go together
+    ModelError : the model cannot take the effect, or the values do not go together
     """
     inside = {
-        one.name: min(max(values[one.name], one.lower), one.upper)
-        for one in effects.BY_ID[effect_id].parameters
+        parameter.name: min(max(values[parameter.name], parameter.lower), parameter.upper)
+        for parameter in effects.BY_ID[effect_id].parameters
     }
     return model.with_effect(effect_id, inside)
 
 
 def facts_between(before: Answer, after: Answer) -> float:
-    """Number of independent facts that the errors hold about the change from one answer to another.
+    """Number of independent samples that tell the change from one answer to another.
 
-    What decides between them is the product of this change and the errors that are left; samples
-    in which it hangs together count as one. But no longer than the joint takes to settle: what
-    hangs together longer was not stirred up by chance, it is the lack of fit itself.
+    What decides between them is the product of this change and the errors that are left; its
+    samples within the autocorrelation time count as one, see `independent_facts`.
 
     Parameters
     ----------

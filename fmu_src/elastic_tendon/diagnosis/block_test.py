@@ -1,8 +1,8 @@
 """Whether columns explain an error on stretches that they were not fitted to, by more than chance.
 
-The error is cut into blocks that are longer than it remembers. Each block is predicted from the
-others by that part of a term's columns which the fitted numbers cannot make. What chance would
-give is found by turning the sign of the error in whole blocks at random and fitting the numbers
+The error is cut into blocks longer than its autocorrelation time. Each is predicted from the
+others by that part of a term's columns which the fitted parameters cannot make. What chance would
+give is found by turning the sign of the error in whole blocks at random and fitting the parameters
 again: that keeps size, colour and memory, and destroys what is owed to the state of the machine
 (the wild cluster bootstrap with jackknifed errors of J. G. MacKinnon, M. Ø. Nielsen and M. D. Webb,
 Fast and reliable jackknife and bootstrap methods for cluster-robust inference, 2023). The best of
@@ -26,18 +26,18 @@ MOST_EXACT = 10
 SEED = 20240607
 # how far a term's coefficients are held back, as shares of what its columns tell on average
 RIDGES = (1e-3, 1e-2, 1e-1)
-# largest share of what numbers tell that one block may be said to hold: the start is told by one
+# largest share of what parameters tell that one block may be said to hold: the start is told by one
 LEVERAGE = 0.9
-APART = 3  # coefficients, of which neighbours hang together
+APART = 3  # coefficients, of which neighbours are correlated
 
 
 @dataclass(frozen=True)
 class Products:
     """Sums of products over the rows of b blocks and s signals, whitened.
 
-    Of p columns of fitted numbers, then k of a term: `gram` (b, s, p + k, p + k), `score`
+    Of p columns of fitted parameters, then k of a term: `gram` (b, s, p + k, p + k), `score`
     (b, s, p + k) with the error; `square` (b, s) of the error; `prior` (p, p) precision of the
-    fitted numbers.
+    fitted parameters.
     """
 
     gram: Array
@@ -48,24 +48,24 @@ class Products:
     def merged(self, firsts: Integers) -> "Products":
         """Sums over neighbouring blocks; `firsts` are the first of each."""
         gram, score, square = (
-            np.add.reduceat(one, firsts) for one in (self.gram, self.score, self.square)
+            np.add.reduceat(sums, firsts) for sums in (self.gram, self.score, self.square)
         )
         return Products(gram, score, square, self.prior)
 
     @property
     def fitted(self) -> int:
-        """Number p of columns of fitted numbers."""
+        """Number p of columns of fitted parameters."""
         return len(self.prior)
 
     @cached_property
     def inverse(self) -> Array:
-        """Covariance (p, p) of the fitted numbers."""
+        """Covariance (p, p) of the fitted parameters."""
         p = self.fitted
         return _inverse(self.gram[..., :p, :p].sum(axis=(0, 1)) + self.prior)
 
     @cached_property
     def own(self) -> Array:
-        """Way (p + k, k) to the part of the term's columns that the fitted numbers cannot make."""
+        """Way (p + k, k) to the part of a term's columns that fitted parameters cannot make."""
         p, k = self.fitted, self.gram.shape[-1] - self.fitted
         return np.vstack([-self.inverse @ self.gram.sum(axis=(0, 1))[:p, p:], np.eye(k)])
 
@@ -88,10 +88,10 @@ def signs_for(blocks: int) -> Array:
 
 @dataclass(frozen=True)
 class Turned:
-    """The error with its signs turned and the numbers fitted again, for t turns.
+    """The error with its signs turned and the parameters fitted again, for t turns.
 
-    `signs` (b, t); `raised` (p, b): numbers whose columns are added to a block's error before it
-    is turned; `shift` (p, t) by which the numbers moved then; `square` (s, t) of what is left.
+    `signs` (b, t); `raised` (p, b): parameters whose columns are added to a block's error before
+    it is turned; `shift` (p, t) by which they moved then; `square` (s, t) of what is left.
     """
 
     signs: Array
@@ -108,10 +108,10 @@ def error_as_is(products: Products) -> Turned:
 
 
 def turned_error(products: Products, signs: Array) -> Turned:
-    """Fit the numbers to the error with other signs, (b, t).
+    """Fit the parameters to the error with other signs, (b, t).
 
-    The fit has taken from each block what its numbers could make of it. That is given back before
-    signs are turned, as by leaving the block out, or chance would look smaller than it is.
+    The fit has taken from each block what its parameters could make of it. That is given back
+    before signs are turned, as by leaving the block out, or chance would look smaller than it is.
     """
     p = products.fitted
     gram, score = products.gram[..., :p, :p], products.score[..., :p]
@@ -125,7 +125,7 @@ def turned_error(products: Products, signs: Array) -> Turned:
 
 
 def _left_out(products: Products, gram: Array, score: Array) -> Array:
-    """Numbers (p, b) by which the fit would differ without each block, times -1."""
+    """Parameters (p, b) by which the fit would differ without each block, times -1."""
     values, vectors = np.linalg.eigh(products.inverse)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     found = []
@@ -174,8 +174,7 @@ def weights_within(
     gain = 0.0
     for block in range(len(gram)):
         near = _near(block)
-        others = whole - gram[near].sum(axis=0), total - score[near].sum(axis=0)
-        found = _bounded(*others, bounds)
+        found = _bounded(whole - gram[near].sum(axis=0), total - score[near].sum(axis=0), bounds)
         gain += float(found @ (2.0 * score[block] - gram[block] @ found))
     return _bounded(whole, total, bounds), gain / float(products.square.sum())
 
@@ -209,16 +208,16 @@ def held_back(products: Products) -> list[float]:
 def _predicted(gram: Array, score: Array, held: float) -> Array:
     """Squared error (s, t) less, of products (b, s, k, k) and scores (b, s, k, t)."""
     gain = np.zeros((gram.shape[1], score.shape[-1]))
-    found = _from_others(gram.sum(axis=1), score.sum(axis=1), held)
+    found = _without_block(gram.sum(axis=1), score.sum(axis=1), held)
     for own, told, weights in zip(gram, score, found, strict=True):
         gain += np.einsum("kt,skt->st", weights, 2.0 * told - own @ weights)
     return gain
 
 
-def _from_others(gram: Array, score: Array, held: float) -> list[Array]:
+def _without_block(gram: Array, score: Array, held: float) -> list[Array]:
     """Coefficients (k, t) for each block, from those that are not its neighbours.
 
-    Neighbours are left out because their ends may remember the block.
+    Neighbours are left out because their ends may be correlated with the block.
     """
     whole, total = gram.sum(axis=0) + held * np.eye(gram.shape[-1]), score.sum(axis=0)
     return [
@@ -271,7 +270,7 @@ def unseen_weights(products: Products) -> Array:
     """Weights of all columns, (b, p + k), for each block found without it and its neighbours."""
     own = products.own
     gram, score = products.gram.sum(axis=1), products.score.sum(axis=1)[..., np.newaxis]
-    found = _from_others(own.T @ gram @ own, own.T @ score, held_back(products)[1])
+    found = _without_block(own.T @ gram @ own, own.T @ score, held_back(products)[1])
     return np.stack([own @ weights[:, 0] for weights in found])
 
 

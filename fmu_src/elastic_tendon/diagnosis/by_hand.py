@@ -41,7 +41,7 @@ class Walked:
     """A step of a walk by hand.
 
     `title` : what it is called. `added` : id of the effect that came in, None where none did.
-    `outcome` : what was seen when the search looked on from here, None where it did not.
+    `outcome` : the search's next round from here, None where there was none.
     """
 
     title: str
@@ -50,7 +50,7 @@ class Walked:
     outcome: Outcome | None
 
 
-def base(data: Data, report: Progress) -> Answer:
+def base(data: Data, progress: Progress) -> Answer:
     """The model as given with its parameters refitted.
 
     Raises
@@ -58,31 +58,31 @@ def base(data: Data, report: Progress) -> Answer:
     SimulationError : it cannot be simulated
     BuildError : the compiler refuses an effect
     """
-    return _refitted(data, (), [], REFITTING, report)
+    return _refitted(data, (), [], REFITTING, progress)
 
 
-def look(data: Data, current: Answer, report: Progress) -> Outcome:
-    """What the search finds when it looks on from a model: every single effect is screened, the
-    likeliest are refitted, nothing is added.
+def next_round(data: Data, current: Answer, progress: Progress) -> Outcome:
+    """The round that the search makes from a model: every single effect is screened, the likeliest
+    are refitted, nothing is added.
 
     Parameters
     ----------
     data : Data
     current : the model so far
-    report : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done
 
     Raises
     ------
     BuildError : the compiler refuses an effect
     SimulationError : the current model cannot be simulated
     """
-    search = Search.of(data, report)
+    search = Search.of(data, progress)
     search.look_on_from(current)
-    came = tuple(one for one in search.answer.added if one not in current.added)
+    came = tuple(effect_id for effect_id in search.answer.added if effect_id not in current.added)
     return Outcome(round_at(search, in_order(current.added), came), search)
 
 
-def with_effect(data: Data, current: Answer, effect_id: str, report: Progress) -> Answer:
+def with_effect(data: Data, current: Answer, effect_id: str, progress: Progress) -> Answer:
     """Add an effect to what was found so far, and refit.
 
     Parameters
@@ -90,7 +90,7 @@ def with_effect(data: Data, current: Answer, effect_id: str, report: Progress) -
     data : Data
     current : the model so far
     effect_id : of the catalogue or of one's own, absent from the model
-    report : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done
 
     Returns
     -------
@@ -104,15 +104,15 @@ def with_effect(data: Data, current: Answer, effect_id: str, report: Progress) -
     """
     model = current.result.model
     check_welcome(model, effect_id)
-    search = Search.of(data, report)
+    search = Search.of(data, progress)
     added = in_order((*current.added, effect_id))
-    report(f"screening {effect_by_id(effect_id).title}", 0.0)
+    progress(f"screening {effect_by_id(effect_id).title}", 0.0)
     starts = [model.with_effect(effect_id, None), *search.starts_beside(current, effect_id)]
     words = f"refitting with {effect_by_id(effect_id).title}"
-    return _refitted(data, added, starts, words, report)
+    return _refitted(data, added, starts, words, progress)
 
 
-def again(data: Data, added: Sequence[str], model: Model, report: Progress) -> Answer:
+def again(data: Data, added: Sequence[str], model: Model, progress: Progress) -> Answer:
     """Refit a model that is fitted already, to these or to other data.
 
     Parameters
@@ -120,23 +120,23 @@ def again(data: Data, added: Sequence[str], model: Model, report: Progress) -> A
     data : Data
     added : ids of the effects that came in since the model as given, in this order
     model : with these effects; where the fit starts
-    report : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done
 
     Raises
     ------
     SimulationError : it cannot be simulated
     BuildError : the compiler refuses an effect
     """
-    return _refitted(data, added, [model], REFITTING, report)
+    return _refitted(data, added, [model], REFITTING, progress)
 
 
 def _refitted(
-    data: Data, added: Sequence[str], starts: Sequence[Model], words: str, report: Progress
+    data: Data, added: Sequence[str], starts: Sequence[Model], words: str, progress: Progress
 ) -> Answer:
-    report(words, 0.0)
-    library_path((*data.given.effect_ids, *added), report)
+    progress(words, 0.0)
+    library_path((*data.given.effect_ids, *added), progress)
     return refit(
-        data.given, added, data.fitted, starts, THOROUGH, lambda share: report(words, share)
+        data.given, added, data.fitted, starts, THOROUGH, lambda share: progress(words, share)
     )
 
 
@@ -155,7 +155,7 @@ def preview(current: Model, outcome: Outcome, effect_id: str) -> Model:
 
     Raises
     ------
-    ModelError : the round has no such candidate, or its expected numbers do not go together
+    ModelError : the round has no such candidate, or its expected values do not go together
     """
     for added, answer in outcome.search.answers.items():
         if set(added) - set(current.effect_ids) == {effect_id}:
@@ -166,7 +166,7 @@ def preview(current: Model, outcome: Outcome, effect_id: str) -> Model:
     if not expected:
         raise ModelError(
             effect_by_id(effect_id).title,
-            ["the search knows no numbers for it on this model; add it to have it fitted"],
+            ["the search knows no parameters for it on this model; add it to have it fitted"],
         )
     own = {path.rpartition(".")[2]: value for path, value in expected.items()}
     return bounded(current, effect_id, own)
@@ -199,23 +199,23 @@ def decided(found: Round, taken: str | None) -> Round:
     return replace(found, chosen=chosen, candidates=tuple(map(told, found.candidates)))
 
 
-def concluded(data: Data, walk: Sequence[Walked], report: Progress) -> Diagnosis:
+def concluded(data: Data, walk: Sequence[Walked], progress: Progress) -> Diagnosis:
     """The diagnosis that a walk by hand amounts to.
 
-    It is complete where the search looked on from the last step and found no more to add.
+    It is complete where the search made a round from the last step and found no more to add.
 
     Parameters
     ----------
     data : Data
     walk : steps after the model as given, the refitted one first
-    report : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done
 
     Returns
     -------
     Diagnosis
     """
     last = walk[-1].outcome
-    search = last.search if last is not None else Search.of(data, report)
+    search = last.search if last is not None else Search.of(data, progress)
     for step in walk:
         search.answers[in_order(step.answer.added)] = step.answer
     found = Found(ladder=[(step.title, step.added, step.answer) for step in walk])
@@ -225,6 +225,6 @@ def concluded(data: Data, walk: Sequence[Walked], report: Progress) -> Diagnosis
             found.rounds.append(decided(step.outcome.round, taken))
     found.alike = answers_alike(search, walk[-1].answer)
     options = Options()
-    judge(data, search, found, options, report)
+    judge(data, search, found, options, progress)
     complete = last is not None and not last.round.chosen
-    return conclude(data, search, found, options, report, complete=complete)
+    return conclude(data, search, found, options, progress, complete=complete)

@@ -88,7 +88,7 @@ def _curve_term(curve: Curve) -> Term:
 
 def _answer(equations: Callable[..., Any], curve: Curve, name: str) -> Answer:
     """The equations with one coefficient 1 and the others 0."""
-    p = SimpleNamespace(**{one: float(one == name) for one in curve.names})
+    p = SimpleNamespace(**{coefficient: float(coefficient == name) for coefficient in curve.names})
     return lambda at: equations(at, p, None, None)
 
 
@@ -101,8 +101,8 @@ def _joint_torque(answer: Answer, motion: Motion) -> Array:
 
 def _friction(bounds: FrictionBounds, motion: Motion) -> Array:
     """The torque that opposes the motion; a joint at rest shows none."""
-    way = np.sign(motion.velocity)
-    return np.asarray(np.where(way > 0, bounds.lower, np.where(way < 0, bounds.upper, 0.0)))
+    sign = np.sign(motion.velocity)
+    return np.asarray(np.where(sign > 0, bounds.lower, np.where(sign < 0, bounds.upper, 0.0)))
 
 
 def _dry_friction(answer: Answer, motion: Motion) -> Array:
@@ -118,10 +118,10 @@ def _spring_torque(answer: Answer, motion: Motion) -> Array:
     transmission = motion.model.transmission
     radius, torque = transmission.joint_pulley_radius, np.zeros(len(motion.time))
     springs = (transmission.upper_spring, transmission.lower_spring)
-    for way, spring, length in zip((1.0, -1.0), springs, motion.elongations, strict=True):
-        rate = -way * radius * motion.deflection_rate
+    for sign, spring, length in zip((1.0, -1.0), springs, motion.elongations, strict=True):
+        rate = -sign * radius * motion.deflection_rate
         place = Spring(length, rate, spring.stiffness, spring.max_deflection)
-        torque += way * radius * spring.parallel * np.where(length > 0, answer(place).value, 0.0)
+        torque += sign * radius * spring.parallel * np.where(length > 0, answer(place).value, 0.0)
     return torque
 
 
@@ -147,7 +147,7 @@ _AT_SLOT: Mapping[Slot, tuple[Acts, Callable[[Answer, Motion], Array]]] = {
 
 
 def _probes(motions: Sequence[Motion]) -> list[Term]:
-    """Drift, ageing, memory, paths of tendons, errors of the measured load, inertia that changes,
+    """Drift, ageing, hysteresis, paths of tendons, errors of the measured load, a changing inertia,
     losses of springs, cogging."""
     longest = max(float(motion.time[-1]) for motion in motions)
 
@@ -160,7 +160,7 @@ def _probes(motions: Sequence[Motion]) -> list[Term]:
         return np.hstack([drift(motion) * torque[:, np.newaxis] for torque in torques])
 
     acts: tuple[Acts, ...] = ("load", "reading")
-    found = [Term(("time",), one, drift) for one in acts]
+    found = [Term(("time",), place, drift) for place in acts]
     found.append(Term(("time", "elastic_torque"), "load", ageing))
     if grid := _grid(motions, "position", PATH_PARTS):
         found.append(Term(("joint_position", "slack_state"), "load", _paths(grid)))
@@ -168,14 +168,18 @@ def _probes(motions: Sequence[Motion]) -> list[Term]:
     if _grid(motions, "deflection", PROBE_PARTS):
         found.append(Term(("elongation", "history"), "load", _spring_history))
     along: tuple[tuple[tuple[str, ...], str, Callable[[Motion], Array]], ...] = (
-        (("load_torque",), "load_torque", lambda one: np.ones(len(one.time))),
-        (("joint_position", "joint_acceleration"), "position", lambda one: one.acceleration),
-        (("deflection", "deflection_rate"), "deflection", lambda one: np.sign(one.deflection_rate)),
+        (("load_torque",), "load_torque", lambda motion: np.ones(len(motion.time))),
+        (("joint_position", "joint_acceleration"), "position", lambda motion: motion.acceleration),
+        (("deflection", "deflection_rate"), "deflection", _deflection_sign),
     )
     for variables, axis, factor in along:
         if grid := _grid(motions, axis, PROBE_PARTS):
             found.append(Term(variables, "load", _bumps(grid, axis, factor)))
     return found + [Term(("joint_position",), "load", _waves(count)) for count in WAVES]
+
+
+def _deflection_sign(motion: Motion) -> Array:
+    return np.sign(motion.deflection_rate)
 
 
 def _paths(grid: Grid) -> Callable[[Motion], Array]:
@@ -199,7 +203,8 @@ def _spring_history(motion: Motion) -> Array:
     """Hysteresis of the springs; a slack one shows none."""
     longest = sizes_of(motion.model.transmission, motion.model.link).max_deflection
     upper, lower = (
-        _slipping(one, longest) * (one > 0)[:, np.newaxis] for one in motion.elongations
+        _slipping(elongation, longest) * (elongation > 0)[:, np.newaxis]
+        for elongation in motion.elongations
     )
     return motion.model.transmission.joint_pulley_radius * (upper - lower)
 

@@ -1,6 +1,6 @@
 """Recordings that call for different parameters of the same model."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,8 +10,7 @@ from elastic_tendon.diagnosis.held_out import heldout_errors
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.measurement import Measurement
-
-Report = Callable[[str, float], object]
+from elastic_tendon.native.binary import Progress, silent
 
 ALONE = Effort(scouted=1, scouting=4, polished=0, evaluations=20, rounds=1, tolerance=1e-5)
 FARTHER = 2.0  # times the error of a fit to one recording, that a fit to another may have on it
@@ -21,7 +20,7 @@ def contradictions(
     given: Model,
     answer: Answer,
     recordings: Sequence[Measurement],
-    report: Report = lambda _text, _share: None,
+    progress: Progress = silent,
 ) -> Mapping[str, tuple[str, ...]]:
     """Names of recordings, each with those that contradict it.
 
@@ -33,7 +32,7 @@ def contradictions(
     given : Model; centre of the prior of each fit
     answer : Answer whose effects are taken, and from which each fit begins
     recordings : those of one name belong together
-    report : told what is being done, and the share of it that is done
+    progress : told what is being done, and the share of it that is done
     """
     groups: dict[str, list[Measurement]] = {}
     for part in recordings:
@@ -43,20 +42,20 @@ def contradictions(
     words = "comparing recordings with one another"
     alone: dict[str, Answer | None] = {}
     for name, parts in groups.items():
-        report(words, 0.5 * len(alone) / len(groups))
+        progress(words, 0.5 * len(alone) / len(groups))
         alone[name] = _alone(given, answer, parts)
     far = set()
     for index, name in enumerate(groups):
-        report(words, 0.5 + 0.5 * index / len(groups))
+        progress(words, 0.5 + 0.5 * index / len(groups))
         most = FARTHER * max(_errs(alone[name]), 1.0)
         far |= {
-            (other, name)
-            for other in groups
-            if other != name and _errs(alone[other], groups[name]) > most
+            (fitted, name)
+            for fitted in groups
+            if fitted != name and _errs(alone[fitted], groups[name]) > most
         }
-    report(words, 1.0)
+    progress(words, 1.0)
     return {
-        name: tuple(other for other in groups if {(name, other), (other, name)} <= far)
+        name: tuple(rival for rival in groups if {(name, rival), (rival, name)} <= far)
         for name in groups
     }
 

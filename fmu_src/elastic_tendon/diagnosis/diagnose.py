@@ -25,15 +25,12 @@ from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import REFIT
 from elastic_tendon.measurement import Measurement, Recordings, listed
 from elastic_tendon.misreadings.signs import sign_errors
+from elastic_tendon.native.binary import silent
 
 Ask = Callable[[Round], bool]
 
 # of a fit that was stopped before it had begun
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
-
-
-def _silent(_text: str, _share: float) -> None:
-    """Progress that nobody asked for."""
 
 
 def diagnose(
@@ -42,7 +39,7 @@ def diagnose(
     validate: Recordings = (),
     *,
     options: Options | None = None,
-    progress: Progress = _silent,
+    progress: Progress = silent,
     ask: Ask | None = None,
 ) -> Diagnosis:
     """Find out whether a model is adequate, its parameters are wrong, or an effect is missing.
@@ -81,7 +78,7 @@ def _diagnosed(
     measurements: Sequence[Measurement],
     validation: Sequence[Measurement],
     options: Options,
-    report: Progress,
+    progress: Progress,
     ask: Ask | None,
 ) -> Diagnosis:
     begin = time.monotonic()
@@ -90,86 +87,68 @@ def _diagnosed(
     notes = [finding.sentence for finding in sign_errors(model, measurements)]
     recordings = (*measurements, *validation)
     notes += [f"{part.name}: {note}" for part in recordings for note in part.noise_notes]
-    search = Search.of(data, report)
+    search = Search.of(data, progress)
     found = Found()
     complete = True
     try:
-        with _heeded_interrupts() as interrupted:
-            search.progress = progress = _progress(
-                search, report, options.time_limit, begin, interrupted
+        interrupted = Event()
+        with _interrupts(interrupted):
+            search.progress = heeding = _heeding(
+                search, progress, options.time_limit, begin, interrupted
             )
             search.base()
             search.run()
             _tell(search, found, ask, refit=True)
-            judge(data, search, found, options, progress)
+            judge(data, search, found, options, heeding)
     except KeyboardInterrupt:
         complete = False
-    with _ignored_interrupts():
+    with _interrupts(None):
         if not complete:
             _begin_at_least(search)
             found.ladder, found.rounds = [], []
             _tell(search, found, None, refit=False)
-        return conclude(data, search, found, options, report, complete=complete, notes=notes)
+        return conclude(data, search, found, options, progress, complete=complete, notes=notes)
 
 
 @contextmanager
-def _heeded_interrupts() -> Iterator[Event]:
-    """Set at Ctrl-C, which libraries may swallow: CasADi has handlers that catch everything."""
-    interrupted = Event()
-    usual = _handler()
-    if usual is None:
-        yield interrupted
+def _interrupts(event: Event | None) -> Iterator[None]:
+    """Set the event at Ctrl-C, which libraries may swallow: CasADi has handlers that catch
+    everything. None ignores Ctrl-C: who presses it once more does not lose what was found."""
+    usual = getsignal(SIGINT)
+    if current_thread() is not main_thread() or not callable(usual):
+        yield
         return
 
     def heed(number: int, frame: FrameType | None) -> None:
-        interrupted.set()
+        if event is not None:
+            event.set()
         usual(number, frame)
 
-    signal(SIGINT, heed)
-    try:
-        yield interrupted
-    finally:
-        signal(SIGINT, usual)
-
-
-@contextmanager
-def _ignored_interrupts() -> Iterator[None]:
-    """Whoever presses Ctrl-C once more, impatient, does not lose what was found."""
-    usual = _handler()
-    if usual is None:
-        yield
-        return
-    signal(SIGINT, SIG_IGN)
+    signal(SIGINT, SIG_IGN if event is None else heed)
     try:
         yield
     finally:
         signal(SIGINT, usual)
 
 
-def _handler() -> Callable[[int, FrameType | None], object] | None:
-    """What answers Ctrl-C in this thread; None where that is nothing of Python's."""
-    usual = getsignal(SIGINT)
-    return usual if current_thread() is main_thread() and callable(usual) else None
-
-
-def _progress(
-    search: Search, report: Progress, limit: float | None, begin: float, interrupted: Event
+def _heeding(
+    search: Search, progress: Progress, limit: float | None, begin: float, interrupted: Event
 ) -> Progress:
     """Progress that tells the best so far, and ends the work where somebody interrupted it or its
     time since `begin` is up."""
     end = np.inf if limit is None else begin + limit
     told: dict[tuple[int, ...], str] = {}
 
-    def progress(text: str, share: float) -> None:
+    def heeding(text: str, share: float) -> None:
         answers = tuple(map(id, search.answers.values()))
         if answers not in told:
             told.clear()
             told[answers] = _best(search) if answers else ""
-        report(text + told[answers], share)
+        progress(text + told[answers], share)
         if interrupted.is_set() or time.monotonic() > end:
             raise KeyboardInterrupt
 
-    return progress
+    return heeding
 
 
 def _best(search: Search) -> str:

@@ -102,32 +102,31 @@ def _where(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
         for signal, bins in found.bins.items():
             error = file.signals[signal].count * file.signals[signal].rmse ** 2
             errors[signal] = errors.get(signal, 0.0) + error
-            for one in bins:
-                alike.setdefault((signal, one.by, one.bin), []).append((one, one.share * error))
+            for part in bins:
+                alike.setdefault((signal, part.by, part.bin), []).append((part, part.share * error))
     for (signal, by, name), parts in alike.items():
         held = sum(squares for _, squares in parts)
-        alike_bins = [one for one, _ in parts]
         yield {
             "signal": signal,
             "by": by,
             "bin": name,
-            **_pooled(alike_bins),
+            **_pooled([part for part, _ in parts]),
             "share": held / errors[signal] if errors[signal] else 0.0,
         }
 
 
 def _pooled(bins: Sequence[Bin]) -> dict[str, Any]:
     """Figures of all samples in some bins; significances are added as normal variables are."""
-    count = sum(one.count for one in bins)
-    judged = [(one.significance, one.count) for one in bins if one.significance is not None]
+    count = sum(part.count for part in bins)
+    judged = [(part.significance, part.count) for part in bins if part.significance is not None]
     significance = None
     if judged:
         total = sum(value * sqrt(samples) for value, samples in judged)
         significance = total / sqrt(sum(samples for _, samples in judged))
     return {
         "count": count,
-        "rmse": sqrt(sum(one.count * one.rmse**2 for one in bins) / count),
-        "bias": sum(one.count * one.bias for one in bins) / count,
+        "rmse": sqrt(sum(part.count * part.rmse**2 for part in bins) / count),
+        "bias": sum(part.count * part.bias for part in bins) / count,
         "significance": significance,
-        "stands_out": any(one.stands_out for one in bins),
+        "stands_out": any(part.stands_out for part in bins),
     }

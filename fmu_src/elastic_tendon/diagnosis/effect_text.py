@@ -142,7 +142,7 @@ def effect_text(
         id=_ID,
         title=form.words.split(" ", 1)[1],
         slot=form.slot.name,
-        variables=" and ".join(one.replace("_", " ") for one in form.variables),
+        variables=" and ".join(variable.replace("_", " ") for variable in form.variables),
         formula=form.law,
         parameters="\n".join(lines).replace("'", '"'),
         data=data.replace("\\", "/").replace('"', "'"),

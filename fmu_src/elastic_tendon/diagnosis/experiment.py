@@ -4,10 +4,11 @@ Motions are drawn at random among a few forms, the best of them improved, and th
 checked by full refits. An experiment is as good as it separates the two whichever of them is right.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import sqrt
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,19 +31,18 @@ from elastic_tendon.diagnosis.separation import (
     refit,
 )
 from elastic_tendon.errors import ModelError, SimulationError
-from elastic_tendon.estimation.fit import Progress
+from elastic_tendon.estimation.fit import ShareProgress
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.native.binary import Progress, silent
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Report = Callable[[str, float], None]  # what is being done, and the share of it that is done
 
 SEED = 20130506
 SEARCH = 60  # simulations of each rival with derivatives
 DRAWN = 36  # of them that are spent on motions drawn at random
 KEPT = 4  # so many motions are improved
-DISTANCE = 0.2  # over which the numbers of a motion are first changed
+DISTANCE = 0.2  # over which the parameters of a motion are first changed
 SEARCH_SAMPLES = 2500  # enough to judge a motion by
 ROUNDS_TO_FIT = 4  # in which a motion is made smaller until the springs bear it
 # a drawn motion that tells the rivals apart by less than this, or a full refit with less power, is
@@ -53,7 +53,7 @@ WORTH_IT = 0.8
 SURE = 0.95
 REPEATS = (2, 3, 5, 8)
 WORDS = "searching the experiment that decides"
-EITHER = ((0, 1), (1, 0))  # numbers of the rival that is right and of the one that is wrong
+EITHER = ((0, 1), (1, 0))  # index of the rival that is right and of the one that is wrong
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class _Judged:
 def next_experiment(
     rivals: tuple[Rival, Rival],
     measurements: Sequence[Measurement],
-    report: Report = lambda _text, _share: None,
+    progress: Progress = silent,
 ) -> Experiment | str:
     """Propose the motion of motor and load that best tells two rival answers apart.
 
@@ -97,7 +97,7 @@ def next_experiment(
     ----------
     rivals : fitted to the same recordings
     measurements : these recordings; they set range, speed, load and sampling rate
-    report : called with words and the share of the work done, 0 to 1
+    progress : called with words and the share of the work done, 0 to 1
 
     Returns
     -------
@@ -112,14 +112,14 @@ def next_experiment(
     limits = limits_of(models, measurements)
     for done, allowed in enumerate((limits, limits.widened())):
         search = _prepare(rivals, allowed)
-        best = _best(search, partial(_tell, report, done))
+        best = _best(search, partial(_tell, progress, done))
         if best is not None:
             return _answer(search, best, ids)
     return undecidable_text(ids, models)
 
 
-def _tell(report: Report, done: int, share: float) -> None:
-    report(WORDS, 0.5 * (done + share))
+def _tell(progress: Progress, done: int, share: float) -> None:
+    progress(WORDS, 0.5 * (done + share))
 
 
 def experiment_table(experiment: Experiment) -> "pd.DataFrame":
@@ -165,10 +165,10 @@ def _measurement(
 # ---- search --------------------------------------------------------------------------------
 
 
-def _best(search: _Search, progress: Progress) -> "_Checked | None":
+def _best(search: _Search, progress: ShareProgress) -> "_Checked | None":
     """The proposal that decides most, as often as it takes; None if it is not worth it."""
     judged = _judge_many(search, lambda share: progress(0.8 * share))
-    best = max(judged, key=lambda one: one.left, default=None)
+    best = max(judged, key=attrgetter("left"), default=None)
     if best is None or best.left <= SEPARABLE:
         return None
     progress(0.8)
@@ -179,22 +179,22 @@ def _best(search: _Search, progress: Progress) -> "_Checked | None":
     return repeated if repeated.power >= WORTH_IT else None
 
 
-def _judge_many(search: _Search, progress: Progress) -> list[_Judged]:
+def _judge_many(search: _Search, progress: ShareProgress) -> list[_Judged]:
     """Motions drawn at random, then neighbours of the best."""
     rng = np.random.default_rng(SEED)
     judged: list[_Judged] = []
     for index in range(DRAWN):
         progress(index / SEARCH)
         judged += _judge(search, random_proposal(rng, search.limits))
-    best = sorted(judged, key=lambda one: one.left, reverse=True)[:KEPT]
+    best = sorted(judged, key=attrgetter("left"), reverse=True)[:KEPT]
     if not best or best[0].left <= SEPARABLE:
         return judged
     for distance in DISTANCE * 0.5 ** np.linspace(0.0, 3.0, (SEARCH - DRAWN) // KEPT):
         progress(len(judged) / SEARCH)
-        for place, one in enumerate(best):
-            for tried in _judge(search, neighbour(one.proposal, rng, distance)):
+        for place, kept in enumerate(best):
+            for tried in _judge(search, neighbour(kept.proposal, rng, distance)):
                 judged.append(tried)
-                if tried.left > one.left:
+                if tried.left > kept.left:
                     best[place] = tried
     return judged
 
@@ -206,7 +206,7 @@ def _judge(search: _Search, proposal: Proposal) -> list[_Judged]:
         if fitted is None:
             return []
         experiment = search.measurement(fitted)
-        predictions = [predict(one, experiment, search.sigmas) for one in search.rivals]
+        predictions = [predict(rival, experiment, search.sigmas) for rival in search.rivals]
     except (ModelError, SimulationError):
         return []
     left = (
@@ -231,8 +231,8 @@ def _share_of_deflection(search: _Search, proposal: Proposal) -> float:
     low, high = search.limits.deflection
     experiment = search.measurement(proposal)
     share = 0.0
-    for one in search.rivals:
-        deflection = simulate_measurement(one.model, experiment, one.initial)["deflection"]
+    for rival in search.rivals:
+        deflection = simulate_measurement(rival.model, experiment, rival.initial)["deflection"]
         share = max(
             share, deflection.max() / max(high, 1e-300), deflection.min() / min(low, -1e-300)
         )
@@ -256,8 +256,8 @@ class _Checked:
 def _checked(search: _Search, proposal: Proposal, repeats: int = 1) -> _Checked:
     experiment = search.measurement(proposal)
     sigmas = {name: sigma / sqrt(repeats) for name, sigma in search.sigmas.items()}
-    predictions = [predict(one, experiment, sigmas) for one in search.rivals]
-    expected = [plausible(one, experiment, sigmas) for one in search.rivals]
+    predictions = [predict(rival, experiment, sigmas) for rival in search.rivals]
+    expected = [plausible(rival, experiment, sigmas) for rival in search.rivals]
     refits = [
         refit(predictions[right], search.rivals[wrong], experiment, sigmas)
         for right, wrong in EITHER
@@ -272,7 +272,7 @@ def _checked(search: _Search, proposal: Proposal, repeats: int = 1) -> _Checked:
         )
         for (right, wrong), left in zip(EITHER, refits, strict=True)
     ]
-    least = min(refits, key=lambda one: one.noncentrality)
+    least = min(refits, key=attrgetter("noncentrality"))
     return _Checked(proposal, repeats, least, min(powers))
 
 
@@ -290,7 +290,7 @@ def _answer(search: _Search, best: _Checked, ids: tuple[str, str]) -> Experiment
     limits = search.limits
     once = best.proposal.inputs(limits.sample_times(), limits)
     # the last sample of one run is the first of the next
-    inputs = [np.concatenate([*[one[:-1]] * (best.repeats - 1), one]) for one in once]
+    inputs = [np.concatenate([*[values[:-1]] * (best.repeats - 1), values]) for values in once]
     separated = _separated(search, best, ids)
     return Experiment(
         text=experiment_text(limits, best.proposal, best.repeats, once, separated),

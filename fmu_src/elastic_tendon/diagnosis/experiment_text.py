@@ -71,7 +71,7 @@ def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
     """
     sentences = [
         f"No motion within the limits of the actuator tells {' and '.join(ids)} apart by clearly "
-        "more than the noise: with other numbers either explains what the other predicts."
+        "more than the noise: with other parameters either explains what the other predicts."
     ]
     reasons = {
         alias.when
@@ -85,7 +85,7 @@ def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
     return " ".join(sentences)
 
 
-def _motion(what: str, one: Input, form: Form, values: Array, unit: str) -> str:
+def _motion(what: str, motion: Input, form: Form, values: Array, unit: str) -> str:
     low, high = float(values.min()), float(values.max())
     if low == high:
         return f"{what}: {low:.3g} {unit} throughout."
@@ -99,7 +99,7 @@ def _motion(what: str, one: Input, form: Form, values: Array, unit: str) -> str:
         "reversals": f"swings of {fast} Hz that grow and shrink to nothing, {form.times} times",
         "releases": f"{form.times} times slowly to one end, held, and let go within "
         f"{form.edge:.2g} s",
-    }[one.form]
+    }[motion.form]
     return f"{what}: {words}, between {low:.3g} and {high:.3g} {unit}."
 
 
@@ -121,12 +121,12 @@ def _cautions(limits: Limits, inputs: tuple[Array, Array]) -> list[str]:
     return []
 
 
-def _separation(one: Separated) -> str:
-    unit = "rad" if one.signal.endswith("position") else "N·m"
+def _separation(found: Separated) -> str:
+    unit = "rad" if found.signal.endswith("position") else "N·m"
     return (
-        f"{one.ids[0]} and {one.ids[1]}, either refitted to the other, then differ in "
-        f"{one.signal.replace('_', ' ')} by up to {one.largest:.2g} {unit}, most at {one.at:.3g} s;"
-        f" that is {one.largest / one.noise:.2g} times the noise of one sample and, over all "
-        f"samples together, {one.together:.2g} times what noise does: a chance of "
-        f"{100.0 * one.power:.0f} % that the experiment decides."
+        f"{found.ids[0]} and {found.ids[1]}, either refitted to the other, then differ in "
+        f"{found.signal.replace('_', ' ')} by up to {found.largest:.2g} {unit}, most at "
+        f"{found.at:.3g} s; that is {found.largest / found.noise:.2g} times the noise of one "
+        f"sample and, over all samples together, {found.together:.2g} times what noise does: a "
+        f"chance of {100.0 * found.power:.0f} % that the experiment decides."
     )

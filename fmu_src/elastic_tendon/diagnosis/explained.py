@@ -89,7 +89,7 @@ def explained(without: Model, compared: FileComparison, model: Model) -> Explain
     """
     measurement = compared.measurement
     motion = replace(measurement, signals=_as_noisy(compared))
-    (before,), (own,) = (compare(without, [one]).files for one in (measurement, motion))
+    (before,), (own,) = (compare(without, recording).files for recording in (measurement, motion))
     measured, variables, _ = missing_torque(without, before)
     modelled, modelled_variables, _ = missing_torque(without, own)
     remaining, remaining_variables, _ = missing_torque(model, compared)
@@ -108,11 +108,11 @@ def explained(without: Model, compared: FileComparison, model: Model) -> Explain
 
 def _as_noisy(compared: FileComparison) -> dict[str, Array]:
     """The simulated signals with noise as large as measured, so that they are smoothed alike."""
-    lot = np.random.default_rng(0)
+    rng = np.random.default_rng(0)
     trajectory = compared.trajectory
     return {
         name: trajectory[trajectory.measured(name)]
-        + error.noise.sigma * lot.standard_normal(error.count)
+        + error.noise.sigma * rng.standard_normal(error.count)
         for name, error in compared.signals.items()
     }
 
@@ -123,7 +123,7 @@ def _best_ordered(torque: MissingTorque) -> TorqueCurve:
     def explains(curve: TorqueCurve) -> float:
         return float(curve.count @ curve.mean**2) / float(np.sum(curve.count))
 
-    telling = [one for one in torque.curves if one.by not in TELL_NOTHING]
+    telling = [curve for curve in torque.curves if curve.by not in TELL_NOTHING]
     return max(telling or torque.curves, key=explains)
 
 
@@ -142,5 +142,5 @@ def mean_curve(variable: Array, values: Array) -> tuple[Array, Array]:
     part = np.searchsorted(edges[1:-1], variable, side="right")
     count = np.bincount(part, minlength=PARTS)
     kept = count >= LEAST_IN_PART
-    sums = [np.bincount(part, one, PARTS)[kept] / count[kept] for one in (variable, values)]
-    return sums[0], sums[1]
+    sums = [np.bincount(part, weights, PARTS)[kept] for weights in (variable, values)]
+    return sums[0] / count[kept], sums[1] / count[kept]

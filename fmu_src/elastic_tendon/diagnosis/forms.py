@@ -68,7 +68,7 @@ def _share(_model: Model, _width: float) -> tuple[float, float]:
 
 def _softening(model: Model, _width: float) -> tuple[float, float]:
     springs = model.transmission.upper_spring, model.transmission.lower_spring
-    return -(1.0 - STIFFNESS_KEPT) * min(one.stiffness for one in springs), 1e3 * ANY
+    return -(1.0 - STIFFNESS_KEPT) * min(spring.stiffness for spring in springs), 1e3 * ANY
 
 
 def _turning(_model: Model, width: float) -> tuple[float, float]:

@@ -6,6 +6,7 @@ was measured the curve fades away. It says what is missing, not why.
 """
 
 import tempfile
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,7 @@ def learn(found: Regression) -> LearnedTerm | None:
     LearnedTerm; None where the error depends on nothing by more than chance, or on nothing that
     an effect can be made of, such as time
     """
-    signals = [index for index, one in enumerate(found.found.values()) if one.significant]
+    signals = [index for index, lack in enumerate(found.found.values()) if lack.significant]
     if not signals:
         return None
     gains = found.gains[:, signals].mean(axis=1)
@@ -61,7 +62,7 @@ def learn(found: Regression) -> LearnedTerm | None:
 
 
 def learned_effect(term: LearnedTerm) -> Effect:
-    """Load a learned term, by the road of a user's own file; models can name its id then.
+    """Load a learned term as a user's own file is loaded; models can name its id then.
 
     Raises
     ------
@@ -82,8 +83,8 @@ def _within_bounds(found: Regression, index: int) -> tuple[Curve, Array, float]:
     assert term.curve is not None
     lower, upper = term.curve.bounds(found.motions[0].model)
     # the error is simulated less measured, so what it depends on is missing with the other sign
-    tried = [weights_within(found.products[index], (-upper, -lower), one) for one in RIDGES]
-    weights, explains = max(tried, key=lambda one: one[1])
+    tried = [weights_within(found.products[index], (-upper, -lower), ridge) for ridge in RIDGES]
+    weights, explains = max(tried, key=itemgetter(1))
     # a solution on a bound may be off it by rounding
     return term.curve, np.clip(-weights, lower, upper), explains
 

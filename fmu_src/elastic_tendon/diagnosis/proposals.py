@@ -1,6 +1,6 @@
 """Motions of motor and load to choose a further experiment from.
 
-A proposal is a form for each of the two inputs and four numbers for each form, all between 0 and 1:
+A proposal is a form for each of the two inputs and four parameters of each, all between 0 and 1:
 how much of its reach it uses, where in the reach its middle lies, and two rates. Every input
 begins and ends at rest where the machine stands, and stays within its reach.
 """
@@ -20,14 +20,14 @@ FASTEST = 2.0  # times the natural frequency: beyond, the joint no longer follow
 SAMPLES_PER_PERIOD = 20  # at least, so that straight lines between samples are close enough
 SINES = 8
 MOST_TIMES = 12  # steps, runs or releases in one experiment
-NUMBERS = 4  # of a form
+PARAMETERS = 4  # of a form
 CORNER = 0.3  # of the shortest run, in which it turns
 SLOWEST_EDGE = 0.25  # of the longest time that a form has for an edge
 
 
 @dataclass(frozen=True)
 class Form:
-    """Numbers of one form; rates in Hz, `slow` is at most `fast`."""
+    """Parameters of one form; rates in Hz, `slow` is at most `fast`."""
 
     time: Array
     slow: float
@@ -127,14 +127,14 @@ def _smooth(time: Array, times: Array, values: Array, corner: float) -> Array:
 
 @dataclass(frozen=True)
 class Input:
-    """What one input does: a form and its four numbers, each between 0 and 1."""
+    """What one input does: a form and its four parameters, each between 0 and 1."""
 
     form: str
-    numbers: tuple[float, ...]
+    parameters: tuple[float, ...]
 
     def values(self, time: Array, reach: Reach, limits: Limits) -> Array:
         """The input at evenly spaced `time` (n,) s from 0; (n,) array, unit of the reach."""
-        amount, place, _, _ = self.numbers
+        amount, place, _, _ = self.parameters
         middle = reach.low + place * (reach.high - reach.low)
         amplitude = amount * min(middle - reach.low, reach.high - middle)
         form = self.at(time, limits)
@@ -147,7 +147,7 @@ class Input:
         lowest = 1.0 / limits.duration
         highest = min(FASTEST * limits.frequency, 1.0 / (SAMPLES_PER_PERIOD * limits.step))
         span = np.log(max(highest / lowest, 2.0))
-        slow, fast = sorted(lowest * np.exp(span * share) for share in self.numbers[2:])
+        slow, fast = sorted(lowest * np.exp(span * share) for share in self.parameters[2:])
         return Form(time, float(slow), float(fast), lowest)
 
 
@@ -181,27 +181,27 @@ class Proposal:
 
 
 def random_proposal(rng: np.random.Generator, limits: Limits) -> Proposal:
-    """Forms and numbers drawn alike; where there is no load, the motor moves."""
+    """Forms and parameters drawn alike; where there is no load, the motor moves."""
     forms = list(FORMS)
     moved = forms if limits.load is not None else forms[1:]
 
     def drawn(among: list[str]) -> Input:
-        numbers = rng.uniform(size=NUMBERS)
+        parameters = rng.uniform(size=PARAMETERS)
         # half of them about the middle of the reach, where the motion can be largest
         if rng.uniform() < 0.5:
-            numbers[1] = 0.5
-        return Input(str(rng.choice(among)), tuple(numbers.tolist()))
+            parameters[1] = 0.5
+        return Input(str(rng.choice(among)), tuple(parameters.tolist()))
 
     motor = drawn(moved)
     return Proposal(motor, drawn(forms) if limits.load is not None else None)
 
 
 def neighbour(proposal: Proposal, rng: np.random.Generator, distance: float) -> Proposal:
-    """The same forms with other numbers, at most about `distance` away."""
+    """The same forms with other parameters, at most about `distance` away."""
 
-    def moved(one: Input) -> Input:
-        numbers = np.array(one.numbers) + distance * rng.standard_normal(NUMBERS)
-        return Input(one.form, tuple(np.clip(numbers, 0.0, 1.0).tolist()))
+    def moved(before: Input) -> Input:
+        after = np.array(before.parameters) + distance * rng.standard_normal(PARAMETERS)
+        return Input(before.form, tuple(np.clip(after, 0.0, 1.0).tolist()))
 
     load = None if proposal.load is None else moved(proposal.load)
     return Proposal(moved(proposal.motor), load)

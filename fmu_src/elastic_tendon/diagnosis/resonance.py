@@ -7,6 +7,7 @@ beginning, the best of them to a longer one, and so on to the whole.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
@@ -33,7 +34,7 @@ REFITTING = Effort(scouted=1, scouting=10, polished=0, evaluations=1, rounds=0, 
 
 def swings(effect_id: str) -> bool:
     """Whether an effect has a parameter that sets a frequency."""
-    return any(one.resonant for one in effects.BY_ID[effect_id].parameters)
+    return any(parameter.resonant for parameter in effects.BY_ID[effect_id].parameters)
 
 
 @dataclass(frozen=True)
@@ -79,19 +80,19 @@ class Resonance:
             found = self._refitted(models, beginnings)
             if not found:
                 break
-            least = min(one.mean_square for one in found)
-            near = [one for one in found if one.mean_square <= WORSE * least]
-            best = sorted(near, key=lambda one: one.mean_square)[:kept]
-            models = [self._at(one.result.model, times) for one in best for times in BESIDE]
+            found.sort(key=attrgetter("mean_square"))
+            worst = WORSE * found[0].mean_square
+            best = [answer for answer in found if answer.mean_square <= worst][:kept]
+            models = [self._at(answer.result.model, times) for answer in best for times in BESIDE]
         return best
 
     def _at(self, model: Model, times: float) -> Model:
         """The model with another frequency."""
         own = model.values()
         paths = [
-            f"effects.{self.effect_id}.{one.name}"
-            for one in effects.BY_ID[self.effect_id].parameters
-            if one.resonant
+            f"effects.{self.effect_id}.{parameter.name}"
+            for parameter in effects.BY_ID[self.effect_id].parameters
+            if parameter.resonant
         ]
         return model.with_values({path: times * own[path] for path in paths})
 

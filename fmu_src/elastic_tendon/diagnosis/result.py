@@ -208,7 +208,7 @@ class Diagnosis(Result):
         return f"{self.verdict}: {self.sentence}\nadded: {added}\n{steps_text(self.ladder)}"
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """Every number as given and as fitted, with its 95 % interval, a row each, SI."""
+        """Every parameter as given and as fitted, with its 95 % interval, a row each, SI."""
         return self.findings.to_dataframe()
 
     def plot(self) -> "Figure":

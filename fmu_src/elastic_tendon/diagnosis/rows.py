@@ -16,7 +16,7 @@ from elastic_tendon.estimation.fit import FitResult
 # blocks of all recordings together: more say no more, fewer say nothing
 MOST, FEWEST = 40, 10
 SMALLEST = 3  # samples in a block
-# a block is so many times as long as the error's memory
+# a block is so many times as long as the error's autocorrelation time
 MEMORIES = 10.0
 
 
@@ -25,8 +25,8 @@ class Rows:
     """Errors and derivatives of f recordings, divided by sigma.
 
     `names` of all signals; `counts` (f,) blocks of each recording. For each recording, by signal:
-    `sigmas`, `errors` (n,), `derivatives` (n, p) to the fitted numbers and initial states. `prior`
-    (p, p) is their precision before the data.
+    `sigmas`, `errors` (n,), `derivatives` (n, p) to the fitted parameters and initial states.
+    `prior` (p, p) is their precision before the data.
     """
 
     motions: tuple[Motion, ...]
@@ -53,7 +53,7 @@ class Rows:
         return edges
 
     def left_by(self, term: Term, weights: Array) -> list[dict[str, Array]]:
-        """Errors of each recording, less what a term and the fitted numbers make of them.
+        """Errors of each recording, less what a term and the fitted parameters make of them.
 
         Parameters
         ----------
@@ -93,11 +93,11 @@ class Rows:
         return Products(np.array(grams), np.array(scores), np.array(squares), self.prior)
 
     def longer_blocks(self, memory: float) -> Integers:
-        """First of the blocks that are taken together so that none remembers the one before.
+        """First of the blocks that are taken together so that neighbours are uncorrelated.
 
         Parameters
         ----------
-        memory : samples over which the error remembers itself
+        memory : autocorrelation time of the error, samples
         """
         samples = sum(len(motion.time) for motion in self.motions)
         return self.merged_to(max(samples / (MEMORIES * memory), FEWEST))

@@ -27,12 +27,13 @@ from elastic_tendon.comparison.residuals import (
 )
 from elastic_tendon.diagnosis.evidence import DECISIVE
 from elastic_tendon.errors import ModelError, SimulationError
+from elastic_tendon.estimation.coordinates import Coordinates
 from elastic_tendon.estimation.fit import FitResult
 from elastic_tendon.estimation.problem import Problem
 from elastic_tendon.measurement import Measurement
 
 EVALUATIONS = 15  # of a refit that checks a prediction
-SEED, DRAWS = 20130507, 24  # numbers of a rival that its data leave likely
+SEED, DRAWS = 20130507, 24  # parameters of a rival that its data leave likely
 TINY = 1e-12  # noncentrality of what does not differ at all
 FREE = 1e-12  # information on a state that no data determine: next to none
 
@@ -61,6 +62,16 @@ class Known:
     def model(self) -> Model:
         """The fitted model."""
         return self.rival.fit.model
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """Of its fit."""
+        return self.rival.fit.problem.coordinates
+
+    @property
+    def variables(self) -> Array:
+        """Of its fit, at the optimum, (m,)."""
+        return self.rival.fit.problem.numbers(self.rival.fit.vector)
 
 
 @dataclass(frozen=True)
@@ -107,12 +118,12 @@ def known(rival: Rival, experiment: Measurement) -> Known:
     return Known(rival, root, estimate_initial_state(fit.model, resting))
 
 
-def predict(one: Known, experiment: Measurement, sigmas: dict[str, float]) -> Prediction:
+def predict(rival: Known, experiment: Measurement, sigmas: dict[str, float]) -> Prediction:
     """Signals that a rival expects, and how a refit could change them.
 
     Parameters
     ----------
-    one : Known
+    rival : Known
     experiment : its signals are zero
     sigmas : signal -> noise of one sample, the signal's unit
 
@@ -124,41 +135,39 @@ def predict(one: Known, experiment: Measurement, sigmas: dict[str, float]) -> Pr
     ------
     SimulationError : the solver could not go on
     """
-    problem = one.rival.fit.problem
-    numbers = problem.numbers(one.rival.fit.vector)
-    found = sensitivity(one.model, experiment, one.initial, problem.coordinates.paths)
+    coordinates, variables = rival.coordinates, rival.variables
+    found = sensitivity(rival.model, experiment, rival.initial, coordinates.paths)
     jacobian = stack([found.derivatives], [sigmas])
-    count = len(numbers)
-    jacobian[:, :count] = jacobian[:, :count] @ problem.coordinates.derivatives(numbers)
+    count = len(variables)
+    jacobian[:, :count] = jacobian[:, :count] @ coordinates.derivatives(variables)
     return Prediction(stack([found.residuals], [sigmas]), jacobian)
 
 
-def plausible(one: Known, experiment: Measurement, sigmas: dict[str, float]) -> list[Array]:
-    """Signals that a rival expects with other numbers that the data at hand leave likely.
+def plausible(rival: Known, experiment: Measurement, sigmas: dict[str, float]) -> list[Array]:
+    """Signals that a rival expects with other parameters that the data at hand leave likely.
 
     A weak effect is fitted too strong as often as too weak; what a fit promises is then not what
     an experiment shows.
 
     Parameters
     ----------
-    one, experiment, sigmas : as in `predict`
+    rival, experiment, sigmas : as in `predict`
 
     Returns
     -------
     list of (N,) arrays, divided by the noise; one for each draw that can be simulated
     """
-    problem = one.rival.fit.problem
-    numbers = problem.numbers(one.rival.fit.vector)
-    count = len(numbers)
-    lower, upper = problem.coordinates.bounds()
+    coordinates, variables = rival.coordinates, rival.variables
+    count = len(variables)
+    lower, upper = coordinates.bounds()
     drawn = np.random.default_rng(SEED).standard_normal((count, DRAWS))
     # away from the optimum by what has this information
-    away = solve_triangular(one.root[:count, :count], drawn)
+    away = solve_triangular(rival.root[:count, :count], drawn)
     found = []
     for column in away.T:
         with suppress(ModelError, SimulationError):
-            model = problem.coordinates.model(np.clip(numbers + column, lower, upper))
-            trajectory = simulate_measurement(model, experiment, one.initial)
+            model = coordinates.model(np.clip(variables + column, lower, upper))
+            trajectory = simulate_measurement(model, experiment, rival.initial)
             found.append(stack([residuals_of(trajectory, experiment)], [sigmas]))
     return found
 
@@ -207,11 +216,8 @@ def refit(
     -------
     Refit
     """
-    fit = wrong.rival.fit
-    problem = Problem(fit.problem.coordinates, (experiment,))
-    start = np.concatenate(
-        [fit.problem.numbers(fit.vector), [wrong.initial.position, wrong.initial.velocity]]
-    )
+    problem = Problem(wrong.coordinates, (experiment,))
+    start = np.append(wrong.variables, [wrong.initial.position, wrong.initial.velocity])
 
     def residuals(vector: Array) -> Array:
         try:
@@ -255,7 +261,7 @@ def expected_power(
     ----------
     right : (N,) arrays, see `plausible`
     fitted : (N,) array, what it expects as fitted
-    wrong, known_of_wrong : of the other rival
+    wrong, known_of_wrong : of the rival that is wrong
     full : noncentrality that a full refit leaves of `fitted`; the linear ones are scaled to it
 
     Returns
@@ -263,7 +269,7 @@ def expected_power(
     float, 0 to 1
     """
     scale = full / max(left_over(fitted, wrong, known_of_wrong), TINY)
-    powers = [power(scale * left_over(one, wrong, known_of_wrong)) for one in right]
+    powers = [power(scale * left_over(signals, wrong, known_of_wrong)) for signals in right]
     return min(power(full), float(np.mean(powers or [1.0])))
 
 
@@ -276,9 +282,9 @@ def noise(rivals: Sequence[Rival]) -> dict[str, float]:
     found: list[dict[str, float]] = []
     for rival in rivals:
         sigmas = rival.fit.sigmas
-        shared = set.intersection(*(set(one) for one in sigmas))
+        shared = set.intersection(*map(set, sigmas))
         names = [name for name in sigmas[0] if name in shared]
         found.append(
-            {name: float(np.sqrt(np.mean([one[name] ** 2 for one in sigmas]))) for name in names}
+            {name: float(np.sqrt(np.mean([part[name] ** 2 for part in sigmas]))) for name in names}
         )
-    return {name: min(one[name] for one in found) for name in found[0]}
+    return {name: min(part[name] for part in found) for name in found[0]}

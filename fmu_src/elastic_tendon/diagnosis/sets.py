@@ -33,22 +33,22 @@ def richer(added: Set) -> Iterator[Set]:
 def _other_laws(added: Set) -> Iterator[Set]:
     for effect_id in added:
         law_of = effects.BY_ID[effect_id].law_of
-        for other in effects.BY_ID.values():
-            if law_of and other.law_of == law_of:
-                yield in_order((*without(added, effect_id), other.id))
+        for effect in effects.BY_ID.values():
+            if law_of and effect.law_of == law_of:
+                yield in_order((*without(added, effect_id), effect.id))
 
 
 def aliases(added: Set) -> Iterator[Set]:
     """The set with an effect that measurements may not tell from it in the place of each."""
     for effect_id in added:
-        of = {other for alias in effects.BY_ID[effect_id].aliases for other in alias.of}
-        for other in sorted(of & set(effects.BY_ID)):
-            yield in_order((*without(added, effect_id), other))
+        similar = {of_id for alias in effects.BY_ID[effect_id].aliases for of_id in alias.of}
+        for similar_id in sorted(similar & set(effects.BY_ID)):
+            yield in_order((*without(added, effect_id), similar_id))
 
 
 def without(added: Set, effect_id: str) -> Set:
     """The set less one effect."""
-    return tuple(other for other in added if other != effect_id)
+    return tuple(kept for kept in added if kept != effect_id)
 
 
 def change_between(before: Set, after: Set) -> str | None:

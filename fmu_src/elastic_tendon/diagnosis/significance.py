@@ -1,9 +1,9 @@
 """Is a gain more than chance, whatever the noise; and does it last on data that was not fitted?
 
-Errors that hang together (coloured noise, disturbances that nobody recorded) make everything
-look significant that is judged sample by sample. So errors are taken by stretches of time longer
-than their memory, and each stretch is left out once (jackknife): how the answer scatters then is
-its uncertainty.
+Correlated errors (coloured noise, disturbances that nobody recorded) make everything look
+significant that is judged sample by sample. So errors are taken by stretches of time longer than
+their autocorrelation time, and each stretch is left out once (jackknife): how the answer scatters
+then is its uncertainty.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,6 @@ from elastic_tendon.diagnosis.answer import Answer, facts_between
 from elastic_tendon.estimation.stretches import left_out, stretch_numbers
 from elastic_tendon.measurement import Measurement
 
-ON_BOUND = 1e-9  # in prior sigmas
 CHANCE = 0.01  # probability up to which a gain is no chance ...
 REFUTED = 0.05  # ... and a loss on held-out data is none
 
@@ -32,9 +31,9 @@ def significance(before: Answer, after: Answer, effect_id: str) -> float:
     """Probability that adding an effect gains so much where it is not there.
 
     What the effect brought, the change of the errors from one fit to the other, is taken as one
-    column beside the free numbers; its coefficient is one, and the jackknife says how surely it
+    column beside the free parameters; its coefficient is one, and the jackknife says how surely it
     is not zero. That the column was itself fitted is paid for by as many degrees of freedom as
-    the effect has numbers; a single one that cannot be negative counts half (Self & Liang 1987).
+    the effect has parameters; a single one that cannot be negative counts half (Self & Liang 1987).
 
     Parameters
     ----------
@@ -106,12 +105,11 @@ def _stretches(before: Answer, after: Answer) -> NDArray[np.int_]:
 
 
 def _linear(answer: Answer, without: Sequence[int]) -> tuple[Array, Array]:
-    """Jacobian (N + m, k) and residuals (N + m,) of a fit, numbers on their bounds held."""
+    """Jacobian (N + m, k) and residuals (N + m,) of a fit, parameters on their bounds held."""
     result = answer.result
     problem = result.problem
     jacobian = result.derivatives
-    lower, upper = problem.bounds()
-    free = (result.vector > lower + ON_BOUND) & (result.vector < upper - ON_BOUND)
+    free = result.off_bounds
     free[list(without)] = False
     kept = jacobian[:, free]
     kept = kept[:, np.linalg.norm(kept, axis=0) > 0.0]

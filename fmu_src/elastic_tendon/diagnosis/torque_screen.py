@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
 from math import log
+from operator import itemgetter
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -32,9 +33,9 @@ STARTS = (0.1, 1.0)
 SCOUTING, POLISHING = 3, 8  # steps with shapes held, and with all parameters free
 SCOUTED, POLISHED = 3, 2  # starts of an effect that are followed, and those to the end ...
 ALIKE = 2.0  # ... where their mean squares differ by less than this factor
-KEPT = 3  # from which it is looked at beside other effects
+KEPT = 3  # from which it is scored beside other effects
 FITS = 1.3  # mean square up to which residuals are noise alone
-LONGEST_MEMORY = 40.0  # residuals that count as one fact, at the most
+LONGEST_MEMORY = 40.0  # residuals that count as one, at the most
 ONE_SIDED = 1.645  # standard deviations that 95 % of a normal distribution lie below
 CONVERGED = 1e-3  # relative fall of the cost
 # share of the stiffness that an effect may take away before residuals count more, and the least
@@ -71,7 +72,12 @@ class Structure:
         paths = self.coordinates.paths
         return paths.index("link.inertia") if "link.inertia" in paths else None
 
-    def numbers(self, x: Array) -> dict[str, float]:
+    def variables(self, values: Mapping[str, float]) -> Array:
+        """Variables of the fit at parameters by path; those that are missing begin as given."""
+        free = [values.get(path, self.values[path]) for path in self.coordinates.paths]
+        return self.coordinates.variables(np.array(free))
+
+    def parameters(self, x: Array) -> dict[str, float]:
         """Every parameter by its path."""
         free = zip(self.coordinates.paths, self.coordinates.values(x).tolist(), strict=True)
         return {**self.values, **dict(free)}
@@ -96,7 +102,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Look:
+class Expected:
     """A set of effects before it is fitted: mean square expected, and parameters by path."""
 
     square: float
@@ -105,7 +111,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Around:
-    """An estimate, from where further effects are looked at.
+    """An estimate and its derivatives, from where further effects are scored.
 
     `residuals` (N,), whitened; `derivatives` (N, m) by its parameters; `bare` (N,) : residuals of
     the same parameters without its effects; `weight`, `matrix`, `gradient` : normal equations.
@@ -141,9 +147,9 @@ class Around:
         return float(change @ change / self.weight - along @ np.linalg.solve(self.matrix, along))
 
 
-def revealing(facts: int) -> float:
-    """How large a change is, in sigmas, that so many facts show decisively in 95 % of cases."""
-    return float(np.sqrt(DECISIVE + log(facts))) + ONE_SIDED
+def revealing(samples: int) -> float:
+    """How large a change is, in sigmas, that so many samples show decisively in 95 % of cases."""
+    return float(np.sqrt(DECISIVE + log(samples))) + ONE_SIDED
 
 
 class Screen:
@@ -163,7 +169,7 @@ class Screen:
         self._models: dict[tuple[str, ...], Model] = {(): given}
         self._structures: dict[tuple[str, ...], Structure] = {}
         base = self.structure(())
-        values = base.numbers(np.zeros(len(base.coordinates.paths)))
+        values = base.parameters(np.zeros(len(base.coordinates.paths)))
         along = [base.balance.torques(values, part.motion) for part in self.recordings]
         self._slopes = np.concatenate([torques.by_position for torques in along])
         self.whiteners = [
@@ -216,7 +222,7 @@ class Screen:
 
     def evaluate(self, structure: Structure, x: Array) -> tuple[Array, Array]:
         """Whitened residuals (N,) and their derivatives by x, (N, m)."""
-        values = structure.numbers(x)
+        values = structure.parameters(x)
         residuals, derivatives, slopes_by_position = [], [], []
         for part, whiten in zip(self.recordings, self.whiteners, strict=True):
             torques = structure.balance.torques(values, part.motion)
@@ -239,11 +245,11 @@ class Screen:
         """
         joint, given = _stiffness(values), _stiffness(self._given)
         scale = joint / given
-        left = (
-            float(np.mean(np.minimum(-slopes, -scale * self._slopes))) if structure.added else 1.0
-        )
-        whole = float(np.mean(-scale * self._slopes)) if structure.added else 1.0
-        share = min(max(left / whole, LEAST_STIFFNESS) / ORDINARY_STIFFNESS, 1.0)
+        share = 1.0
+        if structure.added:
+            left = float(np.mean(np.minimum(-slopes, -scale * self._slopes)))
+            whole = float(np.mean(-scale * self._slopes))
+            share = min(max(left / whole, LEAST_STIFFNESS) / ORDINARY_STIFFNESS, 1.0)
         columns = [
             values[path.replace(".stiffness", ".parallel")] / joint if path in STIFFNESSES else 0.0
             for path in structure.coordinates.paths
@@ -265,14 +271,12 @@ class Screen:
         hold : shapes stay where they are
         """
         structure = self.structure(added)
-        coordinates = structure.coordinates
-        values = [start.get(path, structure.values[path]) for path in coordinates.paths]
-        x = np.clip(coordinates.variables(np.array(values)), structure.lower, structure.upper)
+        x = np.clip(structure.variables(start), structure.lower, structure.upper)
         free = np.array([not (hold and shape) for shape in structure.shapes])
         residuals, derivatives = self.evaluate(structure, x)
         damping = 1e-4
         for _ in range(steps):
-            if not (np.isfinite(residuals).all() and np.isfinite(derivatives).all()):
+            if not _finite(residuals, derivatives):
                 break
             weight = _weight(residuals, independent=hold)
             cost = _cost(structure, x, residuals, weight)
@@ -290,7 +294,7 @@ class Screen:
             x, (residuals, derivatives) = x + step, moved
             if cost - following < CONVERGED * cost:
                 break
-        return Estimate(structure.added, x, structure.numbers(x), residuals)
+        return Estimate(structure.added, x, structure.parameters(x), residuals)
 
     # ---- starts ------------------------------------------------------------------------------
 
@@ -330,12 +334,9 @@ class Screen:
             part for part in scouted[:POLISHED] if badness(part) <= ALIKE * badness(scouted[0])
         ]
         found = [self.fit((effect_id,), part.values, POLISHING) for part in followed]
+        prefix = f"effects.{effect_id}."
         self._kept[effect_id] = [
-            {
-                path: part.values[path]
-                for path in part.values
-                if path.startswith(f"effects.{effect_id}.")
-            }
+            {path: value for path, value in part.values.items() if path.startswith(prefix)}
             for part in (*found, *scouted[:KEPT])
         ]
         return min(found, key=badness)
@@ -343,12 +344,9 @@ class Screen:
     def _promise(self, effect_id: str, start: Mapping[str, float]) -> float:
         """Mean square to which one step from a start would lead, to first order."""
         structure = self.structure((effect_id,))
-        values = {**structure.values, **start}
-        x = structure.coordinates.variables(
-            np.array([values[path] for path in structure.coordinates.paths])
-        )
+        x = structure.variables(start)
         residuals, derivatives = self.evaluate(structure, x)
-        if not (np.isfinite(residuals).all() and np.isfinite(derivatives).all()):
+        if not _finite(residuals, derivatives):
             return np.inf
         weight = _weight(residuals, independent=True)
         free = np.array([not shape for shape in structure.shapes])
@@ -359,30 +357,33 @@ class Screen:
 
     def combined(
         self, estimate: Estimate, effect_ids: Iterable[str], most: int, *, anew: bool = False
-    ) -> tuple[dict[tuple[str, ...], Estimate], dict[tuple[str, ...], "Look"]]:
-        """Estimates of sets with one more effect: all looked at, the likeliest fitted.
+    ) -> tuple[dict[tuple[str, ...], Estimate], dict[tuple[str, ...], Expected]]:
+        """Estimates of sets with one more effect: all scored, the likeliest fitted.
 
         Parameters
         ----------
         estimate : of a set
         effect_ids : what may come in
         most : sets that are fitted
-        anew : look at all starts of each effect, not only at those that were its best by itself
+        anew : score all starts of each effect, not only those that were its best by itself
 
         Returns
         -------
         estimates of those that were fitted; what is expected of every set
         """
-        effects_of = {in_order((*estimate.added, one)): one for one in effect_ids}
-        possible = [added for added in effects_of if self.goes(added)]
+        effect_of = {in_order((*estimate.added, effect_id)): effect_id for effect_id in effect_ids}
+        possible = [added for added in effect_of if self.goes(added)]
         around = self._around(estimate)
         with ThreadPoolExecutor(AT_ONCE) as pool:
-            look = partial(self._extended, estimate, around, anew=anew)
-            looked = pool.map(look, (effects_of[added] for added in possible))
-            looks = dict(zip(possible, looked, strict=True))
-            likeliest = sorted(looks, key=lambda added: looks[added].square)[:most]
-            found = pool.map(self.followed, likeliest, [looks[one].start for one in likeliest])
-            return dict(zip(likeliest, found, strict=True)), looks
+            scored = pool.map(
+                partial(self._extended, estimate, around, anew=anew),
+                (effect_of[added] for added in possible),
+            )
+            expected = dict(zip(possible, scored, strict=True))
+            likeliest = sorted(expected, key=lambda added: expected[added].square)[:most]
+            starts = [expected[added].start for added in likeliest]
+            found = pool.map(self.followed, likeliest, starts)
+            return dict(zip(likeliest, found, strict=True)), expected
 
     def followed(self, added: tuple[str, ...], start: Mapping[str, float]) -> Estimate:
         """A set from one start: shapes held, then free."""
@@ -398,17 +399,17 @@ class Screen:
 
     def _extended(
         self, estimate: Estimate, around: Around | None, effect_id: str, *, anew: bool
-    ) -> "Look":
+    ) -> Expected:
         """How well one more effect would do, to first order, and where its estimate begins."""
         starts = [*self._kept[effect_id], *(self.starts(effect_id) if anew else ())]
         if around is None:
-            return Look(np.inf, {**estimate.values, **starts[0]})
+            return Expected(np.inf, {**estimate.values, **starts[0]})
         changes = self._changes(estimate, around, effect_id, starts)
         found = [
             (*around.left(change), start) for start, change in zip(starts, changes, strict=True)
         ]
-        square, times, start = min(found, key=lambda look: look[0])
-        return Look(square, {**estimate.values, **start, **_times(effect_id, start, times)})
+        square, times, start = min(found, key=itemgetter(0))
+        return Expected(square, {**estimate.values, **start, **_times(effect_id, start, times)})
 
     def _changes(
         self,
@@ -419,7 +420,7 @@ class Screen:
     ) -> Iterator[Array]:
         """What one more effect changes in the residuals, from each of some starts.
 
-        It is taken from the model without the others, so that no new equations are needed.
+        It is taken from the model with that effect alone, so that no new equations are needed.
         """
         alone = self.structure((effect_id,))
         for start in starts:
@@ -463,8 +464,7 @@ class Screen:
         ) / (_stiffness(values) / _stiffness(self._given))
 
     def _around(self, estimate: Estimate) -> Around | None:
-        """What further effects are looked at from, remembered for the looks that follow; None where
-        the estimate has no derivatives."""
+        """What further effects are scored from, the last remembered; None without derivatives."""
         if self._known is None or self._known[0] is not estimate:
             structure = self.structure(estimate.added)
             residuals, derivatives = self.evaluate(structure, estimate.x)
@@ -484,11 +484,15 @@ def _times(effect_id: str, start: Mapping[str, float], times: float) -> dict[str
     if effect.singular_null:
         return {}
     return {
-        path: one.null + times * (start[path] - one.null)
-        for one in effect.parameters
-        for path in [f"effects.{effect_id}.{one.name}"]
-        if not one.shape
+        path: parameter.null + times * (start[path] - parameter.null)
+        for parameter in effect.parameters
+        for path in [f"effects.{effect_id}.{parameter.name}"]
+        if not parameter.shape
     }
+
+
+def _finite(*arrays: Array) -> bool:
+    return all(np.isfinite(array).all() for array in arrays)
 
 
 def badness(estimate: Estimate) -> float:
@@ -508,7 +512,7 @@ def _prior(structure: Structure, x: Array) -> Array:
 
 
 def _weight(residuals: Array, *, independent: bool) -> float:
-    """Variance with which a residual counts: lack of fit, and its memory."""
+    """Variance with which a residual counts: lack of fit, and its autocorrelation time."""
     square = max(float(np.mean(residuals**2)), 1.0)
     if independent or square < FITS:
         return square

@@ -1,4 +1,4 @@
-"""One more effect beside a refitted answer, looked at along the whole trajectory.
+"""One more effect beside a refitted answer, scored along the whole trajectory.
 
 What the effect changes is simulated at a few starts; parameters, initial states and its strength
 follow to first order. It sees what torques along the measured motion do not show, such as the
@@ -6,6 +6,7 @@ swinging of a spring's own mass, and costs a simulation a start.
 """
 
 from collections.abc import Callable, Iterable
+from operator import itemgetter
 
 import numpy as np
 
@@ -21,13 +22,12 @@ from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.simulation.work import enough
 
-ON_BOUND = 1e-9  # in prior sigmas
 ROUNDING = 1e-10  # sum of squares, in sigmas, that is no change
-MOST_FAILURES = 3  # simulations, after which the others would not come to an end either
+MOST_FAILURES = 3  # simulations, after which no further one would come to an end either
 
 
 class TrajectoryScreen:
-    """An answer with its derivatives, for looks at what may come in beside it."""
+    """An answer with its derivatives, to score what may come in beside it."""
 
     def __init__(self, answer: Answer) -> None:
         result = answer.result
@@ -36,11 +36,9 @@ class TrajectoryScreen:
         residuals = result.problem.residuals(result.vector, result.sigmas)
         self._count = len(residuals) - len(result.problem.coordinates.paths)  # no prior
         self._residuals = residuals
-        lower, upper = result.problem.bounds()
-        # what is at a bound does not follow: it might have to go beyond it
-        inside = (result.vector > lower + ON_BOUND) & (result.vector < upper - ON_BOUND)
         scale = np.linalg.norm(jacobian, axis=0)
-        free = inside & (scale > 0.0)
+        # what is at a bound does not follow: it might have to go beyond it
+        free = result.off_bounds & (scale > 0.0)
         self._directions = np.linalg.qr(jacobian[:, free] / scale[free])[0]
 
     def best(
@@ -51,7 +49,7 @@ class TrajectoryScreen:
         Parameters
         ----------
         models : with the parameters of the answer, and some of the effect
-        check : called before each simulation; may end the look
+        check : called before each simulation; may end the work
 
         Returns
         -------
@@ -66,7 +64,7 @@ class TrajectoryScreen:
             failures += left is None
             if failures == MOST_FAILURES or enough():
                 break
-        return sorted(found, key=lambda pair: pair[0])
+        return sorted(found, key=itemgetter(0))
 
     def told(self, model: Model) -> float:
         """What the errors tell of a model with one more effect: how much it changes, squared and

@@ -3,7 +3,7 @@
 The equation of motion ``J q'' = torque(q, q')`` is multiplied by test functions and integrated by
 parts, so that only the test functions are differentiated (Messenger & Bortz, Weak SINDy,
 Multiscale Modeling & Simulation 19(3), 2021). The noise of the encoder then shows in each residual
-as a known sum, and neighbours hang together in a known way, by which they are whitened.
+as a known sum, and neighbours are correlated in a known way, by which they are whitened.
 """
 
 from collections.abc import Callable
@@ -243,7 +243,7 @@ def _static(measurement: Measurement, sigmas: dict[str, float]) -> Weak:
     n = len(position)
     step = float(measurement.time[-1] - measurement.time[0]) / (n - 1)
     velocity = np.gradient(position, step)
-    one_each, nothing = sparse.identity(n, format="csr"), sparse.csr_matrix((n, n))
+    identity, nothing = sparse.identity(n, format="csr"), sparse.csr_matrix((n, n))
     load = measurement.load_torque
     return Weak(
         motion=Motion(
@@ -253,12 +253,12 @@ def _static(measurement: Measurement, sigmas: dict[str, float]) -> Weak:
             inputs_at=_inputs(measurement.time, measurement.time, measurement.motor_position, load),
             weights=_weights(velocity, 0.0),
         ),
-        test=one_each,
+        test=identity,
         curvature=(np.zeros(n), np.zeros(n)),
         noise=sigmas["joint_position"],
         joint_torque=None,
         torque_noise=0.0,
-        samples=(one_each, nothing, nothing),
+        samples=(identity, nothing, nothing),
         rough=np.zeros(n),
         nearest=np.arange(n),
     )

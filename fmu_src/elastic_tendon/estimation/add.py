@@ -20,6 +20,7 @@ from elastic_tendon.estimation.determinability import Estimate, Findings
 from elastic_tendon.estimation.fit import FitResult, fit
 from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, Rung, Step, climb, steps_text
 from elastic_tendon.measurement import Measurement, Recordings, listed
+from elastic_tendon.native.binary import Progress, silent
 from elastic_tendon.result import Result
 
 if TYPE_CHECKING:
@@ -28,16 +29,14 @@ if TYPE_CHECKING:
 
 SCHEMA = "elastic-tendon/addition/2"
 
-Report = Callable[[str, float], None]  # what is being done, and the share of all that is done
-
 # multiples of the typical values from which the strength of an effect starts
 STRENGTHS = (0.1, 1.0, 3.0)
-# ... and any other number, which says where or how fast the effect acts
+# ... and any other parameter, which says where or how fast the effect acts
 SHAPES = (0.3, 0.6, 1.0)
 # share of the work in the refit of the parameters alone; each effect has several starts
 REFIT_SHARE = 0.2
 REFITTING = "refitting the parameters"
-# of its uncertainty, below which a fitted number is zero: sigmas are relative to the value
+# of its uncertainty, below which an estimate is zero: sigmas are relative to the value
 NOTHING = 1e-9
 
 
@@ -59,15 +58,15 @@ class Addition(Result):
 
     @property
     def findings(self) -> Findings:
-        """What the last fit says about the numbers."""
+        """What the last fit says about the parameters."""
         return self.fits[-1].findings
 
     def summary(self) -> str:
-        """The error after each step, and every number as fitted."""
+        """The error after each step, and every parameter as fitted."""
         return f"{steps_text(self.ladder)}\n{self.findings.summary()}"
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """Every number as given and as fitted, with its 95 % interval, a row each, SI."""
+        """Every parameter as given and as fitted, with its 95 % interval, a row each, SI."""
         return self.findings.to_dataframe()
 
     def plot(self) -> "Figure":
@@ -115,7 +114,7 @@ def add(
     effect_ids: str | Sequence[str],
     measurements: Recordings,
     validate: Recordings = (),
-    progress: Report = lambda _text, _share: None,
+    progress: Progress = silent,
 ) -> Addition:
     """Refit the model, add effects one after the other, refit after each, and compare each step.
 
@@ -129,7 +128,7 @@ def add(
     measurements : fitted, one or several
     validate : held out, one or several: never fitted; gives its initial state on its first 0.1 s
         and nothing else
-    progress : called with words and the share of the work done, 0 to 1
+    progress : called with what is being done and the share of it that is done, 0 to 1
 
     Returns
     -------
@@ -172,13 +171,13 @@ def _listed(effect_ids: str | Sequence[str]) -> tuple[str, ...]:
     return (effect_ids,) if isinstance(effect_ids, str) else tuple(effect_ids)
 
 
-def _tell(report: Report, words: str, done: int, count: int, share: float) -> None:
-    """Report a share of the fit that follows `done` others; `count` effects come in at all."""
+def _tell(progress: Progress, words: str, done: int, count: int, share: float) -> None:
+    """Tell the share of all that is done, of the fit after `done` fits; `count` effects come in."""
     if done:
         share = (done - 1 + share) / count
-        report(words, REFIT_SHARE + (1.0 - REFIT_SHARE) * share)
+        progress(words, REFIT_SHARE + (1.0 - REFIT_SHARE) * share)
     else:
-        report(words, REFIT_SHARE * share)
+        progress(words, REFIT_SHARE * share)
 
 
 @dataclass
@@ -200,14 +199,14 @@ class _Way:
         """Refit with one more effect; None: with none."""
         added = self.added if effect_id is None else (*self.added, effect_id)
         start = self.given
-        for one_id in added:
-            start = start.with_effect(one_id, None)
+        for added_id in added:
+            start = start.with_effect(added_id, None)
         starts = []
         if effect_id is not None:
             refitted = self.fits[-1].model
             given = self.given
-            for one_id in self.added:
-                given = given.with_effect(one_id, refitted.effects[one_id])
+            for added_id in self.added:
+                given = given.with_effect(added_id, refitted.effects[added_id])
             starts = list(_starts(given, refitted, effect_id))
         result = fit(start, self.measurements, starts=starts, progress=progress)
         self.added = added
@@ -249,16 +248,14 @@ def with_estimates(model: Model, estimates: Sequence[Estimate]) -> Model:
 
     A further fit to the *same* data would count them twice; they are the prior for new data.
     """
-    nothing = {one.path for one in estimates if abs(one.fitted) <= NOTHING * one.sigma}
-    model = model.with_values(dict.fromkeys(nothing, 0.0))
-    updated = {
-        one.path: one.sigma
-        if one.path in nothing or not one.fitted
-        else one.sigma / abs(one.fitted)
-        for one in estimates
-    }
-    tree = model.model_dump()
-    return parse_model(tree | {"uncertainty": tree["uncertainty"] | updated}, model.name)
+    zeros, sigmas = {}, {}
+    for estimate in estimates:
+        path, size = estimate.path, abs(estimate.fitted)
+        if size <= NOTHING * estimate.sigma:
+            zeros[path] = size = 0.0
+        sigmas[path] = estimate.sigma / size if size else estimate.sigma
+    tree = model.with_values(zeros).model_dump()
+    return parse_model(tree | {"uncertainty": tree["uncertainty"] | sigmas}, model.name)
 
 
 def named_after(given: Model, improved: Model) -> Model:
@@ -266,8 +263,8 @@ def named_after(given: Model, improved: Model) -> Model:
 
     With Coulomb friction added, "arm" becomes "arm + coulomb friction".
     """
-    added = [one for one in improved.effect_ids if one not in given.effect_ids]
-    name = " + ".join([given.name, *(one.replace("_", " ") for one in added)])
+    new_ids = [effect_id for effect_id in improved.effect_ids if effect_id not in given.effect_ids]
+    name = " + ".join([given.name, *(effect_id.replace("_", " ") for effect_id in new_ids)])
     return improved.model_copy(update={"name": name})
 
 
@@ -307,13 +304,12 @@ def check_apart(fitted: Sequence[Measurement], heldout: Sequence[Measurement]) -
     ------
     MeasurementError : a sample is both fitted and held out
     """
-    for judge in heldout:
-        for one in fitted:
-            if judge.shares_samples(one):
-                raise MeasurementError(
-                    f"{judge.name}: it is held out but shares samples with {one.name}, which is "
-                    "fitted; give another recording, or windows that do not overlap"
-                )
+    for held, measurement in product(heldout, fitted):
+        if held.shares_samples(measurement):
+            raise MeasurementError(
+                f"{held.name}: it is held out but shares samples with {measurement.name}, which "
+                "is fitted; give another recording, or windows that do not overlap"
+            )
 
 
 def _typical(model: Model, parameter: Parameter, multiple: float = 1.0) -> float:
@@ -326,22 +322,21 @@ def _starts(given: Model, refitted: Model, effect_id: str) -> Iterator[Model]:
     yield refitted.with_effect(effect_id, None)
     for origin in (given, refitted):
         for values in _grid(origin, effect_id):
-            with suppress(ModelError):  # the effect may refuse some numbers together
+            with suppress(ModelError):  # the effect may refuse some values together
                 yield origin.with_effect(effect_id, values)
 
 
 def _grid(model: Model, effect_id: str) -> Iterator[Mapping[str, float]]:
-    """Numbers of an effect to start from: several strengths, at each several shapes."""
+    """Parameters of an effect to start from: several strengths, at each several shapes."""
     parameters = effects.BY_ID[effect_id].parameters
-    strengths = [one for one in parameters if not one.shape]
-    shapes = [one for one in parameters if one.shape]
-    signed = any(one.lower < 0.0 for one in strengths)
-    for strength in _with_signs(STRENGTHS, signed):
-        for values in product(*(_tried(model, one) for one in shapes)):
-            yield {
-                **{one.name: _typical(model, one, strength) for one in strengths},
-                **{one.name: value for one, value in zip(shapes, values, strict=True)},
-            }
+    strengths = [parameter for parameter in parameters if not parameter.shape]
+    shapes = [parameter for parameter in parameters if parameter.shape]
+    names = [shape.name for shape in shapes]
+    signed = any(parameter.lower < 0.0 for parameter in strengths)
+    for multiple in _with_signs(STRENGTHS, signed):
+        typical = {parameter.name: _typical(model, parameter, multiple) for parameter in strengths}
+        for values in product(*(_tried(model, shape) for shape in shapes)):
+            yield typical | dict(zip(names, values, strict=True))
 
 
 def _tried(model: Model, shape: Parameter) -> tuple[float, ...]:
@@ -349,8 +344,8 @@ def _tried(model: Model, shape: Parameter) -> tuple[float, ...]:
     if shape.spread is Spread.NULL:
         return (shape.null,)
     multiples = _with_signs(SHAPES, shape.null == 0.0 and shape.lower < 0.0)
-    return tuple(_typical(model, shape, one) for one in multiples)
+    return tuple(_typical(model, shape, multiple) for multiple in multiples)
 
 
 def _with_signs(multiples: Sequence[float], signed: bool) -> tuple[float, ...]:
-    return (*multiples, *(-one for one in multiples)) if signed else tuple(multiples)
+    return (*multiples, *(-multiple for multiple in multiples)) if signed else tuple(multiples)

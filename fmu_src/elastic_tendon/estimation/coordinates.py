@@ -1,7 +1,7 @@
 """The variables in which a fit moves, and the prior that holds them.
 
-Every free number is measured from its given value in units of its prior's one sigma. The Gaussian
-prior then is a unit circle, numbers of very different size become alike, and a damping or a
+Every free parameter is measured from its given value in units of its prior's sigma. The Gaussian
+prior then is a unit circle, parameters of very different size become alike, and a damping or a
 friction torque can reach zero, which a logarithm would forbid.
 
 The pretension is free up to (27), and (27) moves with the stiffnesses. Its variable is therefore
@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.quantity import Quantity
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.measurement import Measurement
 
@@ -25,7 +26,7 @@ Limits = Mapping[str, tuple[float, float]]  # lowest and highest value by dotted
 
 
 def free_parameters(model: Model) -> tuple[str, ...]:
-    """Dotted paths of the numbers that the prior does not call known."""
+    """Dotted paths of the parameters that the prior does not call known."""
     return tuple(
         quantity.path
         for quantity in quantities(model.effect_ids)
@@ -33,11 +34,16 @@ def free_parameters(model: Model) -> tuple[str, ...]:
     )
 
 
+def declared_quantities(model: Model) -> dict[str, Quantity]:
+    """What each parameter of a model may be, by dotted path."""
+    return {quantity.path: quantity for quantity in quantities(model.effect_ids)}
+
+
 @dataclass(frozen=True)
 class Coordinates:
-    """Way between the fit's variables x (m,) and the free numbers of a model.
+    """Way between the fit's variables x (m,) and the free parameters of a model.
 
-    `given` is the model that the prior is centred on; `paths` are the m free numbers; `sigma`
+    `given` is the model that the prior is centred on; `paths` are the m free parameters; `sigma`
     (m,) is the prior's one sigma in their units and `centre` (m,) their given values. `limits`
     (m, 2) are bounds beside those of the quantities.
     """
@@ -56,19 +62,19 @@ class Coordinates:
         limits: Limits | None = None,
         measurements: Sequence[Measurement] = (),
     ) -> "Coordinates":
-        """Coordinates for some of a model's numbers; each needs an uncertainty above zero.
+        """Coordinates for some of a model's parameters; each needs an uncertainty above zero.
 
         Where the load drives the machine, its springs do not say how large an effect's torque may
         be: that is uncertain by no less than the largest load torque of the measurements.
         """
         values = given.values()
         load = _largest_load(measurements)
-        units = {quantity.path: quantity.unit for quantity in quantities(given.effect_ids)}
+        declared = declared_quantities(given)
 
         def sigma(path: str) -> float:
             own = given.uncertainty_of(path)
             told = path in given.uncertainty or not path.startswith("effects.")
-            return own if told or units[path] != "N.m" else max(own, load)
+            return own if told or declared[path].unit != "N.m" else max(own, load)
 
         return cls(
             given=given,
@@ -79,7 +85,7 @@ class Coordinates:
         )
 
     def values(self, x: Array) -> Array:
-        """Free numbers (m,) at x (m,), each in its unit."""
+        """Free parameters (m,) at x (m,), each in its unit."""
         # rounding must not lead out of the bounds, nor lift the pretension above its limit
         values = np.clip(self.centre + self.sigma * x, *self._range)
         if PRETENSION in self.paths:
@@ -126,7 +132,7 @@ class Coordinates:
     @cached_property
     def _range(self) -> tuple[Array, Array]:
         """Lowest and highest values (m,), from the bounds of the quantities and the limits."""
-        declared = {one.path: one for one in quantities(self.given.effect_ids)}
+        declared = declared_quantities(self.given)
         lower = np.maximum([declared[path].lower for path in self.paths], self.limits[:, 0])
         upper = np.minimum([declared[path].upper for path in self.paths], self.limits[:, 1])
         return lower, upper
@@ -136,7 +142,7 @@ class Coordinates:
 
         Raises
         ------
-        ModelError : the numbers together are no model
+        ModelError : the values together are no model
         """
         return self.given.with_values(dict(zip(self.paths, self.values(x).tolist(), strict=True)))
 
@@ -146,10 +152,7 @@ class Coordinates:
     def _pretension_limit(self, free: Mapping[str, float]) -> tuple[float, dict[str, float]]:
         """(27) in N, and its slope to the stiffness and deflection of the spring that sets it."""
         values = self.given.values() | dict(free)
-        forces = {}
-        for spring in SPRINGS:
-            combined = values[f"{spring}.stiffness"] * values[f"{spring}.parallel"]
-            forces[spring] = combined * values[f"{spring}.max_deflection"]
+        forces = {spring: _largest_force(values, spring) for spring in SPRINGS}
         weakest = min(forces, key=forces.__getitem__)
         slopes = {
             path: forces[weakest] / values[path]
@@ -163,15 +166,16 @@ class Coordinates:
         if spring not in SPRINGS or name not in ("stiffness", "max_deflection"):
             return -np.inf
         values = self.given.values()
-        force = (
-            values[f"{spring}.stiffness"]
-            * values[f"{spring}.parallel"]
-            * values[f"{spring}.max_deflection"]
-        )
-        return values[path] * values[PRETENSION] / force
+        return values[path] * values[PRETENSION] / _largest_force(values, spring)
+
+
+def _largest_force(values: Mapping[str, float], spring: str) -> float:
+    """Force of a spring at its largest deflection, N."""
+    stiffness = values[f"{spring}.stiffness"] * values[f"{spring}.parallel"]
+    return stiffness * values[f"{spring}.max_deflection"]
 
 
 def _largest_load(measurements: Sequence[Measurement]) -> float:
     """Largest load torque of some recordings, N·m."""
-    loads = [part.load_torque for part in measurements if part.load_torque is not None]
-    return max((float(np.abs(load).max()) for load in loads), default=0.0)
+    loads = [measurement.load_torque for measurement in measurements]
+    return max((float(np.abs(load).max()) for load in loads if load is not None), default=0.0)

@@ -1,6 +1,6 @@
-"""What the data say about each number, and which combinations they leave open.
+"""What the data say about each parameter, and which combinations they leave open.
 
-The whitened derivatives of the errors, with initial states projected out and every number in
+The whitened derivatives of the errors, with initial states projected out and every parameter in
 units of its prior's one sigma, are split by singular values. A direction whose singular value is
 far below one moves the errors less than their own uncertainty while the prior is used up: the
 data leave it open, and what the fit returns along it is the prior.
@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time, stack
 from elastic_tendon.effects.units import quotient
-from elastic_tendon.estimation.coordinates import SPRINGS
+from elastic_tendon.estimation.coordinates import SPRINGS, declared_quantities
 from elastic_tendon.estimation.problem import Problem, Sigmas
 from elastic_tendon.estimation.stretches import (
     FEWEST_STRETCHES,
@@ -33,16 +33,16 @@ INERTIA = "link.inertia"
 CONFIDENCE = 1.959963984540054  # 95 % of a normal distribution lie within so many sigmas
 # a direction along which data narrow the prior by less than half a percent is open
 OPEN_SINGULAR_VALUE = 0.1
-# a number is determined when the data at least halve its uncertainty, which is at most that of
+# a parameter is determined when the data at least halve its uncertainty, which is at most that of
 # a uniform distribution over its bounds
 DETERMINED_RATIO = 0.5
-# share of an open direction, in logarithms, above which a number takes part in it
+# share of an open direction, in logarithms, above which a parameter takes part in it
 MEMBER = 0.05
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One fitted number; `given`, `fitted`, `sigma` and `interval` (95 %) in its `unit`.
+    """One fitted parameter; `given`, `fitted`, `sigma` and `interval` (95 %) in its `unit`.
 
     `determined` is false where the data leave it, alone or in a combination, to the prior.
     """
@@ -68,9 +68,9 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Findings:
-    """Estimates of all free numbers, ratios where only these are determined, and sentences.
+    """Estimates of all free parameters, ratios where only these are determined, and sentences.
 
-    `effective` is the count of numbers that the data determine, the others staying with the
+    `effective` is the count of parameters that the data determine, the rest staying with the
     prior: sum of s^2 / (s^2 + 1) over the singular values s.
     """
 
@@ -80,24 +80,24 @@ class Findings:
     sentences: tuple[str, ...]
 
     def summary(self) -> str:
-        """Every number as given and as fitted, a line each."""
-        width = max((len(one.path) for one in self.estimates), default=0)
+        """Every parameter as given and as fitted, a line each."""
+        width = max((len(estimate.path) for estimate in self.estimates), default=0)
         return "\n".join(
-            f"{one.path:{width}} {one.given:.4g} → {one.fitted:.4g} {one.unit}"
-            + ("" if one.determined else " (open)")
-            for one in self.estimates
+            f"{estimate.path:{width}} {estimate.given:.4g} → {estimate.fitted:.4g} {estimate.unit}"
+            + ("" if estimate.determined else " (open)")
+            for estimate in self.estimates
         )
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """Every number as given and as fitted, with its 95 % interval, a row each, SI."""
+        """Every parameter as given and as fitted, with its 95 % interval, a row each, SI."""
         import pandas as pd
 
-        return pd.DataFrame([asdict(one) for one in self.estimates])
+        return pd.DataFrame([asdict(estimate) for estimate in self.estimates])
 
 
 @dataclass(frozen=True)
 class OpenDirections:
-    """Numbers that the data leave open, by dotted path.
+    """Parameters that the data leave open, by dotted path.
 
     `silent`: each has no influence of its own. `scaled`: these may all grow by one common factor.
     `traded`: within each group one may grow where another falls.
@@ -115,13 +115,13 @@ class OpenDirections:
 def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
     """Judge a fitted vector.
 
-    How far the data let each number scatter is seen by leaving out stretches of time, which holds
-    for noise of any colour; what the prior adds is known. With too few stretches the sigmas of
-    the errors, which hold their size and their autocorrelation, stand in.
+    How far the data let each estimate scatter is seen by leaving out stretches of time, which
+    holds for noise of any colour; what the prior adds is known. With too few stretches the sigmas
+    of the errors, which hold their size and their autocorrelation, stand in.
 
     Parameters
     ----------
-    problem : Problem with m free numbers
+    problem : Problem with m free parameters
     vector : (m + 2 f,) array, the optimum
     sigmas : weights of the errors at the optimum
 
@@ -157,15 +157,15 @@ def _covariance(
 ) -> tuple[Array, float]:
     """Covariance (m, m) in prior sigmas, and how many of its roots hold 95 % to either side.
 
-    `data` (N, m) are the derivatives to the numbers with the initial states projected out.
+    `data` (N, m) are the derivatives to the parameters with the initial states projected out.
     """
     count = data.shape[1]
     whole = _inverse(data)
     errors = problem.errors(vector)
     memory = max(
-        min(autocorrelation_time(values), settling_samples(problem.model(vector), one))
-        for one, part in zip(problem.measurements, errors, strict=True)
-        for values in part.values()
+        min(autocorrelation_time(error), settling_samples(problem.model(vector), measurement))
+        for measurement, of_signals in zip(problem.measurements, errors, strict=True)
+        for error in of_signals.values()
     )
     numbers = stretch_numbers(problem.measurements, memory)
     if numbers.max() + 1 < FEWEST_STRETCHES // 2:
@@ -199,13 +199,13 @@ def _project_out(columns: Array, nuisance: Array) -> Array:
 
 
 def find_open_directions(data: Array, relative: Array, paths: Sequence[str]) -> OpenDirections:
-    """Name the combinations of numbers that the data do not determine.
+    """Name the combinations of parameters that the data do not determine.
 
     Parameters
     ----------
-    data : (N, m) array, whitened derivatives of the errors to the numbers in prior sigmas
-    relative : (m,) array, value of each number in its prior sigmas
-    paths : names of the m numbers
+    data : (N, m) array, whitened derivatives of the errors to the parameters in prior sigmas
+    relative : (m,) array, value of each parameter in its prior sigmas
+    paths : names of the m parameters
 
     Returns
     -------
@@ -213,7 +213,7 @@ def find_open_directions(data: Array, relative: Array, paths: Sequence[str]) -> 
     """
     norms = np.linalg.norm(data, axis=0)
     silent = norms < OPEN_SINGULAR_VALUE
-    # logarithms need a value; a number at zero keeps out of the combinations
+    # logarithms need a value; a parameter at zero keeps out of the combinations
     loud = np.flatnonzero(~silent & (relative != 0.0))
     basis = _open_basis(data[:, loud], relative[loud])
     members = loud[np.linalg.norm(basis, axis=1) > MEMBER] if len(loud) else loud
@@ -241,7 +241,7 @@ def _at(paths: Sequence[str], indices: NDArray[np.int_]) -> tuple[str, ...]:
 
 
 def _open_basis(data: Array, relative: Array) -> Array:
-    """Orthonormal basis (m, k), in logarithms of the numbers, of what the data leave open."""
+    """Orthonormal basis (m, k), in logarithms of the parameters, of what the data leave open."""
     if data.shape[1] == 0:
         return np.zeros((0, 0))
     _, singular, rows = np.linalg.svd(data, full_matrices=False)
@@ -268,8 +268,8 @@ def _sparse(basis: Array) -> Array:
         if reduced[row, pivot] == 0.0:
             continue
         reduced[row] /= reduced[row, pivot]
-        others = np.arange(len(reduced)) != row
-        reduced[others] -= np.outer(reduced[others, pivot], reduced[row])
+        rest = np.arange(len(reduced)) != row
+        reduced[rest] -= np.outer(reduced[rest, pivot], reduced[row])
     scale = np.max(np.abs(reduced), axis=1, keepdims=True, initial=0.0)
     return (reduced / np.where(scale > 0.0, scale, 1.0)).T
 
@@ -282,7 +282,7 @@ def _estimates(
     open_directions: OpenDirections,
 ) -> tuple[Estimate, ...]:
     coordinates = problem.coordinates
-    declared = {one.path: one for one in quantities(coordinates.given.effect_ids)}
+    declared = declared_quantities(coordinates.given)
     open_paths = open_directions.all()
     estimates = []
     for index, path in enumerate(coordinates.paths):
@@ -310,7 +310,7 @@ def _estimates(
 def _ratios(
     model: Model, estimates: Sequence[Estimate], covariance: Array, found: OpenDirections
 ) -> tuple[Ratio, ...]:
-    """What remains of numbers with a common scale: each over the inertia J.
+    """What remains of parameters with a common scale: each over the inertia J.
 
     The stiffnesses appear as that of the joint with both tendons taut, K = R^2 (k_1 + k_2), (25).
     """
@@ -319,8 +319,8 @@ def _ratios(
         return ()
     values = model.values()
     square = values["transmission.joint_pulley_radius"] ** 2
-    stiffness = {f"{one}.stiffness": square * values[f"{one}.parallel"] for one in SPRINGS}
-    declared = {one.path: one for one in quantities(model.effect_ids)}
+    stiffness = {f"{spring}.stiffness": square * values[f"{spring}.parallel"] for spring in SPRINGS}
+    declared = declared_quantities(model)
     numerators = [("K/J", "1/s2", stiffness)]
     traded = {path for group in found.traded for path in group}
     for estimate in estimates:
@@ -335,7 +335,7 @@ def _ratios(
         gradient[paths.index(INERTIA)] = -value
         gradient /= values[INERTIA]
         half = CONFIDENCE * float(np.sqrt(gradient @ covariance @ gradient))
-        # what no number above may be, below or above zero, the ratio is not either: J is positive
+        # bounds at zero of the numerator are bounds of the ratio, as J is positive
         low = 0.0 if all(declared[path].lower >= 0.0 for path in weights) else -np.inf
         high = 0.0 if all(declared[path].upper <= 0.0 for path in weights) else np.inf
         interval = (max(value - half, low), min(value + half, high))
@@ -347,8 +347,8 @@ def _sentences(problem: Problem, found: OpenDirections) -> tuple[str, ...]:
     sentences = []
     if found.scaled:
         blind = all(
-            one.load_torque is None and set(one.signals) == {"joint_position"}
-            for one in problem.measurements
+            measurement.load_torque is None and set(measurement.signals) == {"joint_position"}
+            for measurement in problem.measurements
         )
         reason = "Without a known load or torque the" if blind else "The"
         sentences.append(

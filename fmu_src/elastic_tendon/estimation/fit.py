@@ -1,7 +1,7 @@
-"""Fit a model's uncertain numbers to measurements.
+"""Fit a model's uncertain parameters to measurements.
 
 Least squares on whitened errors with the exact sensitivities of the compiled library. The prior
-of every number takes part, so that a direction which the data leave open stays where it was.
+of every parameter takes part, so that a direction which the data leave open stays where it was.
 
 How the data weigh against the prior is decided by the errors themselves (`effective_sigma`). With
 a sigma taken from the errors, minimising the sum of squares and renewing sigma in turn minimises
@@ -11,9 +11,11 @@ N_eff log(sum of squares) + prior, so the rounds below converge.
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array, InitialState, noise_floors
@@ -29,16 +31,17 @@ from elastic_tendon.simulation.work import worked
 if TYPE_CHECKING:
     import pandas as pd
 
-Progress = Callable[[float], None]  # share of the work done, 0 to 1
+ShareProgress = Callable[[float], object]  # share of the work done, 0 to 1
 
 SIGMA_TOLERANCE = 0.02  # sigmas that change less than this leave the optimum where it is
 COST_TOLERANCE = 1e-8
 # a start on a bound is moved inside so far, in prior sigmas: at its null an effect may have no
 # derivative
 START_MARGIN = 1e-6
-# a number this close to its bound or its given value, in prior sigmas, is at it ...
+# a parameter this close to its bound or its given value, in prior sigmas, is at it ...
 BOUND_TOLERANCE = 1e-5
 GIVEN_TOLERANCE = 1e-3
+ON_BOUND = 1e-9  # of an optimum, in prior sigmas
 # ... if putting it there raises the cost by no more than this, and this share of it
 SETTLING_COST = 1e-6
 # a start that scouting leaves with so many times the least cost is not followed to the end
@@ -72,7 +75,7 @@ REMEMBERED = 64  # vectors whose errors are kept
 
 @dataclass(frozen=True, repr=False)
 class FitResult(Result):
-    """A fitted model and what the data say about its numbers.
+    """A fitted model and what the data say about its parameters.
 
     `model` carries the fitted values and still the given uncertainties; `given` is the model the
     prior is centred on. `initial_states` has one entry for each recording. `cost` is half the sum
@@ -100,23 +103,29 @@ class FitResult(Result):
         return self.problem.jacobian(self.vector, self.sigmas)
 
     def summary(self) -> str:
-        """Every number as given and as fitted."""
+        """Every parameter as given and as fitted."""
         return f"{self.model.name}, fitted\n{self.findings.summary()}"
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """Every number as given and as fitted, with its 95 % interval, a row each, SI."""
+        """Every parameter as given and as fitted, with its 95 % interval, a row each, SI."""
         return self.findings.to_dataframe()
 
     def to_dict(self) -> dict[str, Any]:
         """Parameters as in the contract of a diagnosis, and the model."""
         return {
-            "parameters": [asdict(one) for one in self.findings.estimates],
+            "parameters": [asdict(estimate) for estimate in self.findings.estimates],
             "model": self.model.model_dump(mode="json", exclude_none=True),
         }
 
+    @property
+    def off_bounds(self) -> NDArray[np.bool_]:
+        """Which entries of the vector are on none of their bounds, (m + 2 f,)."""
+        lower, upper = self.problem.bounds()
+        return (self.vector > lower + ON_BOUND) & (self.vector < upper - ON_BOUND)
+
     @cached_property
     def findings(self) -> Findings:
-        """What the data say about each number; worked out when it is asked for."""
+        """What the data say about each parameter; worked out when it is asked for."""
         return findings(self.problem, self.vector, self.sigmas)
 
     @property
@@ -216,14 +225,14 @@ class _Search:
             return inside, np.inf
 
     def settle(self, vector: Array) -> Array:
-        """Put numbers exactly to their bound or given value where that costs nothing."""
+        """Put parameters exactly to their bound or given value where that costs nothing."""
         coordinates = self.problem.coordinates
         count = len(coordinates.paths)
-        numbers = vector[:count].copy()
+        variables = vector[:count].copy()
         for bound in (self.lower[:count], self.upper[:count]):
-            near = np.abs(numbers - bound) < BOUND_TOLERANCE
-            numbers[near] = bound[near]
-        values = coordinates.values(numbers)
+            near = np.abs(variables - bound) < BOUND_TOLERANCE
+            variables[near] = bound[near]
+        values = coordinates.values(variables)
         kept = np.abs(values - coordinates.centre) < GIVEN_TOLERANCE * coordinates.sigma
         values[kept] = coordinates.centre[kept]
         settled = np.concatenate([coordinates.variables(values), vector[count:]])
@@ -239,9 +248,9 @@ def fit(
     starts: Sequence[Model] = (),
     limits: Limits | None = None,
     effort: Effort = THOROUGH,
-    progress: Progress = lambda _share: None,
+    progress: ShareProgress = lambda _share: None,
 ) -> FitResult:
-    """Fit free numbers and every recording's initial state.
+    """Fit free parameters and every recording's initial state.
 
     The result is never worse, in cost, than any start.
 
@@ -249,7 +258,7 @@ def fit(
     ----------
     given : Model; centre of the prior and first start
     measurements : one or several, fitted together
-    free : dotted paths of the numbers to fit; None: all that have an uncertainty
+    free : dotted paths of the parameters to fit; None: all that have an uncertainty
     starts : further models with the same effects to start from
     limits : bounds by dotted path, beside those of the quantities
     effort : how long to search
@@ -302,10 +311,10 @@ def _closest_sigmas(problem: Problem, vectors: Sequence[Array]) -> Sigmas:
     )
 
 
-def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Progress) -> None:
+def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: ShareProgress) -> None:
     """Scout under samples taken as independent, then settle under what they really tell.
 
-    Scouting lets the data overrule the prior, so that a number that is far off is found; the
+    Scouting lets the data overrule the prior, so that a parameter that is far off is found; the
     rounds then weigh data and prior honestly, and return what only the lack of fit had moved.
     """
     promising = sorted(starts, key=search.cost)[: effort.scouted]
@@ -320,7 +329,7 @@ def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Pro
         return found
 
     search.offer(starts)
-    scouted = sorted((descend(one, effort.scouting) for one in promising), key=lambda x: x[1])
+    scouted = sorted((descend(start, effort.scouting) for start in promising), key=itemgetter(1))
     descend(search.best, effort.evaluations)
     for index in range(effort.rounds):
         if not search.renew():

@@ -1,7 +1,7 @@
 """The ladder of errors: one entry for each step from the model as given to the improved one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import exp, log
 from typing import Any
 
@@ -20,8 +20,8 @@ LEAST_SHARE_OF_NOISE = 0.5
 class Step:
     """A model on its way and how it compares.
 
-    `added` is the id of the effect that came in, with `parameters` numbers; `effective` counts
-    the numbers that the data determine. `evidence` : where it is known already, see `climb`.
+    `added` is the id of the effect that came in, with so many `parameters`; `effective`
+    counts those that the data determine. `evidence` : where it is known already, see `climb`.
     """
 
     title: str
@@ -53,27 +53,19 @@ class Rung:
 
     def to_dict(self) -> dict[str, Any]:
         """Entry of ``ladder`` in the diagnosis contract, with a title for people."""
-        return {
-            "title": self.title,
-            "added": self.added,
-            "rmse": self.rmse,
-            "heldout_rmse": self.heldout_rmse,
-            "noise_ratio": self.noise_ratio,
-            "evidence": self.evidence,
-            "probability": self.probability,
-        }
+        return asdict(self)
 
 
 def steps_text(ladder: Sequence[Rung]) -> str:
     """The error after each step, a line each."""
-    width = max(len(one.title) for one in ladder)
+    width = max(len(rung.title) for rung in ladder)
     return "\n".join(
-        f"{one.title:{width}}  "
+        f"{rung.title:{width}}  "
         + ", ".join(
-            f"{name} {rmse:.4g} ({one.noise_ratio[name]:.3g} times the noise)"
-            for name, rmse in one.rmse.items()
+            f"{name} {rmse:.4g} ({rung.noise_ratio[name]:.3g} times the noise)"
+            for name, rmse in rung.rmse.items()
         )
-        for one in ladder
+        for rung in ladder
     )
 
 
@@ -81,13 +73,13 @@ def climb(steps: Sequence[Step]) -> tuple[Rung, ...]:
     """Judge steps against one another.
 
     Where a step does not bring its evidence, it is found from its errors in units of the noise.
-    Errors that hang together count less: the samples of each signal are divided by the
-    autocorrelation time of the last step's error, the whitest there is, and the same count of
-    facts serves every step, so that
+    Correlated errors count less: the samples of each signal are divided by the autocorrelation
+    time of the last step's error, the whitest there is, and the same effective number of samples
+    serves every step, so that
 
-    ``evidence = sum over signals of facts log(mean square) + effective log(sum of facts)``.
+    ``evidence = sum over signals of samples log(mean square) + effective log(all samples)``.
 
-    A number that stays with its prior costs nothing, as it explains nothing. Beside steps that
+    A parameter that stays with its prior costs nothing, as it explains nothing. Beside steps that
     bring their evidence, only the difference to the nearest of these is found so.
 
     Parameters

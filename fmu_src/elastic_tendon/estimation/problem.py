@@ -1,8 +1,8 @@
 """The least-squares problem of a fit: one vector in, whitened residuals and derivatives out.
 
-The vector holds the fit's variables of the free numbers (see `coordinates`), then position and
+The vector holds the fit's variables of the free parameters (see `coordinates`), then position and
 velocity at the first sample of each recording. The residual vector holds every recording and
-signal divided by its sigma, then the prior of each free number.
+signal divided by its sigma, then the prior of each free parameter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,9 +39,9 @@ _STATES = len(INITIAL_STATES)
 
 @dataclass(frozen=True)
 class Problem:
-    """Fit of a model's free numbers and every recording's initial state.
+    """Fit of a model's free parameters and every recording's initial state.
 
-    m free numbers, f recordings; vectors have m + 2 f entries.
+    m free parameters, f recordings; vectors have m + 2 f entries.
     """
 
     coordinates: Coordinates
@@ -55,10 +55,10 @@ class Problem:
         SimulationError : this model cannot be simulated
         """
         values = model.values()
-        numbers = np.array([values[path] for path in self.coordinates.paths])
-        states = [estimate_initial_state(model, one) for one in self.measurements]
+        free = np.array([values[path] for path in self.coordinates.paths])
+        states = [estimate_initial_state(model, measurement) for measurement in self.measurements]
         return np.concatenate(
-            [self.coordinates.variables(numbers)] + [[s.position, s.velocity] for s in states]
+            [self.coordinates.variables(free)] + [[s.position, s.velocity] for s in states]
         )
 
     def bounds(self) -> tuple[Array, Array]:
@@ -68,7 +68,7 @@ class Problem:
         return np.concatenate([lower, -free]), np.concatenate([upper, free])
 
     def numbers(self, vector: Array) -> Array:
-        """Part of the vector that holds the variables of the free numbers, (m,)."""
+        """Part of the vector that holds the variables of the free parameters, (m,)."""
         return vector[: len(self.coordinates.paths)]
 
     def model(self, vector: Array) -> Model:
@@ -76,7 +76,7 @@ class Problem:
 
         Raises
         ------
-        ModelError : the numbers together are no model
+        ModelError : the values together are no model
         """
         return self.coordinates.model(self.numbers(vector))
 
@@ -95,8 +95,8 @@ class Problem:
         model = self.model(vector)
         pairs = zip(self.measurements, self.initial_states(vector), strict=True)
         return [
-            residuals_of(simulate_measurement(model, one, initial, TOLERANCE), one)
-            for one, initial in pairs
+            residuals_of(simulate_measurement(model, measurement, initial, TOLERANCE), measurement)
+            for measurement, initial in pairs
         ]
 
     def sigmas(self, vector: Array, *, independent: bool = False) -> Sigmas:
@@ -105,7 +105,7 @@ class Problem:
         Parameters
         ----------
         vector : (m + 2 f,) array
-        independent : take every sample as a fact of its own
+        independent : take the errors of samples as independent
         """
         return tuple(
             {
@@ -129,7 +129,7 @@ class Problem:
         try:
             data = stack(self.errors(vector), sigmas)
         except (ModelError, SimulationError):
-            count = sum(len(one.time) * len(one.signals) for one in self.measurements)
+            count = sum(part.time.size * len(part.signals) for part in self.measurements)
             data = np.full(count, np.inf)
         return np.concatenate([data, self._prior(vector)])
 
@@ -151,8 +151,8 @@ class Problem:
         return np.vstack([data, prior])
 
     def data_jacobian(self, vector: Array, sigmas: Sigmas) -> Array:
-        """Derivatives of the whitened errors to the free numbers, each in its own unit, and to
-        the initial states; no prior.
+        """Derivatives of the whitened errors to the free parameters, each in its own unit, and
+        to the initial states; no prior.
 
         Returns
         -------
@@ -162,14 +162,14 @@ class Problem:
         states = self.initial_states(vector)
         count, paths = len(self.coordinates.paths), self.coordinates.paths
         blocks = []
-        for index, one in enumerate(self.measurements):
-            derivatives = sensitivity(model, one, states[index], paths, TOLERANCE).derivatives
-            own = stack([derivatives], [sigmas[index]])
+        for index, measurement in enumerate(self.measurements):
+            found = sensitivity(model, measurement, states[index], paths, TOLERANCE)
+            own = stack([found.derivatives], [sigmas[index]])
             block = np.zeros((len(own), count + _STATES * len(self.measurements)))
             block[:, :count] = own[:, :count]
             first = count + _STATES * index
             block[:, first : first + _STATES] = own[:, count:]
-            if one.static:
+            if measurement.static:
                 # long forgotten by the second row; a trace of it would scale its steps to infinity
                 block[:, first + 1] = 0.0
             blocks.append(block)
@@ -186,7 +186,7 @@ def problem_of(
     paths: Sequence[str],
     limits: Limits | None = None,
 ) -> Problem:
-    """Problem of fitting some numbers of a model, the prior centred on the model as given.
+    """Problem of fitting some parameters of a model, the prior centred on the model as given.
 
     `limits` are bounds beside those of the quantities.
     """

@@ -1,8 +1,8 @@
 """How estimates scatter when a stretch of time is left out (jackknife).
 
-Errors that hang together, by coloured noise or by disturbances that nobody recorded, make every
+Errors that are correlated, by coloured noise or by disturbances that nobody recorded, make every
 estimate look surer than it is when samples are counted one by one. Stretches longer than the
-memory of the errors are nearly independent, whatever the noise.
+autocorrelation time of the errors are nearly independent, whatever the noise.
 """
 
 from collections.abc import Sequence
@@ -19,35 +19,38 @@ from elastic_tendon.measurement import Measurement
 FEWEST_STRETCHES, MOST_STRETCHES = 10, 24
 SHORTEST = 0.5  # s
 FEWEST_SAMPLES = 10  # in a stretch
-MEMORIES = 4.0  # in a stretch, so that neighbours hardly hang together
+MEMORIES = 4.0  # in a stretch, so that neighbours are hardly correlated
 SETTLED_ROWS = 10.0  # of a static curve, in which a wrong law changes its error
 
 
 def settling_samples(model: Model, measurement: Measurement) -> float:
     """Number of samples in which the joint swings twice; by then it has answered to any push.
 
-    What hangs together longer was not stirred up by chance: it is the lack of fit itself.
+    What is correlated for longer was not stirred up by chance: it is the lack of fit itself.
     """
     if measurement.static:
         return SETTLED_ROWS
     period = 2.0 * pi / sizes_of(model.transmission, model.link).frequency
-    step = float(measurement.time[-1] - measurement.time[0]) / (len(measurement.time) - 1)
-    return 2.0 * period / step
+    return 2.0 * period / _sampling_interval(measurement)
+
+
+def _sampling_interval(measurement: Measurement) -> float:
+    return float(measurement.time[-1] - measurement.time[0]) / (len(measurement.time) - 1)
 
 
 def independent_facts(model: Model, measurements: Sequence[Measurement], values: Array) -> float:
-    """How many independent facts there are in the stacked samples (N,) of all signals.
+    """How many independent samples the stacked ones (N,) of all signals are worth.
 
-    Those that hang together count as one, but no longer than the joint takes to settle.
+    Samples within the autocorrelation time count as one, at most those in which the joint settles.
     """
-    facts, first = 0.0, 0
-    for one in measurements:
-        settled = settling_samples(model, one)
-        for _ in one.signals:
-            own = values[first : first + len(one.time)]
-            facts += len(own) / min(autocorrelation_time(own), settled)
+    count, first = 0.0, 0
+    for measurement in measurements:
+        settled = settling_samples(model, measurement)
+        for _ in measurement.signals:
+            own = values[first : first + len(measurement.time)]
+            count += len(own) / min(autocorrelation_time(own), settled)
             first += len(own)
-    return facts
+    return count
 
 
 def stretch_numbers(measurements: Sequence[Measurement], memory: float) -> NDArray[np.int_]:
@@ -58,24 +61,25 @@ def stretch_numbers(measurements: Sequence[Measurement], memory: float) -> NDArr
     Parameters
     ----------
     measurements : of n samples each
-    memory : number of samples that hang together; a stretch is several times as long, if that
-        leaves enough of them
+    memory : autocorrelation time in samples; a stretch is several times as long, if that leaves
+        enough of them
 
     Returns
     -------
     (N,) array of int, from 0
     """
-    total = sum(len(one.time) for one in measurements)
+    total = sum(len(measurement.time) for measurement in measurements)
     numbers: list[NDArray[np.int_]] = []
     first = 0
-    for one in measurements:
-        samples = len(one.time)
-        step = (one.time[-1] - one.time[0]) / (samples - 1)
+    for measurement in measurements:
+        samples = len(measurement.time)
         # rows of a static curve have no time that means anything
-        shortest = FEWEST_SAMPLES if one.static else max(FEWEST_SAMPLES, SHORTEST / step)
+        shortest: float = FEWEST_SAMPLES
+        if not measurement.static:
+            shortest = max(shortest, SHORTEST / _sampling_interval(measurement))
         wanted = np.clip(total / (MEMORIES * memory), FEWEST_STRETCHES, MOST_STRETCHES)
         count = max(int(min(wanted * samples / total, samples / shortest)), 1)
-        numbers += [first + (np.arange(samples) * count) // samples] * len(one.signals)
+        numbers += [first + (np.arange(samples) * count) // samples] * len(measurement.signals)
         first += count
     return np.concatenate(numbers).astype(np.int_)
 
@@ -91,7 +95,7 @@ def left_out(columns: Array, errors: Array, numbers: NDArray[np.int_]) -> Array:
 
     Returns
     -------
-    (B, k) array, in the unit of each column's number
+    (B, k) array, in the unit of each column's parameter
     """
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0.0] = 1.0

@@ -6,6 +6,7 @@ from dataclasses import replace
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.native.binary import silent
 from elastic_tendon.reports.comparison_tables import repeats, summary_sentences
 from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, verdict_sentences
 from elastic_tendon.reports.html import papers
@@ -30,12 +31,8 @@ from elastic_tendon.result import Progress
 Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
 
 
-def _silent(_text: str, _share: float) -> None:
-    pass
-
-
 def diagnosis_document(
-    diagnosis: Diagnosis, where: Location, origin: Origin, progress: Progress = _silent
+    diagnosis: Diagnosis, where: Location, origin: Origin, progress: Progress = silent
 ) -> str:
     """The report of a diagnosis.
 
@@ -73,7 +70,7 @@ def diagnosis_document(
 
 
 def comparison_document(
-    comparison: Comparison, where: Location, origin: Origin, progress: Progress = _silent
+    comparison: Comparison, where: Location, origin: Origin, progress: Progress = silent
 ) -> str:
     """The report of a comparison.
 
