@@ -11,7 +11,7 @@ import elastic_tendon
 PACKAGE = Path(elastic_tendon.__file__).parent
 # from what needs nothing to what shows everything; each room may use those before it
 ROOMS = (
-    *("errors", "version", "output", "result"),
+    *("errors", "version", "progress", "output", "result"),
     *("effects", "actuator", "native", "simulation", "measurement"),
     *("comparison", "estimation", "misreadings", "diagnosis"),
     *("fmu", "linear", "sweeps", "reports", "demo", "app", "cli"),

@@ -2,14 +2,11 @@
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from elastic_tendon.output import write_text
-
-Progress = Callable[[str, float], object]  # what is being done, and the share of it that is done
 
 LONGEST = 1200  # characters that a result shows of itself
 

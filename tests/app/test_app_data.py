@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from elastic_tendon.progress import silent
+
 pytest.importorskip("dash")
 
 from elastic_tendon.actuator.parameters import load_model
@@ -15,7 +17,6 @@ from elastic_tendon.app.uploads import check_harmless, content_of
 from elastic_tendon.app.workspace import Session
 from elastic_tendon.demo import DATA
 from elastic_tendon.errors import ElasticTendonError, MeasurementError
-from elastic_tendon.measurement.formats.base import silent
 from elastic_tendon.reports.interactive.theme import LIGHT
 
 GOOD = Source(key="good", name="fit.csv")

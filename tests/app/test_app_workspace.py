@@ -13,13 +13,13 @@ from elastic_tendon.app.workspace import (
     RESULTS,
     SESSIONS,
     Failure,
-    Progress,
     Result,
     Session,
     Shelf,
     Workspace,
 )
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.progress import Progress
 
 LONG = 20.0  # s that a thread is waited for before a test gives up
 

@@ -7,10 +7,11 @@ from typing import Any
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Source
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.workspace import Progress, Result, Shelf
+from elastic_tendon.app.workspace import Result, Shelf
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats import open_source
-from elastic_tendon.measurement.formats.base import label, silent
+from elastic_tendon.measurement.formats.base import label
+from elastic_tendon.progress import Progress, silent
 
 VALUES = 4  # of a column
 COLUMNS = 40  # that are shown

@@ -13,7 +13,7 @@ from pathlib import Path
 import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
-from elastic_tendon.app.workspace import Progress, Result, Shelf
+from elastic_tendon.app.workspace import Result, Shelf
 from elastic_tendon.estimation.ladder import Rung, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -22,6 +22,7 @@ from elastic_tendon.measurement.reader import read_prepared
 from elastic_tendon.measurement.recording import window_text
 from elastic_tendon.misreadings.belief import believed
 from elastic_tendon.native.library import library_path
+from elastic_tendon.progress import Progress
 
 Files = Mapping[str, Path]
 

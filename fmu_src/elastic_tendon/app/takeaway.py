@@ -21,12 +21,13 @@ from elastic_tendon.app import results, walk
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.workspace import Progress, Result, Shelf, Workspace
+from elastic_tendon.app.workspace import Result, Shelf, Workspace
 from elastic_tendon.comparison.compare import SLACK_STATES
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import with_estimates
 from elastic_tendon.fmu.export import FmiVersion, model_identifier
+from elastic_tendon.progress import Progress
 from elastic_tendon.reports.provenance import comments
 
 if TYPE_CHECKING:
@@ -333,7 +334,7 @@ def _rounds(document: Document, files: Files, shelf: Shelf) -> list[Round]:
 
 
 def _add_table(
-    archive: zipfile.ZipFile, member: str, table: "pd.DataFrame", progress: Callable[[], None]
+    archive: zipfile.ZipFile, member: str, table: "pd.DataFrame", progress: Callable[[], object]
 ) -> None:
     """Write a table row by row, so that the user can stop it."""
     with archive.open(member, "w", force_zip64=True) as binary:

@@ -14,7 +14,7 @@ _TRY = """
 import sys
 from pathlib import Path
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.measurement.formats import open_source, silent
+from elastic_tendon.measurement.formats import open_source
 try:
     source = open_source(Path(sys.argv[1]))
     for group in source.groups:

@@ -8,9 +8,10 @@ from typing import Any
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.workspace import Failure, Progress, Result, Session, Shelf
+from elastic_tendon.app.workspace import Failure, Result, Session, Shelf
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
+from elastic_tendon.progress import Progress
 from elastic_tendon.reports.interactive.overlay import Run
 from elastic_tendon.reports.units import shown
 

@@ -7,7 +7,7 @@ import elastic_tendon as et
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.workspace import Change, Progress, Result, Session, Shelf, Work
+from elastic_tendon.app.workspace import Change, Result, Session, Shelf, Work
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.by_hand import Outcome
@@ -16,6 +16,7 @@ from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
 from elastic_tendon.estimation.ladder import REFIT, Rung, Step, climb
 from elastic_tendon.native.library import library_path
+from elastic_tendon.progress import Progress
 from elastic_tendon.simulation.signature import Signature, signature
 
 REFITTED_AGAIN = "refitted to other data"

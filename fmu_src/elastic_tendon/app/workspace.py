@@ -15,9 +15,9 @@ from pydantic import ValidationError
 
 from elastic_tendon.app.document import Document, from_browser
 from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.progress import Progress
 
 T = TypeVar("T")
-Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
 Change = Callable[[Document], Document]
 Work = Callable[[Progress], Change | None]
 Stored = Mapping[str, object]  # what the browser keeps: id, revision, document

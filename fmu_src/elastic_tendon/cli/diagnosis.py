@@ -47,10 +47,10 @@ from elastic_tendon.cli.shared import (
     sources,
 )
 from elastic_tendon.output import check_folder, check_writable, write_file, write_text
+from elastic_tendon.progress import Progress
 
 if TYPE_CHECKING:
     from elastic_tendon.diagnosis.result import Round
-    from elastic_tendon.measurement.formats import Progress
 
 
 @app.command()

@@ -34,10 +34,10 @@ from elastic_tendon.cli.shared import (
     sources,
 )
 from elastic_tendon.output import check_folder, write_text
+from elastic_tendon.progress import Progress
 
 if TYPE_CHECKING:
     from elastic_tendon.comparison.compare import FileComparison
-    from elastic_tendon.measurement.formats import Progress
 
 
 @app.command()

@@ -4,16 +4,14 @@ import functools
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 import elastic_tendon as et
 from elastic_tendon.cli.shared import notice
+from elastic_tendon.progress import Progress
 from elastic_tendon.simulation.interpolation import Interpolation
-
-if TYPE_CHECKING:
-    from elastic_tendon.measurement.formats import Progress
 
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")

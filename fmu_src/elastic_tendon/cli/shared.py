@@ -20,11 +20,11 @@ from elastic_tendon.output import (
     write_text,
     written,
 )
+from elastic_tendon.progress import Progress
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from elastic_tendon.measurement.formats import Progress
 
 INTERRUPTED = 130
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -23,10 +23,8 @@ from elastic_tendon.cli.shared import (
     reporting,
     save_picture,
 )
+from elastic_tendon.progress import Progress
 from elastic_tendon.sweeps import FEWEST_REFITS
-
-if TYPE_CHECKING:
-    from elastic_tendon.measurement.formats import Progress
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap

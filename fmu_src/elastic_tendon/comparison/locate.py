@@ -16,7 +16,8 @@ from elastic_tendon.comparison.missing_torque import MissingTorque, missing_torq
 from elastic_tendon.comparison.partition import Partition
 from elastic_tendon.comparison.patterns import Evidence
 from elastic_tendon.comparison.residuals import Array, residuals_of
-from elastic_tendon.result import Progress, Result
+from elastic_tendon.progress import Progress, silent
+from elastic_tendon.result import Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -103,7 +104,7 @@ class Location(Result):
         return content
 
 
-def locate(comparison: Comparison, progress: Progress = lambda _text, _share: None) -> Location:
+def locate(comparison: Comparison, progress: Progress = silent) -> Location:
     """Find where the error of a comparison lies.
 
     Parameters

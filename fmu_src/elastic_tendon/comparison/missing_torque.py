@@ -45,7 +45,7 @@ from elastic_tendon.comparison.residuals import (
 )
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.measurement import Measurement, NoiseFloor
-from elastic_tendon.result import Progress
+from elastic_tendon.progress import Progress, silent
 from elastic_tendon.simulation.simulate import Trajectory
 
 ROUNDS = 5
@@ -155,7 +155,7 @@ class _Track:
 
 
 def missing_torque(
-    model: Model, file: FileComparison, progress: Progress = lambda _text, _share: None
+    model: Model, file: FileComparison, progress: Progress = silent
 ) -> tuple[MissingTorque, Mapping[str, Array], Mapping[str, Partition]]:
     """Reconstruct the missing torque of one recording; of a long one, that of `averaging` blocks.
 

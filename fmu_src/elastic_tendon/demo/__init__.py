@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.diagnosis.diagnose import diagnose
-from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.measurement import Measurement, read_measurement
+from elastic_tendon.progress import Progress
 from elastic_tendon.reports.comparison_figures import save, story
 
 DATA = Path(__file__).parent

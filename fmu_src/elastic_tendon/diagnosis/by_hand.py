@@ -12,7 +12,6 @@ from elastic_tendon.diagnosis.answer import Answer, bounded, refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
@@ -21,6 +20,7 @@ from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.add import check_welcome, effect_by_id
 from elastic_tendon.estimation.fit import THOROUGH
 from elastic_tendon.native.library import library_path
+from elastic_tendon.progress import Progress
 
 REFITTING = "refitting the parameters"
 SUGGESTED = "the search would take it"

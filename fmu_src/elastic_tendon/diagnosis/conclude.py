@@ -25,7 +25,6 @@ from elastic_tendon.diagnosis.experiment import next_experiment
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
 from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
@@ -59,6 +58,7 @@ from elastic_tendon.estimation.ladder import AS_GIVEN, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import NoiseFloor
 from elastic_tendon.misreadings.constants import explained_by
+from elastic_tendon.progress import Progress
 
 CONFIRMING = Effort(
     scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6

@@ -10,7 +10,7 @@ from elastic_tendon.diagnosis.held_out import heldout_errors
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.native.binary import Progress, silent
+from elastic_tendon.progress import Progress, silent
 
 ALONE = Effort(scouted=1, scouting=4, polished=0, evaluations=20, rounds=1, tolerance=1e-5)
 FARTHER = 2.0  # times the error of a fit to one recording, that a fit to another may have on it

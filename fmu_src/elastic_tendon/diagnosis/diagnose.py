@@ -16,7 +16,6 @@ from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import data_of
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.diagnosis.refits import Progress
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
@@ -25,7 +24,7 @@ from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import REFIT
 from elastic_tendon.measurement import Measurement, Recordings, listed
 from elastic_tendon.misreadings.signs import sign_errors
-from elastic_tendon.native.binary import silent
+from elastic_tendon.progress import Progress, silent
 
 Ask = Callable[[Round], bool]
 

@@ -33,7 +33,7 @@ from elastic_tendon.diagnosis.separation import (
 from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.estimation.fit import ShareProgress
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.native.binary import Progress, silent
+from elastic_tendon.progress import Progress, silent
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,6 +1,6 @@
 """What remains of the error: does it depend on the state of the machine?"""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,8 +18,7 @@ from elastic_tendon.diagnosis.columns import Term, moments, terms_for
 from elastic_tendon.diagnosis.motion import Motion
 from elastic_tendon.diagnosis.rows import Rows, rows_of
 from elastic_tendon.estimation.fit import FitResult
-
-Report = Callable[[str, float], object]
+from elastic_tendon.progress import Progress, silent
 
 SIGNIFICANT = 0.02  # probability by chance, of all signals together
 # of the noise floor: what explains less than this RMS is no effect, but what solving leaves, or
@@ -74,13 +73,13 @@ class Regression:
     found: Mapping[str, LackOfFit]
 
 
-def regress(result: FitResult, report: Report = lambda _text, _share: None) -> Regression:
+def regress(result: FitResult, progress: Progress = silent) -> Regression:
     """Regress the residuals of a fit on every term of the state of the machine.
 
     Parameters
     ----------
     result : of a fit
-    report : told what is being done, and the share of it that is done
+    progress : told what is being done, and the share of it that is done
 
     Returns
     -------
@@ -92,9 +91,9 @@ def regress(result: FitResult, report: Report = lambda _text, _share: None) -> R
     rows = rows_of(result, motions)
     products = []
     for index, term in enumerate(terms):
-        report("what remains of the error", index / (len(terms) + 1))
+        progress("what remains of the error", index / (len(terms) + 1))
         products.append(rows.products(term))
-    report("what remains of the error", len(terms) / (len(terms) + 1))
+    progress("what remains of the error", len(terms) / (len(terms) + 1))
     gains = gains_of(products, error_as_is(products[0]))[..., 0]
     best = int(np.argmax(gains.max(axis=1)))
     firsts = rows.longer_blocks(_memory(rows, terms[best], products[best]))

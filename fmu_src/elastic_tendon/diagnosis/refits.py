@@ -26,9 +26,9 @@ from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.native.library import library_path
+from elastic_tendon.progress import Progress
 from elastic_tendon.simulation.work import AFFORDABLE, Work, counted, enough
 
-Progress = Callable[[str, float], None]  # what is being done, and the share of it that is done
 Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
 T = TypeVar("T")
 

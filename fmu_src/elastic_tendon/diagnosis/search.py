@@ -30,7 +30,7 @@ from elastic_tendon.diagnosis.evidence import (
     worth_hearing,
 )
 from elastic_tendon.diagnosis.lack_of_fit import regress
-from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, MOST_WORK, Check, Progress, Refits
+from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, MOST_WORK, Check, Refits
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
@@ -56,6 +56,7 @@ from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.estimation.coordinates import Coordinates
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.native.library import library_path
+from elastic_tendon.progress import Progress
 from elastic_tendon.simulation.work import AFFORDABLE
 
 FAR_BETTER = 0.5  # a pair that leaves less than this share of the best single's square is tried

@@ -20,7 +20,7 @@ from elastic_tendon.estimation.determinability import Estimate, Findings
 from elastic_tendon.estimation.fit import FitResult, fit
 from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, Rung, Step, climb, steps_text
 from elastic_tendon.measurement import Measurement, Recordings, listed
-from elastic_tendon.native.binary import Progress, silent
+from elastic_tendon.progress import Progress, silent
 from elastic_tendon.result import Result
 
 if TYPE_CHECKING:

@@ -18,17 +18,12 @@ from elastic_tendon.fmu.mach_o import universal
 from elastic_tendon.fmu.packing import checked_path, write_archive
 from elastic_tendon.fmu.sources import declare_sources, source_files
 from elastic_tendon.fmu.terminals import terminals_and_icons
-from elastic_tendon.native.binary import (
-    Progress,
-    compile_binaries,
-    silent,
-    write_sources,
-    write_token,
-)
+from elastic_tendon.native.binary import compile_binaries, write_sources, write_token
 from elastic_tendon.native.compiler import Platform, platforms_named
 from elastic_tendon.native.layout import layout
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
 from elastic_tendon.output import write_file
+from elastic_tendon.progress import Progress, silent
 
 FmiVersion = Literal[2, 3]
 _LONGEST_IDENTIFIER = 64  # characters; file systems and old importers have limits

@@ -21,7 +21,7 @@ from elastic_tendon.effects import BY_ID
 from elastic_tendon.effects.base import Slot
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.result import Array
-from elastic_tendon.result import Progress
+from elastic_tendon.progress import Progress, silent
 from elastic_tendon.simulation.simulate import simulate
 
 SAMPLES = 4096  # of a cycle; kinks then cost less than 1e-7 of the stiffness
@@ -100,7 +100,7 @@ def describing_function(
     deflection: float | None = None,
     load_torque: float | None = None,
     frequency: float | None = None,
-    progress: Progress = lambda _text, _share: None,
+    progress: Progress = silent,
 ) -> DescribingFunction:
     """Equivalent stiffness and damping of the transmission over the amplitude of its deflection.
 

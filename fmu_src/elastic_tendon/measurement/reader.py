@@ -13,12 +13,13 @@ import pandas as pd
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.assembly import Asked, Reading, assemble, check_static
 from elastic_tendon.measurement.columns import find_layout
-from elastic_tendon.measurement.formats import Progress, Source, open_source, silent
+from elastic_tendon.measurement.formats import Source, open_source
 from elastic_tendon.measurement.formats.base import label
 from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 from elastic_tendon.measurement.preparation import Preparation, read_preparations
 from elastic_tendon.measurement.recording import Measurement, window_text
 from elastic_tendon.measurement.rows import read_runs
+from elastic_tendon.progress import Progress, silent
 from elastic_tendon.simulation.interpolation import Interpolation
 
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")

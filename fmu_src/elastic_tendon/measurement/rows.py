@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.columns import RUN, Column, Layout
-from elastic_tendon.measurement.formats import Progress, Source
+from elastic_tendon.measurement.formats import Source
 from elastic_tendon.measurement.formats.base import Chunk
 from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.measurement.tracks import Array, Bins, Track, reduced
+from elastic_tendon.progress import Progress
 
 Numbers = NDArray[np.intp]
 # "1" and "1.0" are one run, "01" is a name

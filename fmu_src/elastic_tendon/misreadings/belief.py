@@ -9,7 +9,7 @@ from elastic_tendon.misreadings.sampling import sampling_warnings
 from elastic_tendon.misreadings.suspicion import refuse_suspicious, suspicions
 from elastic_tendon.misreadings.time_shift import with_time_shifts_resolved
 from elastic_tendon.native.library import library_path
-from elastic_tendon.result import Progress
+from elastic_tendon.progress import Progress
 
 
 def believed(

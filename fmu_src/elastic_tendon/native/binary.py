@@ -6,7 +6,7 @@ sources; they differ in start values, token and the version of FMI only.
 
 import hashlib
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from threading import Event
@@ -15,18 +15,13 @@ from elastic_tendon.actuator.system import HybridSystem
 from elastic_tendon.native import compiler, shared
 from elastic_tendon.native.codegen import generate
 from elastic_tendon.native.layout import FmuVariable, c_tables
-
-Progress = Callable[[str, float], object]  # what is being done, and the share that is done
+from elastic_tendon.progress import Progress, silent
 
 _AT_ONCE = 2  # compilers; each keeps a core busy
 _MODEL = "model.c"
 _LARGE = 4_000_000  # bytes of it, from which on a compiler is busy for minutes
 _LARGE_MODEL = "large model: some minutes"
 _FIRST_TIME = "the first time: minutes"  # when the libraries for Windows themselves are built
-
-
-def silent(_text: str, _share: float) -> None:
-    """Progress that nobody asked for."""
 
 
 def write_sources(

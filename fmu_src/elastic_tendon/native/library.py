@@ -12,7 +12,6 @@ import shutil
 import tempfile
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import platformdirs
 
@@ -22,9 +21,7 @@ from elastic_tendon.errors import BuildError
 from elastic_tendon.native import compiler
 from elastic_tendon.native.layout import default_layout
 from elastic_tendon.native.shared import STRUCTURES, classes
-
-if TYPE_CHECKING:  # at run time it would import CasADi
-    from elastic_tendon.native.binary import Progress
+from elastic_tendon.progress import Progress, silent
 
 _PACKAGE = Path(__file__).parents[1]
 # that decide on the C, beside a user's own effects; all modules of these folders, because a list of
@@ -88,13 +85,13 @@ def _cached(name: str) -> Path | None:
     return None
 
 
-def _build(effect_ids: tuple[str, ...], key: str, progress: "Progress | None") -> Path:
+def _build(effect_ids: tuple[str, ...], key: str, progress: Progress) -> Path:
     """Put the structure's library into the cache; a rename makes it appear whole or not at all.
 
     Where Python changed but not the C that it writes, an earlier library of the same C serves.
     """
     from elastic_tendon.actuator.model import build
-    from elastic_tendon.native.binary import compile_binary, silent, write_sources, write_token
+    from elastic_tendon.native.binary import compile_binary, write_sources, write_token
 
     target = compiler.host_platform()
     folder = cache_folder()
@@ -110,7 +107,7 @@ def _build(effect_ids: tuple[str, ...], key: str, progress: "Progress | None") -
                 shutil.copyfile(same, library)
             else:
                 write_token(sources, of_sources)
-                compile_binary(sources, library, target, progress or silent)
+                compile_binary(sources, library, target, progress)
             path = folder / f"{key}-{of_sources}-{_content_hash(library)}{target.suffix}"
             os.replace(library, path)
     except OSError as error:
@@ -121,7 +118,7 @@ def _build(effect_ids: tuple[str, ...], key: str, progress: "Progress | None") -
     return path
 
 
-def library_path(effect_ids: tuple[str, ...], progress: "Progress | None" = None) -> Path:
+def library_path(effect_ids: tuple[str, ...], progress: Progress = silent) -> Path:
     """Path of the shared library of a structure, compiled if it is not in the cache.
 
     Parameters

@@ -26,9 +26,8 @@ from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.estimation.fit import QUICK, FitResult, fit
 from elastic_tendon.estimation.stretches import FEWEST_STRETCHES, MEMORIES, settling_samples
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.measurement.formats import silent
 from elastic_tendon.native.library import library_path
-from elastic_tendon.result import Progress
+from elastic_tendon.progress import Progress, silent
 from elastic_tendon.sweeps import FEWEST_REFITS
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
 from elastic_tendon.sweeps.task import FAILURE, RUN

@@ -26,10 +26,10 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.measurement import ReadOptions, read_prepared
-from elastic_tendon.measurement.formats import silent
 from elastic_tendon.measurement.options import DEFAULT
 from elastic_tendon.measurement.reader import split_window
 from elastic_tendon.misreadings.belief import believed
+from elastic_tendon.progress import silent
 from elastic_tendon.sweeps.results import read_results
 from elastic_tendon.sweeps.shipped import ShippedModel
 from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, RUN, TEXTS, VERDICT

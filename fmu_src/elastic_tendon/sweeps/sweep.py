@@ -12,8 +12,8 @@ import pandas as pd
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import SweepError
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.measurement.formats.base import silent
-from elastic_tendon.result import Progress, Result
+from elastic_tendon.progress import Progress, silent
+from elastic_tendon.result import Result
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.parts import add, alone, check_output, done_before, finish, open_parts
 from elastic_tendon.sweeps.points import Points

@@ -9,7 +9,8 @@ from asammdf.blocks.mdf_v3 import MDF3
 from asammdf.blocks.mdf_v4 import MDF4
 from whole import assert_refused, group_named, truncated, whole
 
-from elastic_tendon.measurement.formats import mdf, open_source, silent
+from elastic_tendon.measurement.formats import mdf, open_source
+from elastic_tendon.progress import silent
 
 FAST, SLOW = np.arange(2000) * 0.001, np.arange(300) * 0.01
 

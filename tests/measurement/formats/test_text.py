@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 from whole import assert_refused, whole
 
-from elastic_tendon.measurement.formats import open_source, silent, text, text_layout
+from elastic_tendon.measurement.formats import open_source, text, text_layout
+from elastic_tendon.progress import silent
 
 HEADER = "time_s,motor_position_rad,joint_position_rad"
 

@@ -8,7 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.measurement.formats import Source, open_source, silent
+from elastic_tendon.measurement.formats import Source, open_source
+from elastic_tendon.progress import silent
 
 
 def whole(source: Source, group: str = "") -> dict[str, NDArray[Any]]:

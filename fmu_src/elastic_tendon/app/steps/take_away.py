@@ -15,10 +15,11 @@ from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import Step
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice, Kind
 from elastic_tendon.app.uploads import size_in_words
-from elastic_tendon.app.workspace import Failure, Progress, Result, Session, Workspace
+from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.errors import BuildError, ElasticTendonError
 from elastic_tendon.native.compiler import ALL as EVERY_PLATFORM
 from elastic_tendon.native.compiler import PLATFORMS, host_platform
+from elastic_tendon.progress import Progress
 
 ID = "take_away"
 GONE = "This file is no longer there; build it again."

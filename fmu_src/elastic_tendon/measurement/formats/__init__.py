@@ -4,7 +4,8 @@ from importlib import import_module
 from pathlib import Path
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.measurement.formats.base import Group, Progress, Source, silent
+from elastic_tendon.measurement.formats.base import Group, Source
+from elastic_tendon.progress import Progress, silent
 
 __all__ = ["Group", "Progress", "Source", "open_source", "silent"]
 

@@ -1,7 +1,7 @@
 """What every format gives: groups of columns with common rows, read in chunks, unconverted."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.progress import Progress
 
-Progress = Callable[[str, float], None]  # what is being done, and the share of all that is done
 Chunk = Mapping[str, NDArray[Any]]
 
 # rows read at a time: a few columns of it fit a cache, and a file of any length the memory
@@ -79,10 +79,6 @@ class Source(Protocol):
 def label(group: str, column: str) -> str:
     """Name by which a preparation finds a column."""
     return f"{group}/{column}" if group else column
-
-
-def silent(text: str, share: float) -> None:
-    """Tell nobody."""
 
 
 @contextmanager

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from elastic_tendon.measurement.formats.base import Chunk, Group, Progress, as_numbers
+from elastic_tendon.measurement.formats.base import Chunk, Group, as_numbers
+from elastic_tendon.progress import Progress
 
 
 @dataclass(frozen=True)

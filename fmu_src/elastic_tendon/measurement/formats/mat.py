@@ -15,12 +15,12 @@ from elastic_tendon.measurement.formats.arrays import grouped, series
 from elastic_tendon.measurement.formats.base import (
     Chunk,
     Group,
-    Progress,
     as_numbers,
     check_columns,
     refusing_damage,
     row_ranges,
 )
+from elastic_tendon.progress import Progress
 
 
 def open_file(path: Path) -> "MatSource":

@@ -18,12 +18,12 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.base import (
     Chunk,
     Group,
-    Progress,
     as_numbers,
     check_columns,
     reading,
     refusing_damage,
 )
+from elastic_tendon.progress import Progress
 
 _KIND = "MDF file"
 _TIME = "time_s"

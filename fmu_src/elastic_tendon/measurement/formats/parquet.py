@@ -14,12 +14,12 @@ from elastic_tendon.measurement.formats.base import (
     CHUNK_ROWS,
     Chunk,
     Group,
-    Progress,
     as_numbers,
     check_columns,
     reading,
     refusing_damage,
 )
+from elastic_tendon.progress import Progress
 
 _KIND = "Parquet file"
 # bytes of a column read at a time; without it a whole row group is

@@ -15,11 +15,11 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.base import (
     Chunk,
     Group,
-    Progress,
     check_columns,
     reading,
     refusing_damage,
 )
+from elastic_tendon.progress import Progress
 
 _KIND = "ROS 2 bag"
 _TIME = "time_s"

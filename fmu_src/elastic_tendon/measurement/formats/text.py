@@ -20,14 +20,8 @@ from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats import text_layout
-from elastic_tendon.measurement.formats.base import (
-    Chunk,
-    Group,
-    Progress,
-    as_numbers,
-    check_columns,
-    reading,
-)
+from elastic_tendon.measurement.formats.base import Chunk, Group, as_numbers, check_columns, reading
+from elastic_tendon.progress import Progress
 
 # bytes of a file that is parsed as a whole, of a block else
 _WHOLE = 1 << 27

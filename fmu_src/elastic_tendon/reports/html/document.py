@@ -6,7 +6,7 @@ from dataclasses import replace
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.result import Diagnosis
-from elastic_tendon.native.binary import silent
+from elastic_tendon.progress import Progress, silent
 from elastic_tendon.reports.comparison_tables import repeats, summary_sentences
 from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, verdict_sentences
 from elastic_tendon.reports.html import papers
@@ -26,7 +26,6 @@ from elastic_tendon.reports.html.origin import Origin
 from elastic_tendon.reports.html.page import page
 from elastic_tendon.reports.html.recordings import Alike, Recording, facts, overlays, places, torque
 from elastic_tendon.reports.interactive.overlay import Run
-from elastic_tendon.result import Progress
 
 Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
 
