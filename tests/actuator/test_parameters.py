@@ -225,7 +225,7 @@ def test_quantities_are_the_run_time_numbers_only() -> None:
     ]
 
 
-@pytest.mark.parametrize("quantity", quantities(ALL_EFFECTS), ids=lambda one: one.path)
+@pytest.mark.parametrize("quantity", quantities(ALL_EFFECTS), ids=lambda quantity: quantity.path)
 def test_quantity_is_declared_in_full(quantity: Any) -> None:
     assert quantity.unit
     assert len(quantity.meaning) > 10
@@ -282,7 +282,10 @@ def test_with_values_checks_the_whole_model(values: dict[str, float], fragment: 
 
 def test_effect_left_open_takes_its_null_values() -> None:
     model = load_model("biorob_x4_joint_3").with_effect("overstretch_protection", None)
-    nulls = {one.name: one.null for one in effects.BY_ID["overstretch_protection"].parameters}
+    nulls = {
+        parameter.name: parameter.null
+        for parameter in effects.BY_ID["overstretch_protection"].parameters
+    }
     assert model.effects == {"overstretch_protection": nulls}
 
 
@@ -348,7 +351,11 @@ def test_effects_are_uncertain_by_ten_typical_values() -> None:
 
 def test_direction_of_a_typical_value_is_no_matter_of_its_uncertainty() -> None:
     model = load_model("biorob_x4_joint_3").with_effect("joint_stop", None)
-    lower = next(one for one in effects.BY_ID["joint_stop"].parameters if one.name == "lower")
+    lower = next(
+        parameter
+        for parameter in effects.BY_ID["joint_stop"].parameters
+        if parameter.name == "lower"
+    )
     typical = typical_value(model, lower)
     assert typical < 0.0
     assert model.uncertainty_of("effects.joint_stop.lower") == -10.0 * typical
@@ -365,7 +372,7 @@ FIGURE_7 = Sizes(  # the softer, shorter and weaker of springs that differ
 )
 
 
-@pytest.mark.parametrize("size", [one.name for one in fields(Sizes)])
+@pytest.mark.parametrize("size", [field.name for field in fields(Sizes)])
 def test_typical_value_is_measured_by_the_actuator(size: str) -> None:
     parameter = Parameter("x", "1", "a number", 0.0, 0.0, 1.0, lambda sizes: getattr(sizes, size))
     expected = getattr(FIGURE_7, size)

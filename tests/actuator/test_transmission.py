@@ -116,10 +116,10 @@ def test_erratum_1_a_spring_is_slack_below_its_rest_length() -> None:
     transmission = asymmetric().transmission
     for spring in (transmission.upper_spring, transmission.lower_spring):
         length = tendons.prestretched_length(30.0, spring.combined_stiffness)
-        other = 1.0
-        assert tendons.slack_state_by_length(length, other) == SlackState.III
+        opposite = 1.0
+        assert tendons.slack_state_by_length(length, opposite) == SlackState.III
         just_slack = length - 1.0001 * length
-        assert tendons.slack_state_by_length(just_slack, other) == SlackState.II
+        assert tendons.slack_state_by_length(just_slack, opposite) == SlackState.II
 
 
 def test_dynamic_slack_of_both_tendons() -> None:

@@ -63,7 +63,7 @@ def test_a_long_recording_is_told_like_a_short_one(sticking, monkeypatch) -> Non
     halved = locate(comparison).files[0]
     assert len(halved.missing_torque.torque) == len(recording.time)
     assert all(len(values) == len(recording.time) for values in halved.variables.values())
-    counts = [sum(one.count for one in halved.bins["joint_position"] if one.by == "time")]
+    counts = [sum(bin_.count for bin_ in halved.bins["joint_position"] if bin_.by == "time")]
     assert counts == [len(recording.time)]
-    before, after = (one.in_words["joint_position"][:60] for one in (whole, halved))
+    before, after = (location.in_words["joint_position"][:60] for location in (whole, halved))
     assert before == after

@@ -53,7 +53,7 @@ def split(residual: np.ndarray, noise: NoiseFloor = WHITE, *, static: bool = Fal
 
 
 def of(bins: tuple[Bin, ...], by: str) -> list[Bin]:
-    return [one for one in bins if one.by == by]
+    return [bin_ for bin_ in bins if bin_.by == by]
 
 
 def white(seed: int) -> np.ndarray:
@@ -62,28 +62,28 @@ def white(seed: int) -> np.ndarray:
 
 def test_shares_of_each_variable_add_to_one() -> None:
     bins = split(white(1) + 2.0 * np.sin(40.0 * TIME))
-    assert {one.by for one in bins} == ALL | {"frequency"}
+    assert {bin_.by for bin_ in bins} == ALL | {"frequency"}
     for by in ALL | {"frequency"}:
-        assert sum(one.share for one in of(bins, by)) == pytest.approx(1.0)
+        assert sum(bin_.share for bin_ in of(bins, by)) == pytest.approx(1.0)
     for by in ALL:
-        assert sum(one.count for one in of(bins, by)) == N
+        assert sum(bin_.count for bin_ in of(bins, by)) == N
 
 
 def test_figures_of_a_bin_are_those_of_its_samples() -> None:
     residual = white(2) + 0.3
     bins = of(split(residual), "motor_position")
     position = variables()["motor_position"]
-    for one in bins:
-        inside = (position >= one.lower) & (position < one.upper)
-        if one is bins[-1]:
-            inside |= position == one.upper
-        assert one.count == np.count_nonzero(inside)
-        assert one.rmse == pytest.approx(np.sqrt(np.mean(residual[inside] ** 2)))
-        assert one.bias == pytest.approx(np.mean(residual[inside]))
+    for bin_ in bins:
+        inside = (position >= bin_.lower) & (position < bin_.upper)
+        if bin_ is bins[-1]:
+            inside |= position == bin_.upper
+        assert bin_.count == np.count_nonzero(inside)
+        assert bin_.rmse == pytest.approx(np.sqrt(np.mean(residual[inside] ** 2)))
+        assert bin_.bias == pytest.approx(np.mean(residual[inside]))
 
 
 def test_slack_boundaries_are_edges_of_the_deflection() -> None:
-    edges = {one.lower for one in of(split(white(3)), "deflection")}
+    edges = {bin_.lower for bin_ in of(split(white(3)), "deflection")}
     assert set(slack_boundaries(MODEL.transmission)) <= edges
 
 
@@ -105,7 +105,7 @@ def test_what_does_not_change_is_no_variable() -> None:
 def test_a_static_curve_has_no_speeds_no_time_and_no_frequencies() -> None:
     bins = split(white(4), static=True)
     moving = {"joint_velocity", "joint_acceleration", "joint_position", "time"}
-    assert {one.by for one in bins} == ALL - moving
+    assert {bin_.by for bin_ in bins} == ALL - moving
 
 
 def test_a_short_recording_has_no_bins_of_a_few_samples() -> None:
@@ -114,7 +114,7 @@ def test_a_short_recording_has_no_bins_of_a_few_samples() -> None:
     residual = 5.0 + white(9)[:13]
     bins = bins_of(residual, np.zeros(13), TIME[:13], parts, WHITE, static=False)
     assert all(np.min(part.counts) >= FEW for part in parts.values() if part.edges is not None)
-    assert not any(one.stands_out for one in bins if one.count < FEW and one.by != "frequency")
+    assert not any(bin_.stands_out for bin_ in bins if bin_.count < FEW and bin_.by != "frequency")
 
 
 def test_labels_tell_their_ends_apart() -> None:
@@ -134,19 +134,19 @@ def test_blocks_of_samples_give_the_figures_of_all_samples() -> None:
     bins = bins_of(residual, np.zeros(N), TIME, parts, WHITE, static=False, stride=stride)
     for by in ALL:
         chosen = of(bins, by)
-        assert sum(one.count for one in chosen) == N
-        squares = sum(one.count * one.rmse**2 for one in chosen)
+        assert sum(bin_.count for bin_ in chosen) == N
+        squares = sum(bin_.count * bin_.rmse**2 for bin_ in chosen)
         assert squares == pytest.approx(np.sum(residual**2))
     alike = of(split(residual), "velocity_sign")
-    for one, other in zip(of(bins, "velocity_sign"), alike, strict=True):
-        if one.bin != "at rest":  # a block at its edge is on one side or the other
-            assert one.rmse == pytest.approx(other.rmse, rel=0.01)
+    for bin_, same in zip(of(bins, "velocity_sign"), alike, strict=True):
+        if bin_.bin != "at rest":  # a block at its edge is on one side or the other
+            assert bin_.rmse == pytest.approx(same.rmse, rel=0.01)
 
 
 def test_an_error_in_one_direction_stands_out_there_and_only_there() -> None:
     forward = variables()["joint_velocity"] > 0.0
     bins = of(split(white(5) * np.where(forward, 3.0, 1.0)), "velocity_sign")
-    told = {one.bin: one for one in bins}
+    told = {bin_.bin: bin_ for bin_ in bins}
     assert told["positive"].stands_out
     assert told["positive"].significance > 10.0
     assert told["positive"].share > 0.8
@@ -155,7 +155,7 @@ def test_an_error_in_one_direction_stands_out_there_and_only_there() -> None:
 
 def test_a_sine_stands_out_in_its_octave() -> None:
     bins = of(split(white(6) + 0.7 * np.sin(2.0 * np.pi * 3.0 * TIME)), "frequency")
-    out = [one for one in bins if one.stands_out]
+    out = [bin_ for bin_ in bins if bin_.stands_out]
     assert len(out) == 1
     assert out[0].lower < 3.0 < out[0].upper
 
@@ -166,7 +166,7 @@ def test_memory_takes_away_significance() -> None:
     lumps = np.repeat(rng.standard_normal(N // 100), 100) * 1.5
     shuffled = rng.permutation(lumps)
     together, apart = (
-        [one.significance or 0.0 for one in of(split(values), "velocity_sign")]
+        [bin_.significance or 0.0 for bin_ in of(split(values), "velocity_sign")]
         for values in (lumps, shuffled)
     )
     assert max(together) < 0.5 * max(apart)
@@ -175,8 +175,8 @@ def test_memory_takes_away_significance() -> None:
 def test_a_bin_without_an_independent_sample_is_not_judged() -> None:
     drift = np.linspace(-1.0, 1.0, N) ** 3
     bins = of(split(drift), "time")
-    assert any(one.significance is None for one in bins)
-    assert not any(one.stands_out for one in bins if one.significance is None)
+    assert any(bin_.significance is None for bin_ in bins)
+    assert not any(bin_.stands_out for bin_ in bins if bin_.significance is None)
 
 
 def test_coloured_noise_has_the_density_of_its_correlation() -> None:

@@ -35,8 +35,8 @@ def test_pooled_error_weighs_by_samples(sticking) -> None:
     known, first, second = sticking
     comparison = compare(known.model, [first, second])
     squares = [
-        len(one.measurement.time) * one.signals["joint_position"].rmse ** 2
-        for one in comparison.files
+        len(file.measurement.time) * file.signals["joint_position"].rmse ** 2
+        for file in comparison.files
     ]
     expected = np.sqrt(sum(squares) / (len(first.time) + len(second.time)))
     assert comparison.rmse()["joint_position"] == pytest.approx(expected)
@@ -51,15 +51,17 @@ def test_slack_states_split_the_figures(frictionless) -> None:
     low, high = slack_boundaries(known.model.transmission)
     states = np.where(measured > high, 2.0, np.where(measured < low, 1.0, 3.0))
     names = {1.0: "I", 2.0: "II", 3.0: "III"}
-    assert set(error.slack_states) == {names[one] for one in np.unique(states)}
+    assert set(error.slack_states) == {names[state] for state in np.unique(states)}
     assert len(error.slack_states) > 1
-    assert sum(one.count for one in error.slack_states.values()) == error.count
+    assert sum(slack_state.count for slack_state in error.slack_states.values()) == error.count
     difference = file.trajectory["joint_position"] - recording.signals["joint_position"]
     taut = error.slack_states["III"]
     assert taut.rmse == pytest.approx(np.sqrt(np.mean(difference[states == 3.0] ** 2)))
     assert taut.max_abs == pytest.approx(np.max(np.abs(difference[states == 3.0])))
     assert taut.noise_ratio == pytest.approx(taut.rmse / error.noise.sigma)
-    squares = sum(one.count * one.rmse**2 for one in error.slack_states.values())
+    squares = sum(
+        slack_state.count * slack_state.rmse**2 for slack_state in error.slack_states.values()
+    )
     assert np.sqrt(squares / error.count) == pytest.approx(error.rmse)
 
 

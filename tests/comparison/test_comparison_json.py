@@ -37,11 +37,11 @@ def test_json_is_the_contract(frictionless) -> None:
     assert set(file["initial_state"]) == {"joint_position", "joint_velocity"}
     signal = file["signals"]["joint_position"]
     assert set(signal) == SIGNAL_KEYS
-    assert all(set(one) == BIN_KEYS for one in signal["where"])
+    assert all(set(bin_) == BIN_KEYS for bin_ in signal["where"])
     assert signal["in_words"] == location.files[0].in_words["joint_position"]
     curves = file["missing_torque"]["curves"]
-    assert all(set(one) == CURVE_KEYS for one in curves)
-    assert {"deflection", "joint_velocity", "time"} <= {one["by"] for one in curves}
+    assert all(set(curve) == CURVE_KEYS for curve in curves)
+    assert {"deflection", "joint_velocity", "time"} <= {curve["by"] for curve in curves}
 
 
 def test_numbers_are_finite_or_absent(frictionless) -> None:

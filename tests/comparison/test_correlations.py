@@ -69,7 +69,8 @@ def test_an_error_that_follows_the_load_is_found_with_its_lag() -> None:
     load = coloured(rng, 0.8)
     late = np.roll(load, 6) + 0.3 * rng.standard_normal(SAMPLES)
     found = {
-        one.signal: one for one in correlations(compared(late, smooth(rng), load), "joint_position")
+        correlation.signal: correlation
+        for correlation in correlations(compared(late, smooth(rng), load), "joint_position")
     }
     with_load = found["load_torque"]
     peak = int(np.argmax(with_load.values))
@@ -84,6 +85,6 @@ def test_uneven_sampling_is_made_even_and_still_inputs_are_left_out() -> None:
     time = np.sort(rng.uniform(0.0, 20.0, SAMPLES))
     error = np.sin(2.0 * np.pi * time)
     found = correlations(compared(error, np.zeros(SAMPLES), None, time=time), "joint_position")
-    assert [one.signal for one in found] == [""]
+    assert [correlation.signal for correlation in found] == [""]
     half = np.argmin(np.abs(found[0].lag - 0.5))
     assert found[0].values[half] == pytest.approx(-1.0, abs=0.1)

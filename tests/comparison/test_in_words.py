@@ -118,7 +118,7 @@ def test_a_static_curve_that_stiffens_is_told_so() -> None:
     size = re.search(r"by about (\d+) N·m/rad", sentence)
     assert float(size[1]) == pytest.approx(60.0, rel=0.03)
     bounds = re.search(r"beyond (\S+) and (\S+) rad of deflection", sentence)
-    assert [float(one) for one in bounds.groups()] == pytest.approx([-0.2, 0.2], abs=0.01)
+    assert [float(group) for group in bounds.groups()] == pytest.approx([-0.2, 0.2], abs=0.01)
     assert "load" not in sentence
     assert " s " not in sentence
 
@@ -236,7 +236,7 @@ def test_what_no_pattern_explains_is_placed_where_it_is_densest() -> None:
     slowly = Experiment(9.0, sines([0.35], [0.4], [0.0]))
     made = recording(moved(numbers, slowly, 500.0), NOISE, 52)
     found = locate(compare(MODEL, [made])).files[0]
-    bins = [one for one in found.bins["joint_position"] if one.stands_out]
+    bins = [bin_ for bin_ in found.bins["joint_position"] if bin_.stands_out]
     first = strongest(bins, sample_shares(found.bins["joint_position"]))[0].by
     sentence = found.in_words["joint_position"]
     assert first.replace("_", " ") in sentence, sentence

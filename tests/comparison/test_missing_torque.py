@@ -73,7 +73,7 @@ def test_irregular_times_are_no_obstacle(pushed) -> None:
 
 def test_friction_is_a_torque_against_the_velocity(rubbing) -> None:
     found, _, _ = reconstruct(rubbing)
-    curve = next(one for one in found.curves if one.by == "joint_velocity")
+    curve = next(curve for curve in found.curves if curve.by == "joint_velocity")
     assert curve.mean[0] == pytest.approx(FRICTION, rel=0.05)
     assert curve.mean[-1] == pytest.approx(-FRICTION, rel=0.05)
     assert np.all(curve.low <= curve.mean)
@@ -105,7 +105,7 @@ def test_variables_follow_the_measurement(rubbing) -> None:
 def test_hardening_is_a_curve_over_the_deflection() -> None:
     stiff = 4e7  # N/m³, of one spring
     found, _, _ = reconstruct(record({"spring_hardening": {"cubic_stiffness": stiff}}))
-    curve = next(one for one in found.curves if one.by == "deflection")
+    curve = next(curve for curve in found.curves if curve.by == "deflection")
     radius = MODEL.transmission.joint_pulley_radius
     spring = MODEL.transmission.upper_spring
     length = MODEL.transmission.pretension_force / spring.combined_stiffness
@@ -133,7 +133,7 @@ def test_a_static_curve_is_followed_by_its_stiffness_alone() -> None:
     found, _, parts = reconstruct(sweep)
     assert np.std(found.torque - extra) < 0.05
     # where nothing is missing the band is as narrow as its samples
-    curve = next(one for one in found.curves if one.by == "deflection")
+    curve = next(curve for curve in found.curves if curve.by == "deflection")
     inner = np.abs(curve.centre) < 0.15
     assert np.all((curve.high - curve.low)[inner] < 0.15)
     assert "joint_acceleration" not in parts

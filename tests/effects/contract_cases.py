@@ -28,8 +28,10 @@ MODELS = {"paper": PAPER, "crooked": CROOKED}
 def with_typical(model: Model, effect) -> Model:
     """The model with an effect at its typical numbers, within their bounds."""
     numbers = {
-        one.name: float(np.clip(typical_value(model, one), one.lower, one.upper))
-        for one in effect.parameters
+        parameter.name: float(
+            np.clip(typical_value(model, parameter), parameter.lower, parameter.upper)
+        )
+        for parameter in effect.parameters
     }
     return model.with_effect(effect.id, numbers)
 

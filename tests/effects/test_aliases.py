@@ -86,8 +86,8 @@ def test_tendon_compliance_differs_with_hardening_springs():
 def test_aliases_exist_and_are_declared_on_both_sides(effect):
     for alias in effect.aliases:
         assert alias.when
-        for other in alias.of:
-            if other in BY_ID:
-                assert any(effect.id in back.of for back in BY_ID[other].aliases)
+        for rival in alias.of:
+            if rival in BY_ID:
+                assert any(effect.id in back.of for back in BY_ID[rival].aliases)
             else:
-                assert other in PAPER.values()
+                assert rival in PAPER.values()

@@ -51,7 +51,7 @@ def test_makes_no_energy(effect, model):
     """With the motor held, no more work can be taken from the joint than was put in."""
     strong = with_typical(model, effect)
     rest = simulate(strong, [0.0, 60.0], [0.0, 0.0]).states[-1]
-    states = (one.name for one in build(strong.effect_ids).interface.states)
+    states = (state.name for state in build(strong.effect_ids).interface.states)
     undamped = strong.with_values({"link.damping": 0.0})
     start = dict(zip(states, rest, strict=True))
     velocity = simulate(undamped, TIME, 0 * TIME, LOAD, initial_state=start)["joint_velocity"]
@@ -97,11 +97,11 @@ def test_units_are_those_of_the_equations(effect):
 
     model = with_typical(CROOKED, effect)
     scaled = {
-        one.path: model.values()[one.path] * scale(one.unit)
-        for one in quantities(model.effect_ids)
-        if not one.integer
+        quantity.path: model.values()[quantity.path] * scale(quantity.unit)
+        for quantity in quantities(model.effect_ids)
+        if not quantity.integer
     }
-    other = simulate(
+    differing = simulate(
         model.with_values(scaled),
         TIME * scale("s"),
         MOTOR,
@@ -109,7 +109,7 @@ def test_units_are_those_of_the_equations(effect):
         as_measured=True,
         tolerance=1e-11,
     )
-    found = other[other.measured("joint_position")]
+    found = differing[differing.measured("joint_position")]
     assert np.abs(found - measured(model, tolerance=1e-11)).max() < SCALING
 
 
@@ -130,9 +130,13 @@ def test_declaration_is_complete(effect):
 @effects
 def test_derivative_at_the_null_is_regular_or_declared_singular(effect):
     """A score test needs it; an effect that is structurally absent at its null says so."""
-    shapes = {one.name: typical_value(PAPER, one) for one in effect.parameters if one.shape}
+    shapes = {
+        parameter.name: typical_value(PAPER, parameter)
+        for parameter in effect.parameters
+        if parameter.shape
+    }
     null = PAPER.with_effect(effect.id, shapes)
-    strengths = [one.name for one in effect.parameters if not one.shape]
+    strengths = [parameter.name for parameter in effect.parameters if not parameter.shape]
     paths = [f"effects.{effect.id}.{name}" for name in strengths]
     result = sensitivities(null, TIME, MOTOR, LOAD, parameters=paths, as_measured=True)
     size = np.linalg.norm(result.of(result.trajectory.measured("joint_position")), axis=0)
@@ -158,7 +162,7 @@ def test_compiled_equations_are_the_symbolic_ones(effect, model):
     values = (states, [0.05, 0.0, 1.0], parameters)
     arguments = [system.x, system.u, system.p, system.r]
     evaluate = ca.Function("model", arguments, [system.rates, system.next_modes])
-    modes = [one.start for one in system.interface.modes]
+    modes = [mode.start for mode in system.interface.modes]
     for _ in range(3):
         modes = evaluate(*values, modes)[1]
     expected = np.array(evaluate(*values, modes)[0]).ravel()

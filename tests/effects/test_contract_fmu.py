@@ -58,8 +58,8 @@ def instance(fmu):
         return alive[-1]
 
     yield make
-    for one in alive:
-        one.free()
+    for instance in alive:
+        instance.free()
 
 
 def simulated(model, motion):
@@ -69,10 +69,10 @@ def simulated(model, motion):
 
 def test_fmpy_finds_no_fault_and_every_variable(model, fmu):
     assert validate_fmu(str(fmu.path)) == []
-    names = {one.name for one in fmu.description.modelVariables}
+    names = {variable.name for variable in fmu.description.modelVariables}
     variables = interface(model.effect_ids)
     for group in (variables.states, variables.outputs, variables.parameters):
-        assert {one.name for one in group} <= names
+        assert {effect.name for effect in group} <= names
 
 
 def test_co_simulation_is_simulate_to_the_bit(model, fmu, instance):
@@ -93,33 +93,33 @@ def test_model_exchange_agrees(model, fmu, instance):
 
 def test_derivatives_agree_with_differences_and_each_other(model, fmu, instance):
     """While initialising, where starts that are calculated follow what is set."""
-    one = instance("model")
-    one.set_up(
+    running = instance("model")
+    running.set_up(
         {"joint_position": 0.1, "joint_velocity": 0.7, "motor_position": 0.23}
         | {"motor_velocity": 0.9, "motor_velocity_connected": True}
     )
     variables = interface(model.effect_ids)
     unknowns = [name.name for name in variables.outputs if not name.discrete]
     unknowns += [f"der({name})" for name in variables.state_names]
-    parameters = [one.name for one in variables.parameters if not one.discrete]
+    parameters = [parameter.name for parameter in variables.parameters if not parameter.discrete]
     knowns = ["motor_position", "motor_velocity", "load_torque", *parameters]
-    directional = [one.derivative(unknowns, [known], [1.0]) for known in knowns]
+    directional = [running.derivative(unknowns, [known], [1.0]) for known in knowns]
     for known, found in zip(knowns, directional, strict=True):
-        expected = differences(one, unknowns, known)
+        expected = differences(running, unknowns, known)
         scale = np.abs(expected) + 1e-4 * np.abs(expected).max() + 1e-4
         assert (np.abs(found - expected) <= DIFFERENCES * scale).all(), known
     if fmu.version == 3:
-        rows = [one.adjoint(unknowns, knowns, row) for row in np.eye(len(unknowns)).tolist()]
+        rows = [running.adjoint(unknowns, knowns, row) for row in np.eye(len(unknowns)).tolist()]
         assert (np.array(rows) == np.array(directional).T).all()
 
 
-def differences(one, unknowns, known):
+def differences(running, unknowns, known):
     """Central differences at 1e-4 of the value, where rounding is smaller than at less."""
-    centre, nominal = one.get(known), float(one.variables[known].nominal)
+    centre, nominal = running.get(known), float(running.variables[known].nominal)
     step = 1e-4 * max(abs(centre), nominal)
     values = []
     for value in (centre - step, centre + step):
-        one.set(known, value)
-        values.append(one.values(unknowns))
-    one.set(known, centre)
+        running.set(known, value)
+        values.append(running.values(unknowns))
+    running.set(known, centre)
     return (values[1] - values[0]) / (2 * step)

@@ -59,7 +59,10 @@ def test_in_comparison_the_motor_is_where_its_encoder_reads_less_the_offset():
 def test_in_comparison_a_delay_is_exact():
     times = np.unique(np.concatenate([TIME, np.maximum(TIME - DELAY, 0.0)]))
     fine = simulate(
-        CROOKED, times, *(np.interp(times, TIME, one) for one in (MOTOR, PUSH)), tolerance=1e-11
+        CROOKED,
+        times,
+        *(np.interp(times, TIME, samples) for samples in (MOTOR, PUSH)),
+        tolerance=1e-11,
     )
     late = run(with_delay(), as_measured=True)
     then = np.searchsorted(times, np.maximum(TIME - DELAY, 0.0))

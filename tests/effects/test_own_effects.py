@@ -85,7 +85,7 @@ def run(monkeypatch, tmp_path):
 
 
 def line_with(text: str, part: str) -> int:
-    (line,) = (n for n, one in enumerate(text.splitlines(), 1) if part in one)
+    (line,) = (n for n, line in enumerate(text.splitlines(), 1) if part in line)
     return line
 
 
@@ -416,7 +416,7 @@ def test_starts_of_a_fit_that_an_effect_refuses_are_left_out(tmp_path):
         written(tmp_path, GOOD.replace("    states", f"    {judge}").replace("0.5", "0.3"))
     )
     model = load_model(MODEL)
-    starts = [one.effects["lagging"] for one in _starts(model, model, "lagging")]
+    starts = [start.effects["lagging"] for start in _starts(model, model, "lagging")]
     assert starts[0] == {"force": 0.0, "length": 1.0}
     forces = {round(start["force"], 9) for start in starts}
     assert forces == {0.0, 0.1, 1.0, 3.0}

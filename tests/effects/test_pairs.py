@@ -51,10 +51,10 @@ def test_two_effects(pair):
     both = measured(model, tolerance=1e-11)
     assert np.isfinite(both).all()
     assert np.array_equal(both, measured(reverse, tolerance=1e-11))
-    for one, other in (pair, pair[::-1]):
-        alone = with_typical(CROOKED, one)
-        vanished = measured(alone.with_effect(other.id, None), tolerance=1e-11)
-        assert np.abs(vanished - measured(alone, tolerance=1e-11)).max() < NULL_ERROR, other.id
+    for kept, dropped in (pair, pair[::-1]):
+        alone = with_typical(CROOKED, kept)
+        vanished = measured(alone.with_effect(dropped.id, None), tolerance=1e-11)
+        assert np.abs(vanished - measured(alone, tolerance=1e-11)).max() < NULL_ERROR, dropped.id
 
 
 @allowed

@@ -27,14 +27,16 @@ def test_texts_are_sentences(effect, field):
 
 @effects
 def test_law_names_every_parameter(effect):
-    missing = [one.name for one in effect.parameters if one.name not in effect.law]
+    missing = [
+        parameter.name for parameter in effect.parameters if parameter.name not in effect.law
+    ]
     assert not missing
 
 
 @effects
 def test_look_alikes_are_called_by_their_titles(effect):
     """Each look-alike starts a sentence, "Title: what tells it apart"."""
-    titles = {one.title for one in CATALOGUE} - {effect.title}
+    titles = {listed.title for listed in CATALOGUE} - {effect.title}
     named = [title for title in titles if title.lower() in effect.confused_with.lower()]
     assert named
     for sentence in effect.confused_with.rstrip(".").split(". "):
@@ -47,10 +49,14 @@ def test_look_alikes_are_called_by_their_titles(effect):
 def test_looking_alike_is_mutual():
     def named(effect):
         text = effect.confused_with.lower()
-        return {one.id for one in CATALOGUE if one is not effect and one.title.lower() in text}
+        return {
+            listed.id
+            for listed in CATALOGUE
+            if listed is not effect and listed.title.lower() in text
+        }
 
-    pairs = {(effect.id, other) for effect in CATALOGUE for other in named(effect)}
-    assert not [(one, other) for one, other in pairs if (other, one) not in pairs]
+    pairs = {(effect.id, rival) for effect in CATALOGUE for rival in named(effect)}
+    assert not [(first, second) for first, second in pairs if (second, first) not in pairs]
 
 
 @effects
@@ -67,10 +73,13 @@ def test_reference_is_a_publication_or_the_paper(effect):
 
 def test_aliases_name_each_other():
     ids = {effect.id for effect in CATALOGUE}
-    of = {effect.id: {one for alias in effect.aliases for one in alias.of} for effect in CATALOGUE}
+    of = {
+        effect.id: {effect_or_path for alias in effect.aliases for effect_or_path in alias.of}
+        for effect in CATALOGUE
+    }
     for effect_id, others in of.items():
-        for other in others & ids:
-            assert effect_id in of[other]
+        for rival in others & ids:
+            assert effect_id in of[rival]
 
 
 def test_the_catalogue_has_a_stable_order_and_names_that_type_checkers_know():

@@ -178,7 +178,7 @@ def test_guides_of_equal_taut_springs_are_coulomb_friction():
     spring = Spring(STIFFNESS * math.cosh(wrap))
     base = actuator_of(tree)
     friction = Coulomb(2.0 * JOINT_RADIUS * PRETENSION * math.sinh(wrap))
-    other = replace(
+    coulomb = replace(
         base,
         wrap_friction=0.0,
         upper=spring,
@@ -186,10 +186,10 @@ def test_guides_of_equal_taut_springs_are_coulomb_friction():
         pretension_force=PRETENSION * math.cosh(wrap),
         link=replace(base.link, friction=friction),
     )
-    run = solver.simulate(other, experiment, np.linspace(0.0, 1.2, 121))
+    run = solver.simulate(coulomb, experiment, np.linspace(0.0, 1.2, 121))
     assert set(run["slack_state"]) == {3}
     assert any(event.after.direction == 0 for event in run.events)
-    assert apart(tree, other, experiment) < EXACT
+    assert apart(tree, coulomb, experiment) < EXACT
 
 
 # ---- springs and tendons -----------------------------------------------------------------------

@@ -19,7 +19,10 @@ def damped(name):
 def with_typical(model, *effect_ids):
     """The model with effects of typical size."""
     for effect_id in effect_ids:
-        numbers = {one.name: typical_value(model, one) for one in BY_ID[effect_id].parameters}
+        numbers = {
+            parameter.name: typical_value(model, parameter)
+            for parameter in BY_ID[effect_id].parameters
+        }
         model = model.with_effect(effect_id, numbers)
     return model
 
@@ -29,7 +32,7 @@ def closed_form(model, state):
     t = model.transmission
     square = t.joint_pulley_radius**2
     springs = (t.upper_spring, t.lower_spring)
-    taut = [one for one, counts in zip(springs, TAUT[state], strict=True) if counts]
-    stiffness = square * sum(one.parallel * one.stiffness for one in taut)
-    damping = square * sum(one.parallel * one.damping for one in taut)
+    taut = [spring for spring, counts in zip(springs, TAUT[state], strict=True) if counts]
+    stiffness = square * sum(spring.parallel * spring.stiffness for spring in taut)
+    damping = square * sum(spring.parallel * spring.damping for spring in taut)
     return stiffness, damping

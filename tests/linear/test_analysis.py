@@ -117,7 +117,9 @@ def test_the_tendons_oscillation_is_not_that_of_the_arm_under_gravity() -> None:
 def test_anti_resonance_of_the_motor_is_the_joint_on_its_tendons(model: Model, state: str) -> None:
     """A motor that stands still leaves the joint swinging on the held tendons."""
     found = analyse(linearise(model, state, drive=Drive.TORQUE))
-    collocated, non_collocated = (found.channel(*one) for one in main_channels(Drive.TORQUE)[:2])
+    collocated, non_collocated = (
+        found.channel(*channel) for channel in main_channels(Drive.TORQUE)[:2]
+    )
     held = sqrt(closed_form(model, state)[0] / model.link.inertia)
     assert collocated.anti_resonances == pytest.approx([held], rel=1e-9)
     assert len(collocated.zeros) == 2
@@ -173,7 +175,7 @@ def test_gain_is_the_limit_at_low_frequency(model: Model, effect_id: str, drive:
     if effect_id:
         parameters = BY_ID[effect_id].parameters
         model = model.with_effect(
-            effect_id, {one.name: typical_value(model, one) for one in parameters}
+            effect_id, {parameter.name: typical_value(model, parameter) for parameter in parameters}
         )
     linear = linearise(model, "I", drive=drive)
     found = analyse(linear)
@@ -200,16 +202,20 @@ def test_zeros_far_from_all_poles_are_no_rounding(model: Model) -> None:
     B, C = np.eye(4)[:, [3]], np.eye(4)
     load = np.hstack([np.zeros((4, 2)), 7.0 * B])
     found = analyse(with_matrices(base, A, load, C))
-    zeros = {one.output: one.zeros for one in found.channels if one.input == "load_torque"}
+    zeros = {
+        channel.output: channel.zeros
+        for channel in found.channels
+        if channel.input == "load_torque"
+    }
     assert zeros["joint_torque"] == ()
     assert zeros["joint_position"] == pytest.approx([-1.0])
     assert zeros["deflection"] == pytest.approx([-1.0, -20.0, -300.0])
-    assert all(one.zeros == () for one in found.channels if one.input != "load_torque")
+    assert all(channel.zeros == () for channel in found.channels if channel.input != "load_torque")
 
 
 def test_gravity_counts_to_the_static_stiffness_and_not_to_the_tendons() -> None:
     model = load_model("biorob_x4_joint_3").with_effect("gravity_load", None)
-    name = next(one for one in model.values() if one.startswith("effects.gravity_load."))
+    name = next(path for path in model.values() if path.startswith("effects.gravity_load."))
     model = model.with_values({name: 3.0})
     linear = linearise(model, "III", OperatingPoint(joint_position=0.4, deflection=0.0))
     found = analyse(linear)
@@ -233,7 +239,7 @@ def test_a_joint_that_sticks_is_stiff_and_one_without_tendons_drifts() -> None:
 def test_memory_that_no_rate_brings_back_holds_in_the_long_run() -> None:
     """LuGre's bristles at rest: a spring beside the tendons, whose state is a mode at 0."""
     model = load_model("biorob_x4_joint_3").with_effect("lugre_friction", None)
-    rates = {one: 2.0 for one in model.values() if one.startswith("effects.lugre_friction.")}
+    rates = {path: 2.0 for path in model.values() if path.startswith("effects.lugre_friction.")}
     linear = linearise(model.with_values(rates), "III")
     found = analyse(linear)
     slow = linear(1e-6)[linear.output_labels.index("joint_position"), 2].real

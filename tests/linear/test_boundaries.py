@@ -23,10 +23,12 @@ def expected(model, deflection):
 def test_between_both_slack_boundaries(name):
     model = load_model(name)
     low, high = linearise(model, "III").validity.boundaries
-    for one, at in zip((low, high), slack_boundaries(model.transmission), strict=True):
-        place = (one.deflection, one.load_torque)
+    for boundary, at in zip((low, high), slack_boundaries(model.transmission), strict=True):
+        place = (boundary.deflection, boundary.load_torque)
         assert place == pytest.approx(expected(model, at), rel=1e-8)
-        assert (one.deflection_margin, one.torque_margin) == pytest.approx(place, rel=1e-8)
+        assert (boundary.deflection_margin, boundary.torque_margin) == pytest.approx(
+            place, rel=1e-8
+        )
     assert (low.switches, low.slack_state) == ({"lower_spring.taut": 0}, SlackState.I)
     assert (high.switches, high.slack_state) == ({"upper_spring.taut": 0}, SlackState.II)
 
@@ -39,10 +41,10 @@ def test_margins_count_from_the_operating_point(name):
     point = OperatingPoint(deflection=deflection, motor_position=0.4)
     outer, inner = linearise(model, "I", point).validity.boundaries
     load = expected(model, deflection)[1]
-    for one, at in ((outer, limit), (inner, slack)):
+    for boundary, at in ((outer, limit), (inner, slack)):
         there, torque = expected(model, at)
-        assert one.deflection_margin == pytest.approx(there - deflection, rel=1e-7)
-        assert one.torque_margin == pytest.approx(torque - load, rel=1e-7)
+        assert boundary.deflection_margin == pytest.approx(there - deflection, rel=1e-7)
+        assert boundary.torque_margin == pytest.approx(torque - load, rel=1e-7)
     assert outer.switches == {"upper_spring.overstretched": 1}
     assert inner.slack_state is SlackState.III
 
@@ -60,7 +62,7 @@ def test_without_pretension_rest_is_a_boundary_of_the_slack_states():
     model = load_model("biorob_x4_joint_3").with_values({"transmission.pretension_force": 0.0})
     system = linearise(model, "III", OperatingPoint(deflection=0.0))
     assert system.validity.on_boundary
-    assert [one.validity.slack_state.name for one in system.sides] == ["I", "II"]
+    assert [side.validity.slack_state.name for side in system.sides] == ["I", "II"]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.9, 1.0])
@@ -76,8 +78,12 @@ def test_any_pretension_has_its_slack_boundaries(name, share):
         assert system.validity.active
         at = system.validity.operating_point.outputs["deflection"]
         assert at < low if state == "I" else at > high
-        inner = [one for one in system.validity.boundaries if "taut" in str(one.switches)]
-        assert [one.deflection for one in inner] == pytest.approx([end], rel=1e-6, abs=1e-8)
+        inner = [
+            boundary for boundary in system.validity.boundaries if "taut" in str(boundary.switches)
+        ]
+        assert [boundary.deflection for boundary in inner] == pytest.approx(
+            [end], rel=1e-6, abs=1e-8
+        )
 
 
 def test_without_pretension_both_tendons_are_never_taut():

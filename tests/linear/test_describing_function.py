@@ -79,7 +79,7 @@ def test_the_ends_are_the_stiffnesses_of_the_states(symmetric):
 def test_a_biased_swing_agrees_with_quadrature(name, deflection, request):
     model = request.getfixturevalue(name)
     found = describing_function(model, AMPLITUDES, deflection=deflection)
-    expected = np.array([by_quadrature(model, one, deflection) for one in AMPLITUDES])
+    expected = np.array([by_quadrature(model, amplitude, deflection) for amplitude in AMPLITUDES])
     largest = design(model).stiffness_state_3
     assert np.allclose(found.stiffness, expected[:, 1], rtol=SAMPLED)
     assert np.allclose(found.mean_torque, expected[:, 0], atol=SAMPLED * largest * AMPLITUDES)
@@ -89,7 +89,7 @@ def test_a_biased_swing_agrees_with_quadrature(name, deflection, request):
 def test_the_mean_deflection_is_the_one_that_carries_a_load(asymmetric, load):
     found = describing_function(asymmetric, AMPLITUDES, load_torque=load)
     for index, amplitude in enumerate(AMPLITUDES):
-        mean = brentq(lambda one, a=amplitude: by_quadrature(asymmetric, a, one)[0] + load, -1, 1)
+        mean = brentq(lambda mean, a=amplitude: by_quadrature(asymmetric, a, mean)[0] + load, -1, 1)
         assert found.deflection[index] == pytest.approx(mean, abs=2e-6 * amplitude)
     assert np.ptp(found.deflection) > 1e-3
 
@@ -105,7 +105,10 @@ def test_damping_of_taut_springs_is_that_of_the_paper(symmetric):
 
 
 def test_a_kelvin_voigt_spring_does_not_mind_the_frequency_of_a_taut_swing(symmetric):
-    slow, fast = (describing_function(symmetric, [0.1, 0.2], frequency=one) for one in (0.5, 300.0))
+    slow, fast = (
+        describing_function(symmetric, [0.1, 0.2], frequency=frequency)
+        for frequency in (0.5, 300.0)
+    )
     assert np.allclose(slow.stiffness, fast.stiffness, rtol=1e-7)
 
 
@@ -113,7 +116,7 @@ def test_a_joint_as_heavy_as_can_be_takes_its_natural_frequency(symmetric):
     springs = [f"transmission.{side}_spring.stiffness" for side in ("upper", "lower")]
     heavy = symmetric.with_values({"link.inertia": 1e4} | dict.fromkeys(springs, 1e7))
     found = describing_function(heavy, [0.001, 0.3])
-    expected = [by_quadrature(heavy, one, 0.0)[1] for one in found.amplitudes]
+    expected = [by_quadrature(heavy, amplitude, 0.0)[1] for amplitude in found.amplitudes]
     assert np.allclose(found.stiffness, expected, rtol=3 * SAMPLED)
 
 
@@ -166,16 +169,18 @@ def test_a_protection_stiffens_large_swings_only(symmetric):
     protected = symmetric.with_effect("overstretch_protection", {"stiffness": 1e6})
     amplitudes = [0.2, 0.45]
     plain, stiff = (
-        describing_function(one, amplitudes).stiffness for one in (symmetric, protected)
+        describing_function(model, amplitudes).stiffness for model in (symmetric, protected)
     )
     assert stiff[0] == pytest.approx(plain[0], rel=1e-7)
     assert stiff[1] > 1.5 * plain[1]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda one: one.id)
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.id)
 def test_every_effect_has_a_describing_function(symmetric, effect):
-    numbers = {one.name: typical_value(symmetric, one) for one in effect.parameters}
+    numbers = {
+        parameter.name: typical_value(symmetric, parameter) for parameter in effect.parameters
+    }
     found = describing_function(symmetric.with_effect(effect.id, numbers), [0.05, 0.3])
     assert np.isfinite(found.stiffness).all()
     assert (found.loss >= -1e-6).all()

@@ -26,7 +26,7 @@ def model(request):
 
 def response(system, output, source):
     """Frequency response of one channel, solved without a transfer function."""
-    B, D = (getattr(system, one)[:, system.input_index[source]] for one in "BD")
+    B, D = (getattr(system, matrix)[:, system.input_index[source]] for matrix in "BD")
     C, row = system.C[system.output_index[output]], system.output_index[output]
     identity = np.eye(system.nstates)
     return np.array([C @ np.linalg.solve(s * identity - system.A, B) + D[row] for s in POINTS])
@@ -128,8 +128,8 @@ def test_collocated_zeros_are_the_poles_with_the_motor_held():
         system = linearise(model, state, drive=Drive.TORQUE)
         zeros = system["motor_position", "motor_drive_torque"].zeros()
         assert np.allclose(np.sort_complex(zeros), np.sort_complex(held), rtol=1e-8)
-        other = system["joint_position", "motor_drive_torque"].zeros()
-        assert np.allclose(other, -stiffness / damping, rtol=1e-6)
+        at_joint = system["joint_position", "motor_drive_torque"].zeros()
+        assert np.allclose(at_joint, -stiffness / damping, rtol=1e-6)
 
 
 def test_controls_operators_accept_it():

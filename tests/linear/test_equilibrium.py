@@ -86,7 +86,7 @@ def test_a_play_does_not_stop_the_search():
     base = load_model("biorob_x4_joint_3")
     play = base.with_effect("gear_backlash", {"gap": 0.02})
     asked = OperatingPoint(load_torque=3.0)
-    without, within = (equilibrium(Equations(one), asked).x[0] for one in (base, play))
+    without, within = (equilibrium(Equations(machine), asked).x[0] for machine in (base, play))
     assert within - without == pytest.approx(0.01)
 
 

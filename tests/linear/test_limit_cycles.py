@@ -220,16 +220,16 @@ def test_models_between_two_states_are_affine_in_the_stiffness(symmetric):
 
 
 def test_loops_that_cannot_be_balanced_are_refused(symmetric):
-    one = describing_function(symmetric, [0.1])
+    single = describing_function(symmetric, [0.1])
     two = describing_function(symmetric, [0.1, 0.2])
     loop = force_controlled(symmetric, 1.0)
     with pytest.raises(LinearisationError, match="make it for two at least"):
-        limit_cycles(one, loop)
+        limit_cycles(single, loop)
     sampled = control.StateSpace([[0.5]], [[1]], [[1]], [[0]], 0.01)
     with pytest.raises(LinearisationError, match="discrete time"):
         limit_cycles(two, lambda _stiffness, _damping: sampled)
-    other = control.StateSpace([[0.5]], [[1]], [[1]], [[0]])
+    renamed = control.StateSpace([[0.5]], [[1]], [[1]], [[0]])
     with pytest.raises(LinearisationError, match="differ in the names"):
-        interpolated(loop(1.0, 0.0), other, (1.0, 2.0))
+        interpolated(loop(1.0, 0.0), renamed, (1.0, 2.0))
     with pytest.raises(LinearisationError, match="both models have the stiffness 1 N·m/rad"):
         interpolated(loop(1.0, 0.0), loop(1.0, 0.0), (1.0, 1.0))

@@ -78,20 +78,22 @@ def assert_same(found, expected):
     for labels in ("state_labels", "input_labels", "output_labels"):
         assert getattr(found, labels) == getattr(expected, labels)
     assert found.drive is expected.drive
-    validity, other = found.validity, expected.validity
+    validity, wanted = found.validity, expected.validity
     assert validity.active
-    assert other.active
-    assert (validity.slack_state, validity.modes) == (other.slack_state, other.modes)
-    assert validity.operating_point.modes == other.operating_point.modes
+    assert wanted.active
+    assert (validity.slack_state, validity.modes) == (wanted.slack_state, wanted.modes)
+    assert validity.operating_point.modes == wanted.operating_point.modes
     for part in ("states", "inputs", "outputs"):
         assert getattr(validity.operating_point, part) == pytest.approx(
-            getattr(other.operating_point, part), rel=1e-9, abs=1e-9
+            getattr(wanted.operating_point, part), rel=1e-9, abs=1e-9
         )
 
 
 def placed(system):
     """Deflection and load of the boundaries, (n, 2)."""
-    return np.array([(one.deflection, one.load_torque) for one in system.validity.boundaries])
+    return np.array(
+        [(boundary.deflection, boundary.load_torque) for boundary in system.validity.boundaries]
+    )
 
 
 # ---- the same as of the equations ---------------------------------------------------------------
@@ -177,7 +179,7 @@ def test_matrices_are_those_of_the_paper(exported, state, version):
             np.array(moving) / link.inertia,
             torque,
             [1, 0, -ratio, 0, 0],
-            [ratio * one for one in torque],
+            [ratio * sample for sample in torque],
         ]
     )
     assert np.allclose(blocks(system), expected, rtol=1e-12, atol=1e-12)
@@ -197,12 +199,12 @@ def test_is_the_slope_of_rates_and_outputs_of_the_fmu(exported, tmp_path, name, 
     instance = Fmu(path, tmp_path).model(logging=False)
     try:
         instance.begin({"motor_velocity_connected": True})
-        unknowns = [*(f"der({one})" for one in at.states), *at.outputs]
+        unknowns = [*(f"der({state})" for state in at.states), *at.outputs]
 
         def values(z):
             instance.move(*z[: len(x)])
-            for one, value in zip(at.inputs, z[len(x) :], strict=True):
-                instance.set(one, value)
+            for name, value in zip(at.inputs, z[len(x) :], strict=True):
+                instance.set(name, value)
             return instance.values(unknowns)
 
         z = np.concatenate([x, u])
@@ -211,8 +213,8 @@ def test_is_the_slope_of_rates_and_outputs_of_the_fmu(exported, tmp_path, name, 
         instance.iterate_events()
         steps = 1e-6 * np.concatenate([_nominals(instance, at.states), np.ones(3)])
         slopes = [
-            (values(z + step) - values(z - step)) / (2.0 * one)
-            for one, step in zip(steps, np.diag(steps), strict=True)
+            (values(z + step) - values(z - step)) / (2.0 * size)
+            for size, step in zip(steps, np.diag(steps), strict=True)
         ]
     finally:
         instance.free()
@@ -222,7 +224,7 @@ def test_is_the_slope_of_rates_and_outputs_of_the_fmu(exported, tmp_path, name, 
 
 
 def _nominals(instance, names):
-    return np.array([float(instance.variables[one].nominal or 1.0) for one in names])
+    return np.array([float(instance.variables[name].nominal or 1.0) for name in names])
 
 
 DURATION = 1e-3  # s
@@ -235,7 +237,7 @@ def test_what_remains_of_a_simulation_is_of_second_order(exported, state):
     """A disturbance half as large leaves a quarter: the linear part is right in every direction."""
     system = linearise_fmu(exported("nonlinear"), state, drive=Drive.VELOCITY)
     for disturbance in DISTURBANCES:
-        large, small = (remainder(NONLINEAR, system, one * disturbance) for one in (1.0, 0.5))
+        large, small = (remainder(NONLINEAR, system, factor * disturbance) for factor in (1.0, 0.5))
         assert np.all(small <= 0.3 * large + 1e-10)  # a quarter, third order, solver
         assert 1e-8 < large.max() < 0.02
 
@@ -290,11 +292,11 @@ def test_on_a_boundary_there_are_both_sides(exported, version):
             system = linearise_fmu(path, state, point)
             assert system.validity.on_boundary
             assert system.validity.slack_state.name == state
-            assert tuple(one.validity.slack_state.name for one in system.sides) == names
-            for name, one in zip(names, system.sides, strict=True):
+            assert tuple(side.validity.slack_state.name for side in system.sides) == names
+            for name, side in zip(names, system.sides, strict=True):
                 stiffness, _ = closed_form(model, name)
                 acceleration = -stiffness / model.link.inertia
-                assert one.A[1, 0] == pytest.approx(acceleration, rel=1e-12)
+                assert side.A[1, 0] == pytest.approx(acceleration, rel=1e-12)
             assert system.A[1, 0] == system.sides[names.index(state)].A[1, 0]
 
 
@@ -306,9 +308,9 @@ def test_a_joint_at_rest_sticks_and_breaks_away_by_its_friction(exported, state,
     assert system.validity.modes["joint_motion"] == 1
     friction = MODELS["friction"].effects["coulomb_friction"]["torque"]
     margins = {
-        one.switches["joint_motion"]: one.torque_margin
-        for one in system.validity.boundaries
-        if "joint_motion" in one.switches
+        boundary.switches["joint_motion"]: boundary.torque_margin
+        for boundary in system.validity.boundaries
+        if "joint_motion" in boundary.switches
     }
     assert margins == pytest.approx({-1: -friction, 1: friction}, rel=1e-6)
 
@@ -349,14 +351,14 @@ def changed(path, folder, changes, leave_out=()):
     """A copy of an FMU with its description changed, or files left out by the start of the name."""
     copy = folder / "changed.fmu"
     with zipfile.ZipFile(path) as old, zipfile.ZipFile(copy, "w") as new:
-        for one in old.namelist():
-            content = old.read(one)
-            if one == "modelDescription.xml":
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "modelDescription.xml":
                 for before, after in changes.items():
                     assert before.encode() in content
                     content = content.replace(before.encode(), after.encode())
-            if not one.startswith(tuple(leave_out)):
-                new.writestr(one, content)
+            if not name.startswith(tuple(leave_out)):
+                new.writestr(name, content)
     return copy
 
 
@@ -410,9 +412,9 @@ def test_a_binary_that_cannot_be_loaded_is_refused(exported, tmp_path, version, 
     assert "export the FMU for this platform" in refusal(path)
     with zipfile.ZipFile(path, "a") as file:
         with zipfile.ZipFile(exported("base", version)) as whole:
-            binaries = [one for one in whole.namelist() if one.startswith("binaries/")]
-        for one in binaries:
-            file.writestr(one, "no library")
+            binaries = [name for name in whole.namelist() if name.startswith("binaries/")]
+        for binary in binaries:
+            file.writestr(binary, "no library")
     assert "export the FMU for this platform" in refusal(path)
     assert tmp_path.samefile(".")
 
@@ -458,5 +460,5 @@ def test_nothing_is_left_and_nothing_is_printed(exported, tmp_path, monkeypatch,
     refusal(path, "I", OperatingPoint(deflection=0.2))
     refusal(path, start_values={"link.inertia": -1.0})
     refusal(changed(path, tmp_path, {}, leave_out=["binaries/"]))
-    assert [one.name for one in tmp_path.iterdir()] == ["changed.fmu"]
+    assert [file.name for file in tmp_path.iterdir()] == ["changed.fmu"]
     assert capfd.readouterr() == ("", "")

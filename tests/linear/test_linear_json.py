@@ -28,14 +28,14 @@ def test_matrices_names_and_operating_point_come_back(model) -> None:
     models = [linearise(model, state) for state in ("I", "III")]
     content = written(model.name, models)
     assert (content["schema"], content["model"], content["drive"]) == (SCHEMA, model.name, "source")
-    assert [one["state"] for one in content["models"]] == ["I", "III"]
-    for one, linear in zip(content["models"], models, strict=True):
+    assert [told["state"] for told in content["models"]] == ["I", "III"]
+    for told, linear in zip(content["models"], models, strict=True):
         for key in "ABCD":
-            assert np.array_equal(one[key], getattr(linear, key))
-        assert [signal["name"] for signal in one["outputs"]] == linear.output_labels
-        assert one["operating_point"]["inputs"] == linear.validity.operating_point.inputs
-        assert one["active"]
-        assert "sides" not in one
+            assert np.array_equal(told[key], getattr(linear, key))
+        assert [signal["name"] for signal in told["outputs"]] == linear.output_labels
+        assert told["operating_point"]["inputs"] == linear.validity.operating_point.inputs
+        assert told["active"]
+        assert "sides" not in told
     low, high = content["models"][1]["boundaries"]
     assert low["switches"] == {"lower_spring.taut": 0}
     assert high["slack_state"] == "II"
@@ -46,8 +46,8 @@ def test_matrices_names_and_operating_point_come_back(model) -> None:
 
 def test_units_are_those_of_the_models_variables(model) -> None:
     with_mass = model.with_effect("spring_mass", None)
-    (one,) = written("x", [linearise(with_mass, "III", drive=Drive.POSITION)])["models"]
-    signals = [*one["states"], *one["inputs"], *one["outputs"]]
+    (told,) = written("x", [linearise(with_mass, "III", drive=Drive.POSITION)])["models"]
+    signals = [*told["states"], *told["inputs"], *told["outputs"]]
     units = {signal["name"]: signal["unit"] for signal in signals}
     assert units["joint_position"] == "rad"
     assert units["upper_spring.spring_mass.velocity"] == "m/s"
@@ -61,33 +61,36 @@ def test_units_are_those_of_the_models_variables(model) -> None:
 def test_a_boundary_has_both_sides_with_the_same_keys(model) -> None:
     slack = model.transmission.pretension_force / (0.03 * 2 * 11580.0)
     linear = linearise(model, "III", OperatingPoint(deflection=slack))
-    (one,) = written("x", [linear], outputs=["joint_position"])["models"]
-    assert one["on_boundary"]
-    assert [side["state"] for side in one["sides"]] == ["III", "II"]
-    assert all(side.keys() == one.keys() - {"sides"} for side in one["sides"])
-    assert one["C"] == one["sides"][0]["C"] == [[1.0, 0.0]]
+    (told,) = written("x", [linear], outputs=["joint_position"])["models"]
+    assert told["on_boundary"]
+    assert [side["state"] for side in told["sides"]] == ["III", "II"]
+    assert all(side.keys() == told.keys() - {"sides"} for side in told["sides"])
+    assert told["C"] == told["sides"][0]["C"] == [[1.0, 0.0]]
 
 
 def test_what_is_infinite_is_null(model) -> None:
     rough = model.with_effect("coulomb_friction", {"torque": 0.5})
     sticking = linearise(rough, "III", modes={"joint_motion": 0})
-    (one,) = written("x", [sticking])["models"]
-    assert one["analysis"]["stiffness"] is None
-    assert {pole["time_constant"] for pole in one["analysis"]["poles"]} == {None}
+    (told,) = written("x", [sticking])["models"]
+    assert told["analysis"]["stiffness"] is None
+    assert {pole["time_constant"] for pole in told["analysis"]["poles"]} == {None}
     assert written("x", [sticking])["frequency_span"] is None
     (both,) = written("x", [linearise(model, "both")])["models"]
     assert both["state"] == "both"
-    gains = {(one["input"], one["output"]): one["gain"] for one in both["analysis"]["channels"]}
+    gains = {
+        (channel["input"], channel["output"]): channel["gain"]
+        for channel in both["analysis"]["channels"]
+    }
     assert gains["load_torque", "joint_position"] is None
 
 
 def test_selected_channels_are_in_the_order_asked_for(model) -> None:
     linear = linearise(model, "III")
-    (one,) = written("x", [linear], inputs=["load_torque"], outputs=["deflection", "joint_torque"])[
-        "models"
-    ]
-    assert [signal["name"] for signal in one["outputs"]] == ["deflection", "joint_torque"]
-    assert np.array(one["D"]).shape == (2, 1)
-    assert len(one["analysis"]["channels"]) == 21  # of all
+    (told,) = written(
+        "x", [linear], inputs=["load_torque"], outputs=["deflection", "joint_torque"]
+    )["models"]
+    assert [signal["name"] for signal in told["outputs"]] == ["deflection", "joint_torque"]
+    assert np.array(told["D"]).shape == (2, 1)
+    assert len(told["analysis"]["channels"]) == 21  # of all
     with pytest.raises(LinearisationError, match="no output 'deflexion'"):
         linear_json("x", [linear], outputs=["deflexion"])

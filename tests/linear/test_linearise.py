@@ -23,7 +23,7 @@ def test_matrices_are_those_of_the_paper(name, state):
     A = [[0, 1], [-stiffness / link.inertia, -(damping + link.damping) / link.inertia]]
     B = [[0, 0, 0], np.array([ratio * stiffness, ratio * damping, 1.0]) / link.inertia]
     torque = [-stiffness, -damping, ratio * stiffness, ratio * damping, 0.0]
-    seen = [torque, [1, 0, -ratio, 0, 0], [ratio * one for one in torque]]
+    seen = [torque, [1, 0, -ratio, 0, 0], [ratio * part for part in torque]]
     assert np.allclose(system.A, A, rtol=1e-12, atol=0)
     assert np.allclose(system.B, B, rtol=1e-12, atol=0)
     assert np.allclose(np.hstack([system.C, system.D]), seen, rtol=1e-11, atol=1e-12)
@@ -67,15 +67,15 @@ def test_a_state_that_is_not_active_is_said_not_to_be():
     model = load_model("biorob_x4_joint_3")
     point = OperatingPoint(load_torque=7.0)
     found = {state: linearise(model, state, point).validity for state in STATES}
-    assert {state: one.active for state, one in found.items()} == {
+    assert {state: linear.active for state, linear in found.items()} == {
         "I": False,
         "II": True,
         "III": False,
         "both": False,
     }
-    for one in found.values():
-        assert one.operating_point.slack_state is SlackState.II
-        assert one.operating_point.outputs["joint_torque"] == pytest.approx(-7.0)
+    for linear in found.values():
+        assert linear.operating_point.slack_state is SlackState.II
+        assert linear.operating_point.outputs["joint_torque"] == pytest.approx(-7.0)
 
 
 @pytest.mark.parametrize(("end", "beyond"), [(0, "I"), (1, "II")])
@@ -87,12 +87,12 @@ def test_on_a_boundary_both_sides_are_given(name, end, beyond):
     assert system.validity.on_boundary
     assert system.validity.active
     expected = [beyond, "III"] if end == 0 else ["III", beyond]
-    assert [one.validity.slack_state.name for one in system.sides] == expected
-    for one in system.sides:
-        stiffness, _ = closed_form(model, one.validity.slack_state.name)
-        assert one.A[1, 0] == pytest.approx(-stiffness / model.link.inertia, rel=1e-12)
-        assert one.validity.active
-        assert one.validity.on_boundary
+    assert [side.validity.slack_state.name for side in system.sides] == expected
+    for side in system.sides:
+        stiffness, _ = closed_form(model, side.validity.slack_state.name)
+        assert side.A[1, 0] == pytest.approx(-stiffness / model.link.inertia, rel=1e-12)
+        assert side.validity.active
+        assert side.validity.on_boundary
     assert not linearise(model, "both", point).validity.active
 
 
@@ -118,7 +118,7 @@ def test_what_sticks_sticks_on_both_sides():
     point = OperatingPoint(deflection=slack_boundaries(model.transmission)[0])
     for motion in (-1, 0, 1):
         sides = linearise(model, "III", point, modes={"joint_motion": motion}).sides
-        assert [one.validity.modes["joint_motion"] for one in sides] == [motion, motion]
+        assert [side.validity.modes["joint_motion"] for side in sides] == [motion, motion]
 
 
 def test_off_a_boundary_there_are_no_sides():
@@ -145,7 +145,7 @@ def test_protection_engaged():
 
 def test_joint_stop_is_found_along_the_joint():
     model = with_typical(load_model("biorob_x4_joint_3"), "joint_stop")
-    mode = next(one for one in linearise(model, "III").validity.modes if "joint_stop" in one)
+    mode = next(mode for mode in linearise(model, "III").validity.modes if "joint_stop" in mode)
     system = linearise(model, "III", modes={mode: 1})
     assert system.validity.active
     free = linearise(model, "III")
@@ -163,9 +163,11 @@ def test_sticking_and_sliding():
     assert not sticking.B.any()
     assert sticking.validity.active
     breakaway = [
-        one for one in sticking.validity.boundaries if one.switches.get("joint_motion") is not None
+        boundary
+        for boundary in sticking.validity.boundaries
+        if boundary.switches.get("joint_motion") is not None
     ]
-    assert [one.torque_margin for one in breakaway] == pytest.approx([-0.35, 0.35])
+    assert [boundary.torque_margin for boundary in breakaway] == pytest.approx([-0.35, 0.35])
     assert not sticking.validity.on_boundary
 
 
@@ -176,7 +178,11 @@ def test_a_joint_at_rest_sticks_in_every_slack_state(load):
     validity = linearise(model, state, OperatingPoint(load_torque=load)).validity
     assert validity.active
     assert validity.operating_point.modes["joint_motion"] == 0
-    margins = [one.torque_margin for one in validity.boundaries if "joint_motion" in one.switches]
+    margins = [
+        boundary.torque_margin
+        for boundary in validity.boundaries
+        if "joint_motion" in boundary.switches
+    ]
     assert margins == pytest.approx([-0.35, 0.35])
 
 
@@ -201,9 +207,9 @@ def test_every_effect_is_linearised(effect_id):
         expected = "II" if asked and asked.load_torque else "III"
         assert validity.operating_point.slack_state.name == expected
         assert validity.active is (expected == "III")
-        assert any("taut" in name for one in validity.boundaries for name in one.switches) or (
-            "backlash" in effect_id
-        )
+        assert any(
+            "taut" in name for boundary in validity.boundaries for name in boundary.switches
+        ) or ("backlash" in effect_id)
 
 
 def test_names_selected_keep_the_order_in_which_they_are_asked_for():

@@ -43,10 +43,10 @@ def offset_joint(measurement: Measurement, by: float) -> Measurement:
 
 # kind, its value, and what makes a recording need it
 CONSTANTS: dict[str, tuple[float, Callable[[Measurement], Measurement]]] = {
-    "offset": (0.01, lambda one: offset_joint(one, 0.01)),
-    "load": (0.4, lambda one: replace(one, load_torque=one.load_torque - 0.4)),
+    "offset": (0.01, lambda recording: offset_joint(recording, 0.01)),
+    "load": (0.4, lambda recording: replace(recording, load_torque=recording.load_torque - 0.4)),
     "gain": (0.95, scaled(motor_position=1.0 / 0.95)),
-    "delay": (0.008, lambda one: earlier(one, 0.008)),
+    "delay": (0.008, lambda recording: earlier(recording, 0.008)),
 }
 
 

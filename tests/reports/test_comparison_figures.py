@@ -55,8 +55,8 @@ def test_overlay_shows_each_signal_with_its_error_below(comparisons) -> None:
 
 
 def test_overlay_of_many_recordings_stays_a_picture(comparisons) -> None:
-    one = comparisons[0]
-    many = Comparison(one.model, one.files * PAIRS)
+    comparison = comparisons[0]
+    many = Comparison(comparison.model, comparison.files * PAIRS)
     figure = overlay(many)
     assert len(figure.axes) == 2 * PAIRS
     assert f"the first {PAIRS} of {2 * PAIRS} signals" in figure.get_suptitle()

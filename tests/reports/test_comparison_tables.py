@@ -111,7 +111,7 @@ def test_a_signal_that_repeats_another_is_not_shown_again() -> None:
     file, found = file_comparison(), location(5)
     (own,) = found.bins.values()
     both = replace(found, bins={"joint_torque": own, "motor_torque": own})
-    (table,) = (printed(one) for one in bin_tables(file, both))
+    (table,) = (printed(table) for table in bin_tables(file, both))
     assert "where the joint torque is off" in table
     assert "The motor torque is off in the same places." in table
     fewer = replace(found, bins={"joint_torque": own, "motor_torque": own[1:]})

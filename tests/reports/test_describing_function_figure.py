@@ -11,7 +11,7 @@ from elastic_tendon.reports.describing_function_figure import describing_functio
 
 def lines(axes):
     """Lines by label; lines without one under their place."""
-    return {one.get_label(): one for one in axes.get_lines()}
+    return {line.get_label(): line for line in axes.get_lines()}
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,9 @@ def test_a_lossless_symmetric_transmission_needs_one_pair_of_axes(symmetric):
     table, drawn = design(symmetric), lines(axes)
     assert set(drawn) >= {"states I and II", "state III", "equivalent", "slack boundary"}
     assert drawn["state III"].get_ydata()[0] == table.stiffness_state_3
-    boundary, limit = (drawn[one].get_xdata()[0] for one in ("slack boundary", "deflection limit"))
+    boundary, limit = (
+        drawn[label].get_xdata()[0] for label in ("slack boundary", "deflection limit")
+    )
     assert boundary == pytest.approx(table.positive_slack_boundary)
     assert limit == pytest.approx(table.positive_max_deflection)
     assert np.isclose(drawn["equivalent"].get_ydata()[0], table.stiffness_state_3)

@@ -55,7 +55,8 @@ def test_the_verdict_comes_first_and_then_sizes() -> None:
 def test_a_size_that_the_data_leave_open_is_said_to_be_so() -> None:
     found = friction_found()
     estimates = tuple(
-        replace(one, determined=one.path != TORQUE) for one in found.findings.estimates
+        replace(estimate, determined=estimate.path != TORQUE)
+        for estimate in found.findings.estimates
     )
     unsure = replace(found, findings=replace(found.findings, estimates=estimates))
     text = joined(verdict_sentences(unsure))
@@ -119,8 +120,8 @@ def test_recordings_that_do_not_fit_in_are_named_once() -> None:
     assert "the zero of the joint's encoder is 3 mrad off" in text
     assert "demo_validate.csv contradicts demo_fit.csv: no numbers" in text
     both = [
-        replace(summary, contradicts=(other.file,))
-        for summary, other in zip(RECORDINGS, RECORDINGS[::-1], strict=True)
+        replace(summary, contradicts=(recording.file,))
+        for summary, recording in zip(RECORDINGS, RECORDINGS[::-1], strict=True)
     ]
     assert sum("contradicts" in sentence for sentence in recording_sentences(both)) == 1
 
@@ -214,7 +215,7 @@ def test_candidates_come_with_the_evidence_and_fit_the_terminal(every: bool) -> 
 def test_what_speaks_for_none_of_the_candidates_is_shown() -> None:
     first = friction_found().rounds[0]
     assert none_of_them(first) == pytest.approx(0.0)
-    unlikely = [replace(one, probability=0.01) for one in first.candidates]
+    unlikely = [replace(candidate, probability=0.01) for candidate in first.candidates]
     undecided = replace(first, candidates=tuple(unlikely), chosen=())
     table = candidates_table(undecided)
     assert table is not None

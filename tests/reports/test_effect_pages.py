@@ -41,16 +41,18 @@ def test_page_has_all_that_is_declared(effect, example):
     texts = (effect.physics, effect.in_data, effect.law, effect.confused_with, effect.confirm)
     for text in (*texts, effect.cure, effect.magnitude, effect.reference, ACTS_ON[effect.slot]):
         assert text in page
-    for one in effect.parameters:
+    for parameter in effect.parameters:
         unit = (
-            one.unit.replace(".", "·")
+            parameter.unit.replace(".", "·")
             .replace("m2", "m²")
             .replace("rad2", "rad²")
             .replace("s2", "s²")
         )
-        assert f"effects.{effect.id}.{one.name} ({unit})" in page
-        assert f"typical {typical_value(example, one):.3g}, default {one.null:g}" in page
-        assert one.meaning in page
+        assert f"effects.{effect.id}.{parameter.name} ({unit})" in page
+        assert (
+            f"typical {typical_value(example, parameter):.3g}, default {parameter.null:g}" in page
+        )
+        assert parameter.meaning in page
     for state in effect.states:
         assert f"{effect.id}.{state.name}" in page
     for alias in effect.aliases:

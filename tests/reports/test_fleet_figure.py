@@ -15,7 +15,9 @@ DAMPING, SOFT = "link.damping", "transmission.upper_spring.damping"
 
 def table_of(rows):
     """Results of a fleet made by hand."""
-    task = fleet(MODEL, [Robot(f"robot {one}", (f"{one}.csv",)) for one in range(len(rows))])
+    task = fleet(
+        MODEL, [Robot(f"robot {number}", (f"{number}.csv",)) for number in range(len(rows))]
+    )
     blank = {"joint_position_noise_ratio_before": 2.0, "joint_position_noise_ratio_after": 1.0}
     tables = [task.failed(run, "").assign(**blank | row) for run, row in enumerate(rows)]
     return pd.concat(tables, ignore_index=True)
@@ -32,22 +34,24 @@ FAILED = {
 
 
 def names(axes):
-    return [one.get_text() for one in axes.get_xticklabels()]
+    return [label.get_text() for label in axes.get_xticklabels()]
 
 
 def texts(axes):
-    return [one.get_text() for one in axes.texts]
+    return [text.get_text() for text in axes.texts]
 
 
 def test_robots_numbers_and_effects_are_where_the_table_says():
     figure = fleet_figure(MODEL, table_of([{}, DRIFTED, APPEARED, UNKNOWN, FAILED]))
     numbers, found, errors, *_ = figure.axes
-    assert [one.get_text() for one in numbers.get_yticklabels()][1] == "robot 1"
+    assert [label.get_text() for label in numbers.get_yticklabels()][1] == "robot 1"
     assert names(found) == ["Gravity load", "own_effect", "unknown"]
     marks = [(x, y) for line in found.lines for x, y in zip(*line.get_data(), strict=True)]
     assert marks == [(0, 2), (1, 2), (2, 3)]
     assert {line.get_color() for line in found.lines} == {PURPLE}
-    (mesh,) = (one for one in numbers.collections if one.get_array() is not None)
+    (mesh,) = (
+        collection for collection in numbers.collections if collection.get_array() is not None
+    )
     changes = np.ma.filled(mesh.get_array().reshape(5, -1), np.nan)
     column = names(numbers).index(DAMPING)
     assert np.argwhere(np.isfinite(changes)).tolist() == [[1, column]]
@@ -66,11 +70,11 @@ def test_a_number_that_was_zero_moves_in_its_sigma():
 def test_the_least_move_has_a_colour():
     row = {"drifted": f"{DAMPING} 0.16 -> 0.1601 N·m·s/rad (0.16 to 0.17)", DAMPING: 0.1601}
     (mesh,) = (
-        one
-        for one in fleet_figure(MODEL, table_of([row])).axes[0].collections
-        if one.get_array() is not None
+        collection
+        for collection in fleet_figure(MODEL, table_of([row])).axes[0].collections
+        if collection.get_array() is not None
     )
-    low, high = (mesh.cmap(mesh.norm(one))[:3] for one in (-0.01 * LIMIT, 0.01 * LIMIT))
+    low, high = (mesh.cmap(mesh.norm(share))[:3] for share in (-0.01 * LIMIT, 0.01 * LIMIT))
     assert min(low) < 0.9 > min(high)
     assert low[2] > low[0]
     assert high[0] > high[2]
@@ -93,7 +97,7 @@ def test_a_fleet_without_any_diagnosis_is_drawn():
 def test_signals_that_were_measured_are_told_apart():
     torque = {"joint_torque_noise_ratio_before": 9.0, "joint_torque_noise_ratio_after": 1.1}
     *_, spare = fleet_figure(MODEL, table_of([torque, {}])).axes
-    labels = [one.get_text() for one in spare.get_legend().get_texts()]
+    labels = [label.get_text() for label in spare.get_legend().get_texts()]
     assert labels == ["as given", "improved", "joint position", "joint torque"]
 
 

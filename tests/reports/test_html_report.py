@@ -61,7 +61,7 @@ class Page(HTMLParser):
 
     def of(self, tag: str) -> list[dict[str, str | None]]:
         """Attributes of all elements of a kind."""
-        return [attributes for one, attributes in self.elements if one == tag]
+        return [attributes for element, attributes in self.elements if element == tag]
 
     def figures(self) -> list[dict]:
         """Figures as plotly gets them, light."""
@@ -106,7 +106,7 @@ def recording() -> Measurement:
 
 def in_order(text: str, *words: str) -> bool:
     """Whether a text says all of these, one after the other; missing ones raise ValueError."""
-    places = [text.index(one) for one in words]
+    places = [text.index(word) for word in words]
     return places == sorted(places)
 
 
@@ -114,12 +114,12 @@ def in_order(text: str, *words: str) -> bool:
 
 
 def test_sections_stand_in_the_order_in_which_one_asks() -> None:
-    anchors = [one["id"] for one in friction().of("h2")]
+    anchors = [tag["id"] for tag in friction().of("h2")]
     assert anchors == [
         *("verdict", "overlay", "where", "effects", "sure", "ladder"),
         *("parameters", "equations", "linear", "data", "papers"),
     ]
-    links = [one["href"] for one in friction().of("a")]
+    links = [tag["href"] for tag in friction().of("a")]
     assert links == [f"#{anchor}" for anchor in anchors]
 
 
@@ -169,15 +169,15 @@ def test_a_file_with_two_uses_is_listed_once(tmp_path: Path) -> None:
 
 
 def test_every_figure_is_described_and_drawn_on_demand() -> None:
-    described = [one for one in friction().of("div") if one.get("role") == "img"]
+    described = [tag for tag in friction().of("div") if tag.get("role") == "img"]
     assert len(described) == len(friction().figures()) >= 10
-    assert all(one["aria-label"] for one in described)
-    ladder = next(one["aria-label"] for one in described if "noise floor" in one["aria-label"])
+    assert all(tag["aria-label"] for tag in described)
+    ladder = next(tag["aria-label"] for tag in described if "noise floor" in tag["aria-label"])
     assert "to 0.230 mrad" in ladder
 
 
 def test_tables_and_headings_can_be_heard() -> None:
-    assert all("scope" in one for one in friction().of("th"))
+    assert all("scope" in tag for tag in friction().of("th"))
     assert len(friction().of("caption")) == len(friction().of("table"))
     levels = [int(tag[1]) for tag, _ in friction().elements if re.fullmatch("h[1-6]", tag)]
     assert levels[0] == 1
@@ -190,7 +190,7 @@ def test_a_sound_model_has_one_run_and_no_equations() -> None:
     assert "demo_actuator explains these data" in page.text
     assert "No effect was added" in page.text
     names = [trace.get("name", "") for figure in page.figures()[:1] for trace in figure["data"]]
-    assert [one.split(":")[0] for one in names if ": RMS " in one] == ["as given"]
+    assert [name.split(":")[0] for name in names if ": RMS " in name] == ["as given"]
 
 
 def test_the_verdict_has_the_falling_error_beside_it() -> None:
@@ -217,8 +217,8 @@ def test_signals_that_repeat_each_other_are_drawn_and_told_once() -> None:
     page = Page(comparison_document(found, locate(found), origin()))
     assert "The motor torque repeats the joint torque at a fixed ratio" in page.text
     assert "Motor torque: " not in page.text
-    titles = [one["layout"].get("yaxis", {}).get("title", {}) for one in page.figures()]
-    drawn = [one.get("text") for one in titles]
+    titles = [figure["layout"].get("yaxis", {}).get("title", {}) for figure in page.figures()]
+    drawn = [title.get("text") for title in titles]
     assert "joint torque (N·m)" in drawn
     assert "motor torque (N·m)" not in drawn
 
@@ -261,7 +261,7 @@ def test_a_round_that_added_nothing_says_why_it_did_not() -> None:
 
 def test_long_tables_may_break_on_paper() -> None:
     kinds = [
-        one["class"] for one in friction().of("div") if (one.get("class") or "")[:6] == "scroll"
+        tag["class"] for tag in friction().of("div") if (tag.get("class") or "")[:6] == "scroll"
     ]
     assert {"scroll", "scroll long"} == set(kinds)
 
@@ -296,8 +296,8 @@ def test_an_interrupted_diagnosis_says_so() -> None:
 
 def test_without_held_out_data_there_is_one_line() -> None:
     found = friction_found()
-    steps = tuple(replace(one, heldout=None) for one in found.steps)
-    rungs = tuple(replace(one, heldout_rmse={}) for one in found.ladder)
+    steps = tuple(replace(step, heldout=None) for step in found.steps)
+    rungs = tuple(replace(rung, heldout_rmse={}) for rung in found.ladder)
     page = Page(document_of(replace(found, steps=steps, ladder=rungs)))
     assert "held-out data)" not in page.text
     names = [trace.get("name") for figure in page.figures() for trace in figure["data"]]
@@ -324,7 +324,7 @@ def test_a_state_that_cannot_be_linearised_is_a_sentence(monkeypatch) -> None:
 
 def test_a_comparison_has_the_sections_that_apply() -> None:
     page = Page(document_of_comparison(recording()))
-    anchors = [one["id"] for one in page.of("h2")]
+    anchors = [tag["id"] for tag in page.of("h2")]
     assert anchors == ["verdict", "overlay", "where", "data", "papers"]
     assert in_order(
         page.text,
@@ -370,8 +370,8 @@ def evil() -> str:
     """Every name that a user gives is markup."""
     found = friction_found()
     steps = tuple(
-        replace(one, comparison=_renamed(one.comparison), heldout=_renamed(one.heldout))
-        for one in found.steps
+        replace(step, comparison=_renamed(step.comparison), heldout=_renamed(step.heldout))
+        for step in found.steps
     )
     changed = replace(
         found,
@@ -379,7 +379,7 @@ def evil() -> str:
         model=found.model.model_copy(update={"name": EVIL}),
         steps=steps,
         comparison=steps[-1].comparison,
-        ladder=tuple(replace(one, title=EVIL) for one in found.ladder),
+        ladder=tuple(replace(rung, title=EVIL) for rung in found.ladder),
     )
     where = locate(changed.steps[0].comparison)
     marked = replace(origin(), command=EVIL, advice=(EVIL, f"  {EVIL}"))
@@ -388,8 +388,8 @@ def evil() -> str:
 
 def _renamed(comparison: Comparison) -> Comparison:
     files = tuple(
-        replace(one, measurement=replace(one.measurement, name=EVIL, notes=(EVIL,)))
-        for one in comparison.files
+        replace(file, measurement=replace(file.measurement, name=EVIL, notes=(EVIL,)))
+        for file in comparison.files
     )
     return Comparison(comparison.model, files)
 
@@ -412,15 +412,15 @@ def test_names_of_users_are_never_markup() -> None:
     assert "window.hacked" in page.text
     assert page.of("img") == []
     assert len(page.scripts) == len(friction().scripts)
-    assert not any("hacked" in one for one in page.scripts if not one.startswith("{"))
+    assert not any("hacked" in script for script in page.scripts if not script.startswith("{"))
     shown = [text for figure in page.figures() for text in texts(figure)]
-    assert any("&lt;script&gt;" in one for one in shown)
+    assert any("&lt;script&gt;" in passage for passage in shown)
     # plotly would take it for an element
-    assert not any("<script" in one or "<img" in one for one in shown)
+    assert not any("<script" in passage or "<img" in passage for passage in shown)
 
 
 def test_nothing_is_fetched_from_anywhere() -> None:
-    (policy,) = (one["content"] for one in friction().of("meta") if "http-equiv" in one)
+    (policy,) = (tag["content"] for tag in friction().of("meta") if "http-equiv" in tag)
     assert policy.startswith("default-src 'none'; script-src 'sha256-")
     assert "http" not in policy
     for _, attributes in friction().elements:
@@ -474,7 +474,7 @@ def test_a_browser_draws_all_and_asks_for_nothing(browser, tmp_path: Path, schem
         drawing.wait_for_selector(".main-svg")
     opened = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
     print(f"{scheme}: text after {opened:.0f} ms, file of {path.stat().st_size / 1e6:.1f} MB")
-    assert [one for one in asked if not one.startswith("data:")] == [path.as_uri()]
+    assert [address for address in asked if not address.startswith("data:")] == [path.as_uri()]
     assert said == []
     assert page.evaluate("window.hacked") is None
     ink = page.evaluate("getComputedStyle(document.querySelector('.xtick text')).fill")

@@ -27,8 +27,8 @@ def test_boundaries_and_limits_stand_where_the_paper_has_them() -> None:
 
 def test_states_are_named_from_left_to_right() -> None:
     figure = characteristic(MODEL, theme=DARK)
-    named = sorted(figure.layout.annotations, key=lambda one: one.x)
-    assert [one.text for one in named] == [
+    named = sorted(figure.layout.annotations, key=lambda label: label.x)
+    assert [label.text for label in named] == [
         "I: lower<br>tendon slack",
         "III: both<br>tendons taut",
         "II: upper<br>tendon slack",
@@ -39,7 +39,9 @@ def test_states_are_named_from_left_to_right() -> None:
 def test_without_a_boundary_within_the_limits_both_tendons_are_taut_everywhere() -> None:
     taut = MODEL.with_values({"transmission.pretension_force": 80.0})
     figure = characteristic(taut)
-    assert [one.text for one in figure.layout.annotations] == ["III: both<br>tendons taut"]
+    assert [annotation.text for annotation in figure.layout.annotations] == [
+        "III: both<br>tendons taut"
+    ]
     assert "slack boundary (14)" not in traces(figure)
 
 
@@ -55,4 +57,4 @@ def test_the_curve_as_loaded_is_dashed_where_it_differs() -> None:
 
 def test_a_narrow_state_has_its_numeral_alone() -> None:
     figure = characteristic(MODEL.with_values({"transmission.pretension_force": 5.0}))
-    assert "III" in [one.text for one in figure.layout.annotations]
+    assert "III" in [annotation.text for annotation in figure.layout.annotations]

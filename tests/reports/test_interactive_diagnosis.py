@@ -62,7 +62,7 @@ def test_texts_of_users_are_no_markup() -> None:
         "as given",
         "&lt;b&gt;improved&lt;/b&gt;",
     }
-    rungs = [replace(one, title="<b>up</b>") for one in friction_found().ladder]
+    rungs = [replace(rung, title="<b>up</b>") for rung in friction_found().ladder]
     labels = ladder(rungs, POSITION).layout.xaxis.ticktext
     assert set(labels) == {"&lt;b&gt;up&lt;/b&gt;"}
 
@@ -70,13 +70,13 @@ def test_texts_of_users_are_no_markup() -> None:
 def test_the_ladder_falls_to_the_floor() -> None:
     found = friction_found()
     fitted, heldout, floor = ladder(found.ladder, POSITION).data
-    assert fitted.y == pytest.approx([1e3 * one.rmse[POSITION] for one in found.ladder])
-    assert heldout.y == pytest.approx([1e3 * one.heldout_rmse[POSITION] for one in found.ladder])
+    assert fitted.y == pytest.approx([1e3 * rung.rmse[POSITION] for rung in found.ladder])
+    assert heldout.y == pytest.approx([1e3 * rung.heldout_rmse[POSITION] for rung in found.ladder])
     assert floor.y[0] == pytest.approx(1e3 * found.noise[POSITION].sigma)
     assert floor.text[0].startswith("noise floor, 0.23")
     # where two lines meet, the labels stand on both sides
-    for one, other in zip(fitted.textposition, heldout.textposition, strict=True):
-        assert one.split()[0] != other.split()[0]
+    for below, above in zip(fitted.textposition, heldout.textposition, strict=True):
+        assert below.split()[0] != above.split()[0]
 
 
 @pytest.mark.parametrize("last", [0.0, 1e-9])
@@ -111,7 +111,7 @@ def test_bars_are_the_candidates_the_chosen_one_stands_out() -> None:
 @pytest.mark.parametrize("gain", [None, 1e-9])
 def test_without_any_gain_there_is_one_panel(gain: float | None) -> None:
     first = friction_found().rounds[0]
-    unknown = [replace(one, gain=gain, heldout_gain=None) for one in first.candidates]
+    unknown = [replace(candidate, gain=gain, heldout_gain=None) for candidate in first.candidates]
     figure = candidates(replace(first, candidates=tuple(unknown)))
     assert len(figure.data) == 1
     assert len(list(figure.select_xaxes())) == 1
@@ -136,13 +136,15 @@ def test_the_effect_lies_over_what_was_measured_and_little_remains() -> None:
 
 def test_responses_have_a_column_for_each_state_and_peak_where_the_poles_are() -> None:
     figure = figures(LIGHT)["bode"]
-    assert [one.text for one in figure.layout.annotations] == [
+    assert [annotation.text for annotation in figure.layout.annotations] == [
         "state I, lower slack",
         "state II, upper slack",
         "state III, both taut",
     ]
     model = linear_models()[0][1]["III"]
-    magnitude = next(one for one in figure.data if (one.name, one.yaxis) == ("as given", "y3"))
+    magnitude = next(
+        trace for trace in figure.data if (trace.name, trace.yaxis) == ("as given", "y3")
+    )
     peak = magnitude.x[int(np.argmax(magnitude.y))]
     assert peak == pytest.approx(np.abs(model.poles()).max(), rel=0.02)
     assert np.array(magnitude.y)[0] == pytest.approx(1.0, abs=0.02)  # slowly, the joint follows
@@ -151,14 +153,16 @@ def test_responses_have_a_column_for_each_state_and_peak_where_the_poles_are() -
 def test_a_state_without_a_model_is_left_out() -> None:
     (label, models), _ = linear_models()
     figure = bode([(label, {"II": models["II"]})])
-    assert [one.text for one in figure.layout.annotations] == ["state II, upper slack"]
+    assert [annotation.text for annotation in figure.layout.annotations] == [
+        "state II, upper slack"
+    ]
 
 
 def test_an_experiment_without_load_has_one_panel() -> None:
     proposed = next_experiment()
     assert len(experiment(proposed).data) == 1
     loaded = replace(proposed, load_torque=np.sin(proposed.time))
-    titles = [one.title.text for one in experiment(loaded).select_yaxes()]
+    titles = [axis.title.text for axis in experiment(loaded).select_yaxes()]
     assert titles == ["motor position (rad)", "load torque (N·m)"]
 
 

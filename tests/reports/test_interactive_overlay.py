@@ -34,7 +34,7 @@ def runs() -> list[Run]:
     recording = read_measurement(str(DATA / "demo_fit.csv"))
     better = model.with_effect("coulomb_friction", {"torque": 0.3})
     labels = {"as given": model, "with friction": better}
-    return [Run(label, compare(one, [recording]).files[0]) for label, one in labels.items()]
+    return [Run(label, compare(changed, [recording]).files[0]) for label, changed in labels.items()]
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +57,8 @@ def luminance(colour: str) -> float:
     return float(linear @ [0.2126, 0.7152, 0.0722])
 
 
-def contrast(one: str, other: str) -> float:
-    low, high = sorted((luminance(one), luminance(other)))
+def contrast(first: str, second: str) -> float:
+    low, high = sorted((luminance(first), luminance(second)))
     return (high + 0.05) / (low + 0.05)
 
 
@@ -193,8 +193,8 @@ def test_zoom_outlives_a_redraw_of_the_same_recording(runs: list[Run]) -> None:
     again = overlay(runs[:1], SIGNAL, theme=DARK, cursors=(1.0,)).layout
     assert first.uirevision == again.uirevision is not None
     assert first.yaxis.uirevision == again.yaxis.uirevision
-    other = replace(runs[0].file.measurement, name="other.csv")
-    changed = overlay([Run("as given", replace(runs[0].file, measurement=other))], SIGNAL).layout
+    another = replace(runs[0].file.measurement, name="other.csv")
+    changed = overlay([Run("as given", replace(runs[0].file, measurement=another))], SIGNAL).layout
     assert changed.xaxis.uirevision != first.xaxis.uirevision
 
 

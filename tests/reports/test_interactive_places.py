@@ -118,7 +118,7 @@ def test_the_loop_of_a_window_holds_its_samples_only(demo: Compared) -> None:
     comparison, location = demo
     file = comparison.files[0]
     figure = torque_loop(comparison.model, file, location.files[0], window=(2.0, 3.0))
-    times = np.concatenate([one.customdata for one in figure.data if one.mode == "markers"])
+    times = np.concatenate([trace.customdata for trace in figure.data if trace.mode == "markers"])
     recorded = file.measurement.time
     assert np.array_equal(np.sort(times), recorded[(recorded >= 2.0) & (recorded <= 3.0)])
 
@@ -141,10 +141,10 @@ def test_a_torque_that_nobody_measured_is_called_estimated(
 def wrong_counts(found: FileLocation) -> list[Bin]:
     """Bins that hold not as many samples as they say; those of the frequency hold none."""
     return [
-        one
-        for one in found.bins[SIGNAL]
-        if np.count_nonzero(samples_of(found, (one.by, one.bin)))
-        != (0 if one.by == "frequency" else one.count)
+        bin_
+        for bin_ in found.bins[SIGNAL]
+        if np.count_nonzero(samples_of(found, (bin_.by, bin_.bin)))
+        != (0 if bin_.by == "frequency" else bin_.count)
     ]
 
 
@@ -154,7 +154,7 @@ def test_bins_find_their_samples(demo: Compared) -> None:
     assert wrong_counts(found) == []
     velocity = found.variables["joint_velocity"]
     assert np.min(velocity[samples_of(found, ("velocity_sign", "positive"))]) > 0.0
-    part = next(one for one in found.bins[SIGNAL] if one.by == "time")
+    part = next(bin_ for bin_ in found.bins[SIGNAL] if bin_.by == "time")
     time = comparison.files[0].measurement.time[samples_of(found, (part.by, part.bin))]
     assert part.lower <= np.min(time) <= np.max(time) < part.upper
 
@@ -176,13 +176,13 @@ def test_every_bar_names_its_bin(demo: Compared) -> None:
     found = location.files[0]
     figure = shares(comparison.files[0], found, SIGNAL)
     bars = [trace for trace in figure.data if trace.type == "bar"]
-    known = {(one.by, one.bin): one for one in found.bins[SIGNAL]}
+    known = {(bin_.by, bin_.bin): bin_ for bin_ in found.bins[SIGNAL]}
     for trace in bars:
         for mark, height, place in zip(trace.customdata, trace.y, trace.x, strict=True):
-            one = known[tuple(mark)]
-            assert height == pytest.approx(100.0 * one.share)
-            assert place == one.bin
-            assert trace.marker.color == (LIGHT.stands_out if one.stands_out else LIGHT.quiet)
+            file = known[tuple(mark)]
+            assert height == pytest.approx(100.0 * file.share)
+            assert place == file.bin
+            assert trace.marker.color == (LIGHT.stands_out if file.stands_out else LIGHT.quiet)
     assert sum(len(trace.x) for trace in bars) == len(known)
     assert {trace.name for trace in figure.data if trace.showlegend} == {
         "squared error, stands out",

@@ -19,20 +19,20 @@ RECORDING = Measurement(
 
 def test_angles_and_torques_have_axes_of_their_own() -> None:
     figure = preview(RECORDING, split=30.0)
-    assert {one.name: one.yaxis for one in figure.data} == {
+    assert {trace.name: trace.yaxis for trace in figure.data} == {
         "motor position": "y",
         "joint position": "y",
         "joint torque": "y2",
     }
     assert (figure.layout.yaxis.title.text, figure.layout.yaxis2.title.text) == ("rad", "N·m")
-    assert all(len(one.x) <= 2 * BUCKETS + 2 for one in figure.data)
+    assert all(len(trace.x) <= 2 * BUCKETS + 2 for trace in figure.data)
     assert {shape.x0 for shape in figure.layout.shapes} == {30.0}
 
 
 def test_a_static_curve_is_torque_over_deflection(tmp_path: Path) -> None:
     path = tmp_path / "curve.csv"
     deflection = np.linspace(-0.1, 0.1, 40)
-    rows = "\n".join(f"{one:.6g},{-40 * one:.6g}" for one in deflection)
+    rows = "\n".join(f"{angle:.6g},{-40 * angle:.6g}" for angle in deflection)
     path.write_text(f"joint_deflection_rad,joint_torque_Nm\n{rows}\n")
     (drawn,) = preview(read_measurement(str(path))).data
     np.testing.assert_allclose(drawn.y, -40 * np.asarray(drawn.x), atol=1e-4)

@@ -11,10 +11,10 @@ FRICTION = signature(effects.BY_ID["coulomb_friction"], load_model("biorob_x4_jo
 
 def test_three_experiments_have_units_and_one_legend() -> None:
     figure = signature_figure(FRICTION, theme=DARK)
-    axes = [one.title.text for one in (*figure.select_xaxes(), *figure.select_yaxes())]
+    axes = [axis.title.text for axis in (*figure.select_xaxes(), *figure.select_yaxes())]
     assert len(axes) == 6
     assert all("(" in title for title in axes)
-    named = [one.name for one in figure.data if one.showlegend is not False]
+    named = [trace.name for trace in figure.data if trace.showlegend is not False]
     assert sorted(named) == ["a tendon falls slack", "motor", "with the effect", "without"]
 
 

@@ -24,9 +24,9 @@ def test_curves_are_the_frequency_responses_of_all_states() -> None:
     assert phase.get_ylabel() == "phase (°)"
     assert len(magnitude.lines) == len(phase.lines) == 3
     omega, drawn = magnitude.lines[-1].get_data()  # thick lines first
-    one = models["III"]
-    i, j = one.output_labels.index("joint_position"), one.input_labels.index("motor_position")
-    expected = np.array([abs(one(1j * rate)[i, j]) for rate in omega])
+    linear = models["III"]
+    i, j = linear.output_labels.index("joint_position"), linear.input_labels.index("motor_position")
+    expected = np.array([abs(linear(1j * rate)[i, j]) for rate in omega])
     assert np.asarray(drawn) == pytest.approx(expected, rel=1e-9)
     assert np.asarray(phase.lines[-1].get_ydata())[[0, -1]] == pytest.approx([0.0, -180.0], abs=5)
     peak = omega[np.argmax(drawn)]
@@ -46,7 +46,7 @@ def test_poles_and_zeros_of_the_collocated_channel_are_marked() -> None:
     zeros = np.sort(np.asarray(marks["o"].get_ydata()))
     assert zeros == pytest.approx([-37.18, 37.18], abs=0.01)
     assert len(marks["x"].get_ydata()) == 4
-    titles = [one.get_title() for one in figure.axes]
+    titles = [axes.get_title() for axes in figure.axes]
     assert "motor drive torque → motor position" in titles
     assert "motor drive torque → joint position" in titles
 
@@ -54,7 +54,7 @@ def test_poles_and_zeros_of_the_collocated_channel_are_marked() -> None:
 def test_zeros_far_away_are_named_and_not_drawn() -> None:
     damped = MODEL.with_values({"transmission.upper_spring.damping": 2.0})
     figure = linear_figure("joint", [linearise(damped, "III", drive=Drive.VELOCITY)])
-    (axes,) = [one for one in figure.axes if one.get_xlabel() == "real part (rad/s)"]
+    (axes,) = [axes for axes in figure.axes if axes.get_xlabel() == "real part (rad/s)"]
     assert "far away: zeros at -1.16e+04 rad/s" in axes.get_title()
     assert axes.get_xlim()[0] > -100.0
 

@@ -21,7 +21,7 @@ def printed(models: list[LinearModel], channels=None) -> str:
 
 
 def row(text: str, label: str) -> list[str]:
-    (line,) = [one for one in text.splitlines() if one.strip().startswith(label)]
+    (line,) = [line for line in text.splitlines() if line.strip().startswith(label)]
     return line.strip().removeprefix(label).split()
 
 
@@ -65,14 +65,14 @@ def test_channels_of_the_users_choice_are_shown_instead() -> None:
 def test_on_a_boundary_both_sides_have_a_column() -> None:
     at = OperatingPoint(deflection=SLACK)
     on = linearise(MODEL, "III", at)
-    assert [(side, one.validity.slack_state.name) for side, one in columns([on])] == [
+    assert [(side, column.validity.slack_state.name) for side, column in columns([on])] == [
         ("towards −", "III"),
         ("towards +", "II"),
     ]
     every = [linearise(MODEL, state, at) for state in STATES]
-    shown = [one.validity.slack_state.name for _, one in columns(every)]
+    shown = [column.validity.slack_state.name for _, column in columns(every)]
     assert sorted(shown) == ["I", "II", "III"]
-    (sentence,) = [one for one in remarks([on]) if "boundary" in one]
+    (sentence,) = [remark for remark in remarks([on]) if "boundary" in remark]
     assert "upper tendon goes slack" in sentence
     assert "both sides" in sentence
 

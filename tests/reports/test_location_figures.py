@@ -97,8 +97,8 @@ def test_names_of_files_are_plain_and_unique() -> None:
 def test_loop_says_where_its_torque_is_from(series: Compared) -> None:
     comparison, location = series
     labels = [
-        torque_loop(comparison.model, *one).axes[0].get_ylabel()
-        for one in zip(comparison.files, location.files, strict=True)
+        torque_loop(comparison.model, *pair).axes[0].get_ylabel()
+        for pair in zip(comparison.files, location.files, strict=True)
     ]
     assert "measured" in labels[0]
     assert "missing torque" in labels[1]
@@ -107,8 +107,10 @@ def test_loop_says_where_its_torque_is_from(series: Compared) -> None:
 def test_reconstructed_loop_lies_about_the_friction_from_the_springs(series: Compared) -> None:
     comparison, location = series
     axes = torque_loop(comparison.model, comparison.files[1], location.files[1]).axes[0]
-    clouds = [one for one in axes.collections if isinstance(one, PathCollection)]
-    points = np.concatenate([np.asarray(one.get_offsets()) for one in clouds])
+    clouds = [
+        collection for collection in axes.collections if isinstance(collection, PathCollection)
+    ]
+    points = np.concatenate([np.asarray(cloud.get_offsets()) for cloud in clouds])
     springs = characteristic_torque(points[:, 0], comparison.model.transmission)
     off = points[:, 1] - springs
     assert np.quantile(np.abs(off), 0.5) == pytest.approx(0.3, abs=0.1)
@@ -121,9 +123,9 @@ def test_bars_are_the_shares_and_those_that_stand_out_are_marked(series: Compare
     figure = share_of_error(comparison.files[0], location.files[0], "joint_position")
     bins = location.files[0].bins["joint_position"]
     bars = [bar for axes in figure.axes for bar in axes.patches]
-    assert [bar.get_height() for bar in bars] == pytest.approx([one.share for one in bins])
+    assert [bar.get_height() for bar in bars] == pytest.approx([bin_.share for bin_ in bins])
     marked = [to_hex(bar.get_facecolor()).upper() == VERMILLION for bar in bars]
-    assert marked == [one.stands_out for one in bins]
+    assert marked == [bin_.stands_out for bin_ in bins]
     assert any(marked)
 
 
@@ -145,9 +147,9 @@ def test_missing_torque_has_a_panel_for_each_curve(series: Compared) -> None:
     comparison, location = series
     found = location.files[0].missing_torque
     panels = [
-        one
-        for one in missing_torque(comparison.files[0], location.files[0]).axes
-        if one.get_visible()
+        axes
+        for axes in missing_torque(comparison.files[0], location.files[0]).axes
+        if axes.get_visible()
     ]
     assert len(panels) == len(found.curves) >= 4
     for axes, curve in zip(panels, found.curves, strict=True):

@@ -44,8 +44,8 @@ def estimates() -> list[Estimate]:
     """Every number of the model with every effect, as wide as the fit may tell it."""
     ids = [effect.id for effect in CATALOGUE]
     return [
-        Estimate(one.path, one.unit, -1.234e-05, 0.0108, 1.0, (1e-4, 0.192), True)
-        for one in quantities(ids)
+        Estimate(quantity.path, quantity.unit, -1.234e-05, 0.0108, 1.0, (1e-4, 0.192), True)
+        for quantity in quantities(ids)
     ]
 
 
@@ -68,14 +68,16 @@ def of_sweeps() -> Iterator[Table]:
     numbers = (-1.234e-3,) * 3
     columns = [
         ColumnSummary(name, 9, 0.0, 0.0, -1.234e-3, 0, 1.234e-3, 1, numbers)
-        for name in (*(one.path for one in estimates()), "joint_position.rms_error_rad")
+        for name in (*(estimate.path for estimate in estimates()), "joint_position.rms_error_rad")
     ]
     summary = Summary(9, 0, 9, 9, (), tuple(columns))
-    yield statistics_table(summary, {one.path: one.unit for one in estimates()})
+    yield statistics_table(summary, {estimate.path: estimate.unit for estimate in estimates()})
     yield bootstrap_table(
         [
-            BootstrapInterval(one.path, one.unit, 0.0108, (0.01, 0.01254), (0.01011, 0.01192))
-            for one in estimates()
+            BootstrapInterval(
+                estimate.path, estimate.unit, 0.0108, (0.01, 0.01254), (0.01011, 0.01192)
+            )
+            for estimate in estimates()
         ]
     )
 

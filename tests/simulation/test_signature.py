@@ -65,7 +65,9 @@ def test_typical_values_are_taken_where_they_show(of):
 
 def test_strength_grows_and_direction_stays(of, example):
     found = of("pulley_eccentricity")
-    typical = {one.name: typical_value(example, one) for one in found.effect.parameters}
+    typical = {
+        parameter.name: typical_value(example, parameter) for parameter in found.effect.parameters
+    }
     assert found.times_typical > 1.0
     assert found.numbers["amplitude"] == pytest.approx(found.times_typical * typical["amplitude"])
     assert found.numbers["phase"] == typical["phase"]

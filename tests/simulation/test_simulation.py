@@ -178,8 +178,8 @@ def test_a_relaxing_spring_starts_relaxed_however_stiff(model, stiffness):
     relaxing = model.with_effect("spring_relaxation", {"stiffness": stiffness})
     start = {"joint_position": 0.05}
     torque, expected = (
-        simulate(one, TIME[:2], 0 * TIME[:2], initial_state=start)["joint_torque"][0]
-        for one in (relaxing, model)
+        simulate(machine, TIME[:2], 0 * TIME[:2], initial_state=start)["joint_torque"][0]
+        for machine in (relaxing, model)
     )
     assert expected < -1.0
     assert torque == pytest.approx(expected, rel=1e-6)
@@ -243,9 +243,9 @@ def test_events_do_not_depend_on_the_samples_between_which_they_lie():
     ends = []
     for parts in (1, 2, 5, 20):
         time = np.linspace(0.0, coarse[-1], parts * (coarse.size - 1) + 1)
-        inputs = (np.interp(time, coarse, one) for one in (motor, load))
+        inputs = (np.interp(time, coarse, samples) for samples in (motor, load))
         ends.append(simulate(model, time, *inputs, tolerance=1e-10)["joint_position"][::parts])
-    assert max(np.abs(one - ends[-1]).max() for one in ends) < 1e-7
+    assert max(np.abs(end - ends[-1]).max() for end in ends) < 1e-7
 
 
 def test_a_chatter_is_refused_and_does_not_hang():

@@ -14,14 +14,14 @@ REST = InitialState(0.0, 0.0)
 
 
 def test_simulations_count_by_their_evaluations_and_derivatives() -> None:
-    own, other = work.Work(), work.Work()
+    own, rest = work.Work(), work.Work()
     with work.counted(own):
         rates = simulate_measurement(GIVEN, RECORDING, REST).statistics["rates"]
         assert work.worked() == own.multiplications == rates
-        with work.counted(other):
+        with work.counted(rest):
             sensitivity(GIVEN, RECORDING, REST, ["link.inertia"])
         assert own.multiplications == rates
-    assert other.multiplications > rates
+    assert rest.multiplications > rates
     assert work.worked() == 0.0  # nobody counts
 
 

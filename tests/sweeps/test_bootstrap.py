@@ -57,17 +57,17 @@ def test_runs_depend_on_seed_and_number_alone(example, task):
     assert together[RUN].tolist() == [0, 1, 2]
     assert together[DAMPING].nunique() == 3
     model, measurement, _ = example
-    other = bootstrap(model, [measurement], runs=4, seed=2)
-    assert not np.isclose(other.rows(0, 1)[DAMPING][0], together[DAMPING][0], rtol=1e-9)
-    assert other.identity["data"] == task.identity["data"]
-    assert other.identity != task.identity
+    different = bootstrap(model, [measurement], runs=4, seed=2)
+    assert not np.isclose(different.rows(0, 1)[DAMPING][0], together[DAMPING][0], rtol=1e-9)
+    assert different.identity["data"] == task.identity["data"]
+    assert different.identity != task.identity
 
 
 def test_identity_knows_the_data(example, task):
     model, measurement, _ = example
     noisier = {name: 1.001 * values for name, values in measurement.signals.items()}
-    other = bootstrap(model, [replace(measurement, signals=noisier)], runs=4, seed=1)
-    assert other.identity["data"] != task.identity["data"]
+    different = bootstrap(model, [replace(measurement, signals=noisier)], runs=4, seed=1)
+    assert different.identity["data"] != task.identity["data"]
 
 
 def test_failed_runs_have_the_columns_of_good_ones(task):
@@ -173,12 +173,12 @@ def test_given_numbers_scatter_as_the_prior_does(task):
     drawn = [subject._given_again(fitted, task.paths, lot) for _ in range(300)]
     path = "transmission.upper_spring.stiffness"
     sigma = Coordinates.of(fitted, [path]).sigma[0]
-    values = np.array([one.values()[path] for one in drawn])
+    values = np.array([refitted.values()[path] for refitted in drawn])
     assert np.std(values) == pytest.approx(sigma, rel=0.2)
     assert np.mean(values) == pytest.approx(fitted.values()[path], abs=0.3 * sigma)
     # their sigmas stay what they are, whatever the values
-    assert {round(one.uncertainty_of(path) / sigma, 9) for one in drawn} == {1.0}
-    assert all(isinstance(one, Model) for one in drawn)
+    assert {round(refitted.uncertainty_of(path) / sigma, 9) for refitted in drawn} == {1.0}
+    assert all(isinstance(refitted, Model) for refitted in drawn)
 
 
 def test_numbers_drawn_at_a_bound_lie_on_it(task):
@@ -189,9 +189,10 @@ def test_numbers_drawn_at_a_bound_lie_on_it(task):
             task.fitted.model.with_values({path: damping}), {path: 1e3 * damping}
         )
         drawn = [
-            subject._given_again(fitted, [path], np.random.default_rng(one)) for one in range(8)
+            subject._given_again(fitted, [path], np.random.default_rng(number))
+            for number in range(8)
         ]
-        assert min(one.values()[path] for one in drawn) == 0.0
+        assert min(refitted.values()[path] for refitted in drawn) == 0.0
 
 
 # ---- intervals ---------------------------------------------------------------------------------
@@ -204,9 +205,9 @@ def table_of(task, values):
 
 def test_a_further_refit_lies_beyond_the_interval_with_five_per_cent(task):
     found = intervals(task, table_of(task, np.arange(1.0, 40.0)))
-    assert {one.bootstrap for one in found} == {(1.0, 39.0)}
+    assert {interval.bootstrap for interval in found} == {(1.0, 39.0)}
     found = intervals(task, table_of(task, np.arange(1.0, 1000.0)))
-    assert [one.path for one in found] == list(task.paths)
+    assert [interval.path for interval in found] == list(task.paths)
     np.testing.assert_allclose(found[0].bootstrap, (25.0, 975.0))
     assert found[0].linear == task.estimates[0].interval
     assert found[0].fitted == task.estimates[0].fitted
@@ -230,9 +231,9 @@ def test_intervals_hold_the_truth():
         model, measurement, truth = recorded(seed)
         task = bootstrap(model, [measurement], runs=FEWEST_REFITS, seed=seed)
         table = task.rows(0, FEWEST_REFITS)
-        for one in intervals(task, table):
-            held.append(one.bootstrap[0] <= truth[one.path] <= one.bootstrap[1])
-            offsets.append((one.fitted - truth[one.path]) / table[one.path].std())
+        for interval in intervals(task, table):
+            held.append(interval.bootstrap[0] <= truth[interval.path] <= interval.bootstrap[1])
+            offsets.append((interval.fitted - truth[interval.path]) / table[interval.path].std())
     assert len(held) == 14
     assert np.count_nonzero(held) >= 11
     assert 0.4 < np.sqrt(np.mean(np.square(offsets))) < 1.6

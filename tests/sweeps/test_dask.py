@@ -20,8 +20,8 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[DaskCluster]:
     (tmp_path / "dask").mkdir()
-    with dask_cluster(tmp_path / "dask") as one:
-        yield one
+    with dask_cluster(tmp_path / "dask") as cluster:
+        yield cluster
 
 
 def _once(act: Callable[[], None], after: float) -> Callable[[str, float], None]:

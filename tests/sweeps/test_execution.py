@@ -14,9 +14,9 @@ def _pieces(runs: int, batch: int) -> list[Piece]:
 
 
 def _table(task: Draws, batch: int, place: Local) -> pd.DataFrame:
-    done = sorted(execute(task, _pieces(task.runs, batch), place), key=lambda one: one.start)
-    assert [(one.start, one.stop) for one in done] == _pieces(task.runs, batch)
-    return pd.concat([one.table for one in done], ignore_index=True)
+    done = sorted(execute(task, _pieces(task.runs, batch), place), key=lambda piece: piece.start)
+    assert [(piece.start, piece.stop) for piece in done] == _pieces(task.runs, batch)
+    return pd.concat([piece.table for piece in done], ignore_index=True)
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -26,7 +26,7 @@ def model():
 
 
 def _bounds(model, path):
-    (found,) = (one for one in quantities(model.effect_ids) if one.path == path)
+    (found,) = (quantity for quantity in quantities(model.effect_ids) if quantity.path == path)
     return found.lower, found.upper
 
 
@@ -84,7 +84,7 @@ def test_spread_in_per_cent_and_as_the_model_states_it(model):
 
 def test_stated_factors_are_those_of_the_model_file():
     bench = load_model("bench_actuator")
-    found = {one.path: one.distribution.sigma for one in stated_factors(bench)}
+    found = {factor.path: factor.distribution.sigma for factor in stated_factors(bench)}
     assert found == {path: bench.uncertainty_of(path) for path in bench.uncertainty}
     assert found["link.damping"] == pytest.approx(2.0 * 5e-3)
 

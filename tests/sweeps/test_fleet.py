@@ -163,7 +163,7 @@ def test_identity_is_that_of_files_and_what_lies_beside_them(model, tmp_path):
     beside.write_text("x = 1")
     second = identity()
     log.write_text("time_s\n")
-    assert len({str(one) for one in (first, second, identity())}) == 3
+    assert len({str(known) for known in (first, second, identity())}) == 3
 
 
 def test_data_is_named_for_any_working_folder(model, tmp_path, monkeypatch):
@@ -248,8 +248,8 @@ def test_what_cannot_be_told_apart_is_named():
 
 
 def test_a_narrow_interval_has_as_many_digits_as_tell_its_ends_apart():
-    one = Estimate("link.inertia", "kg.m2", 80.0, 60.0012, 0.01, (59.9987, 60.0037), True)
-    assert subject._drift(one) == "link.inertia 80 -> 60.0012 kg·m² (59.9987 to 60.0037)"
+    estimate = Estimate("link.inertia", "kg.m2", 80.0, 60.0012, 0.01, (59.9987, 60.0037), True)
+    assert subject._drift(estimate) == "link.inertia 80 -> 60.0012 kg·m² (59.9987 to 60.0037)"
 
 
 def test_a_name_that_is_no_text_is_refused():

@@ -98,11 +98,11 @@ def test_a_part_is_never_half_written(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_parts_of_another_sweep_are_not_mixed_in(tmp_path: Path) -> None:
     parts = _filled(tmp_path / "runs.csv")
-    other = dataclasses.replace(TASK, seed=2, runs=13)
+    another = dataclasses.replace(TASK, seed=2, runs=13)
     with pytest.raises(SweepError, match=r"another sweep \(different: runs, seed\).*--force"):
-        open_parts(other, tmp_path / "runs.csv", None, force=False)
+        open_parts(another, tmp_path / "runs.csv", None, force=False)
     assert len(done_before(parts)) == 3
-    assert done_before(open_parts(other, tmp_path / "runs.csv", None, force=True)) == {}
+    assert done_before(open_parts(another, tmp_path / "runs.csv", None, force=True)) == {}
 
 
 def test_force_goes_on_with_the_same_sweep(tmp_path: Path) -> None:
@@ -159,8 +159,8 @@ def test_outputs_that_cannot_be_are_refused(
 
 def test_a_description_without_parts_holds_nobody_up(tmp_path: Path) -> None:
     open_parts(TASK, tmp_path / "runs.csv", None, force=False)
-    other = dataclasses.replace(TASK, seed=2)
-    parts = open_parts(other, tmp_path / "runs.csv", None, force=False)
+    another = dataclasses.replace(TASK, seed=2)
+    parts = open_parts(another, tmp_path / "runs.csv", None, force=False)
     assert json.loads((parts.folder / "sweep.json").read_text())["identity"]["seed"] == "2"
 
 

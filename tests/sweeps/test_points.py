@@ -31,8 +31,8 @@ def test_a_run_has_its_point_however_it_is_asked_for(method):
     np.testing.assert_array_equal(np.concatenate(slices), whole)
     again = pickle.loads(pickle.dumps(drawn))
     np.testing.assert_array_equal(again.rows(4_090, 4_100), whole[4_090:4_100])
-    other = points(FACTORS, method, 10_000, seed=8).rows(0, 10_000)
-    assert not (other[:, 0] == whole[:, 0]).any()
+    reseeded = points(FACTORS, method, 10_000, seed=8).rows(0, 10_000)
+    assert not (reseeded[:, 0] == whole[:, 0]).any()
 
 
 @pytest.mark.parametrize("method", DRAWN)
@@ -46,7 +46,7 @@ def test_points_are_distributed_as_the_factors_say(method):
 
 
 def _shares(method, count, seed=3):
-    unit = tuple(Factor(f"{one}", Uniform(0.0, 1.0)) for one in range(3))
+    unit = tuple(Factor(f"{number}", Uniform(0.0, 1.0)) for number in range(3))
     return points(unit, method, count, seed).rows(0, count)
 
 
@@ -60,7 +60,7 @@ def test_latin_hypercube_has_one_point_in_each_row_of_each_block():
 
 
 def test_sobol_points_fill_space_more_evenly_than_random_ones():
-    sobol, random = (qmc.discrepancy(_shares(one, 2048)) for one in ("sobol", "monte-carlo"))
+    sobol, random = (qmc.discrepancy(_shares(method, 2048)) for method in ("sobol", "monte-carlo"))
     assert sobol < random / 20.0
 
 
@@ -88,8 +88,8 @@ def test_grid_has_all_combinations_the_last_factor_fastest():
     )
     expected = list(itertools.product((1.0, 2.0), (5.0, 4.0, 3.0), (0.0, 9.0)))
     assert grid.count == 12
-    assert grid.rows(0, 12).tolist() == [list(one) for one in expected]
-    assert grid.rows(5, 8).tolist() == [list(one) for one in expected[5:8]]
+    assert grid.rows(0, 12).tolist() == [list(row) for row in expected]
+    assert grid.rows(5, 8).tolist() == [list(row) for row in expected[5:8]]
 
 
 @pytest.mark.parametrize("method", DRAWN)
@@ -116,7 +116,7 @@ def test_identity_tells_points_apart():
         points((Factor("link.damping", by_a_hair), *FACTORS[1:]), "sobol", 100, 1),
     ]
     assert base.identity == points(FACTORS, "sobol", 100, 1).identity
-    assert not any(one.identity == base.identity for one in others)
+    assert not any(changed.identity == base.identity for changed in others)
 
 
 @pytest.mark.parametrize(

@@ -244,7 +244,7 @@ def test_identity_tells_sweeps_apart(model, motion):
         simulations(model, drawn, motion=motion, keep="trajectories"),
         simulations(model, drawn, motion=motion, tolerance=1e-6),
     ]
-    assert not any(other.identity == base.identity for other in others)
+    assert not any(changed.identity == base.identity for changed in others)
     assert base.identity == simulations(model, drawn, motion=motion).identity
     assert base.threads
     assert base.runs == 10

@@ -47,7 +47,10 @@ def test_statistics_are_those_of_the_whole_table(tmp_path, monkeypatch, suffix):
     table = _table(5_000)
     found = summarise(_write(table, tmp_path / f"runs.{suffix}"))
     assert (found.runs, found.failed, found.rows, found.sampled) == (5_000, 50, 5_000, 5_000)
-    assert [one.name for one in found.columns] == ["link.damping", "joint_position.maximum_rad"]
+    assert [column.name for column in found.columns] == [
+        "link.damping",
+        "joint_position.maximum_rad",
+    ]
     for column in found.columns:
         values = table[column.name].dropna()
         assert column.count == len(values)
@@ -63,9 +66,9 @@ def test_statistics_are_those_of_the_whole_table(tmp_path, monkeypatch, suffix):
 def test_failures_are_counted_by_what_they_say(tmp_path, monkeypatch, suffix):
     monkeypatch.setattr(module, "PIECE", 2_000)
     found = summarise(_write(_table(5_000), tmp_path / f"runs.{suffix}"))
-    solver, other = found.reasons
+    solver, again = found.reasons
     assert (solver.text, solver.run, solver.count) == ("stopped at 0.07 s: it is too stiff", 7, 49)
-    assert (other.text, other.run, other.count) == ("no model", 307, 1)
+    assert (again.text, again.run, again.count) == ("no model", 307, 1)
 
 
 def test_quantiles_of_a_long_table_are_of_rows_spaced_evenly(tmp_path, monkeypatch):

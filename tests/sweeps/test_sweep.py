@@ -89,14 +89,14 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     while process.poll() is None and not list(tmp_path.glob("*/*.csv")):
         time.sleep(0.01)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    workers = [one for one in children if "LokyProcess" in _command(one)]
+    workers = [child for child in children if "LokyProcess" in _command(child)]
     process.kill()
     process.communicate(timeout=30)
     deadline = time.monotonic() + 20
-    while any(_command(one) for one in workers) and time.monotonic() < deadline:
+    while any(_command(worker) for worker in workers) and time.monotonic() < deadline:
         time.sleep(0.1)
     assert len(workers) == 2
-    assert [_command(one) for one in workers] == ["", ""]
+    assert [_command(worker) for worker in workers] == ["", ""]
 
 
 def _start(task: Draws, output: Path) -> subprocess.Popen[str]:
