@@ -173,8 +173,8 @@ class Diagnosis(Result):
     `neighbours` of the answer, none of which does better. `would_show`, `recordings`.
     `indistinguishable` : sets of effects that these data do not distinguish, "+" between the ids
     of a set. `comparison` and `location` : of the final model with the fitted data. `complete`
-    false: stopped by the user or at the time limit, the best answer so far. `no_experiment` : why no
-    experiment decides, "" where one does or none is needed.
+    false: stopped by the user or at the time limit, the best answer so far. `no_experiment` : why
+    no experiment decides, "" where one does or none is needed.
     """
 
     verdict: Verdict
