@@ -145,7 +145,7 @@ def preview(current: Model, outcome: Outcome, effect_id: str) -> Model:
 
     Parameters
     ----------
-    current : Model that the round looked at
+    current : Model from which the round was made
     outcome : of the round
     effect_id : of a candidate
 

@@ -22,7 +22,7 @@ from elastic_tendon.diagnosis.result import LearnedTerm
 from elastic_tendon.effects.base import Effect
 
 CANDIDATES = 4  # curves that are learned under the bounds of physics
-# of what the best term explains: a curve that explains less is the shadow of something else
+# of what the best term explains: a curve that explains less follows from something else
 WORTHWHILE = 0.8
 # of what the best curve explains: an earlier form that explains as much is simpler
 AS_GOOD = 0.95

@@ -171,10 +171,10 @@ class Diagnosis(Result):
     fit; `parameters_changed` : dotted paths whose value moved significantly and matters; `notes` :
     what is worth knowing and no verdict, one sentence each. `rounds` : what was considered;
     `neighbours` of the answer, none of which does better. `would_show`, `recordings`.
-    `indistinguishable` : sets of effects that these data cannot tell apart, "+" between the ids of
-    a set. `comparison` and `location` : of the final model with the fitted data. `complete` false:
-    stopped by the user or at the time limit, the best answer so far. `no_experiment` : why no
-    experiment decides, "" where one does or none is needed.
+    `indistinguishable` : sets of effects that these data do not distinguish, "+" between the ids
+    of a set. `comparison` and `location` : of the final model with the fitted data. `complete`
+    false: stopped by the user or at the time limit, the best answer so far. `no_experiment` : why
+    no experiment decides, "" where one does or none is needed.
     """
 
     verdict: Verdict

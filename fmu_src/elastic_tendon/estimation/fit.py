@@ -315,7 +315,8 @@ def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Sha
     """Scout under samples taken as independent, then settle under what they really tell.
 
     Scouting lets the data overrule the prior, so that a parameter that is far off is found; the
-    rounds then weigh data and prior honestly, and return what only the lack of fit had moved.
+    rounds then weigh data and prior by the effective number of samples, and return what only the
+    lack of fit had moved.
     """
     promising = sorted(starts, key=search.cost)[: effort.scouted]
     steps = len(promising) + effort.polished + 1 + effort.rounds
