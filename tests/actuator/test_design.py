@@ -194,7 +194,7 @@ def test_pretension_above_27_is_refused_for_a_curve() -> None:
 
 
 def test_rows_say_every_value_with_name_equation_and_unit(biorob: DesignTable) -> None:
-    rows = biorob.rows()
+    rows = tuple(biorob.rows().values())
     assert len({row.name for row in rows}) == len(rows)
     for row in rows:
         assert row.symbol

@@ -93,14 +93,14 @@ class DesignTable(Result):
     def summary(self) -> str:
         """Every figure with its unit, a line each."""
         return "\n".join(
-            f"{row.name:40} {row.value:11.5g} {unit_text(row.unit)}" for row in self.rows()
+            f"{row.name:40} {row.value:11.5g} {unit_text(row.unit)}" for row in self.rows().values()
         )
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Every figure with its symbol, equation and unit, a row each."""
         import pandas as pd
 
-        return pd.DataFrame([asdict(row) for row in self.rows()])
+        return pd.DataFrame([asdict(row) for row in self.rows().values()])
 
     def to_dict(self) -> dict[str, Any]:
         """Every figure by its name in Python, SI."""
@@ -112,11 +112,12 @@ class DesignTable(Result):
 
         return characteristic_curves(self.model)
 
-    def rows(self) -> tuple[DesignRow, ...]:
-        """Table for printing, in the order of the fields."""
-        return tuple(
-            DesignRow(value=getattr(self, figure.name), **figure.metadata) for figure in _figures()
-        )
+    def rows(self) -> dict[str, DesignRow]:
+        """Table for printing: name of a field -> its row, in their order."""
+        return {
+            figure.name: DesignRow(value=getattr(self, figure.name), **figure.metadata)
+            for figure in _figures()
+        }
 
 
 def _figures() -> "list[Field[Any]]":

@@ -39,7 +39,7 @@ def design_table(name: str, table: DesignTable) -> Table:
         shown_table.add_column(heading, justify=justify)  # type: ignore[arg-type]
     shown_table.add_column("value", justify="right")
     shown_table.add_column("unit")
-    for row in table.rows():
+    for row in table.rows().values():
         value = f"{row.value:.4g}"
         shown_table.add_row(row.name, row.symbol, row.equation, value, unit_text(row.unit))
     return shown_table

@@ -209,7 +209,7 @@ def head(version: Version) -> list[Component | str]:
 def design_numbers(model: et.Model) -> list[Component]:
     """Warnings of a model, and what its springs come to."""
     found = et.design(model)
-    rows = dict(zip(vars(found), found.rows(), strict=True))
+    rows = found.rows()
     effects = (
         [html.P("The curve and these numbers are of the springs alone.", className="quiet")]
         if model.effect_ids
