@@ -80,9 +80,12 @@ def _pool(client: Any, address: str, task: Task) -> Pool:
     sent_once = [task] if len(dumps(task)) > SENT_ONCE else None
 
     def parallel(in_flight: int) -> Parallel:
-        backend = _Backend(
-            client=client, scatter=sent_once, wait_for_workers_timeout=WORKER_SECONDS
-        )
+        backend = _Backend(client=client, wait_for_workers_timeout=WORKER_SECONDS)
+        if sent_once:
+            # a key of its own for each round: the name of a task that was just let go may reach a
+            # worker after the same name was sent again, and Dask then waits for it for ever
+            sent = client.scatter(sent_once, broadcast=True, hash=False)
+            backend.data_futures = {id(task): future for future in sent}
         return Parallel(
             -1,
             backend=backend,
