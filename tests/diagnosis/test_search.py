@@ -489,7 +489,8 @@ def test_where_only_a_disturbance_is_left_nothing_else_is_tried(monkeypatch) -> 
     search = disturbed(GIVEN)
     assert search.answer.mean_square > 4.0
     assert search._disturbed()
-    monkeypatch.setattr(search, "_follow_neighbours", None)
+    for later in ("_hop", "_better_addition", "_better_single"):
+        monkeypatch.setattr(search, later, None)
     search.run()
     assert search.answer.added == ()
     assert not disturbed(typical_model(*COULOMB))._disturbed()

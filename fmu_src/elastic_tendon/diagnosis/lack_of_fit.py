@@ -30,7 +30,7 @@ RARELY = 10.0  # times less often than anything else a load comes once, of which
 # times the noise floor: much of what remains, unless nothing tells it from a disturbance, ...
 TOO_LARGE = 5.0
 # ... and nobody would call a model adequate, whatever disturbs the machine
-OVERWHELMING = 20.0
+OVERWHELMING = 10.0
 # a disturbance: more probable by chance, and less of it predicted on unseen stretches
 CHANCY, EXPLAINED = 0.2, 0.25
 # correlations above those of chance by so many standard deviations are memory

@@ -29,7 +29,7 @@ from elastic_tendon.diagnosis.evidence import (
     Evidence,
     worth_hearing,
 )
-from elastic_tendon.diagnosis.lack_of_fit import regress
+from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, regress
 from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, MOST_WORK, Check, Refits
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import (
@@ -76,7 +76,6 @@ CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no
 # times by which the mean square falls for what is no chance: without held-out recordings, on these
 SURELY, SURELY_HELDOUT = 3.0, 2.0
 MOST_ROUNDS, MOST_REFITS = 8, 20
-LARGEST = 100.0  # mean square of a disturbance that ends the search
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
 # refits from around an answer: how many, how many in vain, how far in standard deviations, and how
 # far at the most, in those of the prior
@@ -171,8 +170,6 @@ class Search(Refits):
         better_base = self._better_base()
         self._refit_in_turn(self._best_single())
         self._better_law()
-        if self._disturbed():
-            return
         if not self._at_noise():
             if better_base:
                 self._screen_singles(ids, self.estimates[()].values)
@@ -472,7 +469,7 @@ class Search(Refits):
         disturbance that nobody recorded: no effect explains it."""
         answer = self.answer
         timed = not any(one.static for one in self.data.fitted)
-        if not (timed and MUCH < answer.mean_square < LARGEST):
+        if not (timed and MUCH < answer.mean_square < OVERWHELMING**2):
             return False
         known, disturbed = self._shapeless.get(answer.added, (None, False))
         if known is not answer:
