@@ -62,3 +62,13 @@ def test_every_room_says_what_it_is_for() -> None:
     for room in (path for path in PACKAGE.iterdir() if (path / "__init__.py").is_file()):
         text = ast.get_docstring(ast.parse((room / "__init__.py").read_text()))
         assert text, room.name
+
+
+def test_tests_stand_in_the_rooms_of_what_they_test() -> None:
+    """Beside them only what shares no code with the product."""
+    tests = Path(__file__).parent
+    rooms = {path.parent.relative_to(tests) for path in tests.rglob("test_*.py")}
+    of_truth = {Path(name) for name in ("engine", "hidden_effect", "truth")}
+    assert [
+        room for room in rooms - of_truth if not (PACKAGE / room / "__init__.py").is_file()
+    ] == []

@@ -12,6 +12,7 @@ from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison_json import comparison_json
 from elastic_tendon.comparison.locate import locate
 from elastic_tendon.diagnosis.diagnose import diagnose
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.measurement import read_measurement
 
 pytestmark = pytest.mark.skipif(
@@ -20,6 +21,10 @@ pytestmark = pytest.mark.skipif(
 )
 POSITION = "joint_position"
 HAND = (2.1, 3.3)  # s, when a hand disturbed the joint
+RIVALS = (  # candidates in CI; the whole catalogue takes minutes
+    *("coulomb_friction", "tendon_guide_friction", "gear_backlash"),
+    *("joint_encoder_offset", "motor_encoder_offset"),
+)
 
 
 @pytest.fixture(scope="module")
@@ -147,11 +152,17 @@ def test_jaw_has_hysteresis_between_the_directions(findings, name):
     assert lacking.low[0] > 0.0 > lacking.high[-2]
 
 
-@pytest.fixture(scope="module")
-def bench():
+@pytest.fixture(
+    scope="module",
+    params=[RIVALS, pytest.param((), marks=pytest.mark.slow)],
+    ids=["rivals", "whole catalogue"],
+)
+def bench(request):
     """What the loop finds on the bench, the recording of another session held out."""
     heldout = read_measurement(f"{DATA / DISTURBED}[3.3:15]")
-    return diagnose(load_model(MODELS[TRACKING]), read(DATA, TRACKING), heldout), heldout
+    options = Options(only=request.param)
+    given, recording = load_model(MODELS[TRACKING]), read(DATA, TRACKING)
+    return diagnose(given, recording, heldout, options=options), heldout
 
 
 def test_the_loop_finds_what_lasts_on_unseen_data(bench) -> None:

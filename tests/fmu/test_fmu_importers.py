@@ -18,7 +18,6 @@ import check_fmus
 from check_fmus import IMPORTERS, Importer, Outcome, outcome
 from elastic_tendon.actuator.parameters import load_model, models
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 from fmu_driver import ERROR, Fmu
 
@@ -149,9 +148,23 @@ def test_script_says_what_it_does_not_know(capsys):
 # ---- fmpy ----------------------------------------------------------------------------------
 
 
+@pytest.fixture(scope="module")
+def of_bundled_models(tmp_path_factory):
+    """Folder with what the script makes of all bundled models."""
+    folder = tmp_path_factory.mktemp("bundled")
+    command = [sys.executable, str(SCRIPTS / "build_fmus.py"), "--output", str(folder)]
+    subprocess.run(command, capture_output=True, check=True)
+    return folder
+
+
+def test_script_for_all_bundled_models(of_bundled_models):
+    made = {path.relative_to(of_bundled_models) for path in of_bundled_models.glob("*/*")}
+    assert made == {Path(f"fmi{v}", f"{name}.fmu") for v in (2, 3) for name in models}
+
+
 @pytest.mark.parametrize("bundled", models)
-def test_every_bundled_model_runs_in_fmpy(bundled, tmp_path):
-    path = export_fmu(load_model(bundled), tmp_path / "x.fmu")
+def test_every_bundled_model_runs_in_fmpy(bundled, of_bundled_models):
+    path = of_bundled_models / "fmi2" / f"{bundled}.fmu"
     assert validate_fmu(str(path)) == []
     runs = [
         simulate_fmu(str(path), fmi_type=kind, stop_time=0.5, output_interval=0.01, **options)
@@ -315,10 +328,3 @@ def test_script_for_the_pythonfmu_flavour(tmp_path, arguments, status, told):
     assert told in run.stdout + run.stderr
     assert "Traceback" not in run.stderr
     assert bool(list(tmp_path.glob("*.fmu"))) == (status == 0)
-
-
-def test_script_for_all_bundled_models(tmp_path):
-    command = [sys.executable, str(SCRIPTS / "build_fmus.py"), "--output", str(tmp_path)]
-    subprocess.run(command, capture_output=True, check=True)
-    made = {path.relative_to(tmp_path) for path in tmp_path.glob("*/*")}
-    assert made == {Path(f"fmi{v}", f"{name}.fmu") for v in (2, 3) for name in models}

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "fmu_src" / "elastic_tendon" / "demo"
 MEASUREMENTS = ("demo_fit.csv", "demo_validate.csv")
 LARGEST_FILE = 300_000  # bytes, so that the package stays small
