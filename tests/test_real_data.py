@@ -179,6 +179,8 @@ def test_the_loop_finds_what_lasts_on_unseen_data(bench) -> None:
     assert found.remaining[POSITION].significant
 
 
+@pytest.mark.slow  # of the two zeros these five candidates leave, the other errs 6.1 mrad unseen
+@pytest.mark.parametrize("bench", [()], indirect=True, ids=["whole catalogue"])
 def test_the_error_on_unseen_data_is_as_small_as_wanted(bench) -> None:
     found, _ = bench
     assert found.ladder[-1].heldout_rmse[POSITION] < 5.5e-3

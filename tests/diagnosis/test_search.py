@@ -102,8 +102,11 @@ def test_the_size_of_a_set_is_its_number_of_parameters() -> None:
 
 
 def test_aliases_take_the_place_of_an_effect() -> None:
-    assert list(aliases(COULOMB)) == []
-    assert list(aliases((*COULOMB, "joint_encoder_offset"))) == [(*COULOMB, "motor_encoder_offset")]
+    assert list(aliases(("gravity_load",))) == []
+    assert list(aliases((*COULOMB, "joint_encoder_offset"))) == [
+        ("tendon_guide_friction", "joint_encoder_offset"),
+        (*COULOMB, "motor_encoder_offset"),
+    ]
     assert list(aliases(("tendon_compliance",))) == []  # its aliases are no effects
 
 

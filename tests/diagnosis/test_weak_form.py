@@ -22,7 +22,7 @@ HIDDEN = ((), ("gravity_load",), ("spring_hardening", "quadratic_drag"))
 def torques_of(model: Model, recording: Measurement):
     """Weak form of a recording and the model's torques along it."""
     weak = weak_form(recording)
-    balance = torque_balance(model.effect_ids, free_parameters(model))
+    balance = torque_balance(model.effect_ids, free_parameters(model), tuple(weak.shown))
     return weak, balance.torques(model.values(), weak.motion)
 
 
@@ -64,14 +64,15 @@ def test_a_missing_effect_is_left() -> None:
     assert np.mean(whitened(GIVEN, noisy) ** 2) > 10.0
 
 
-def test_a_measured_torque_of_the_joint_is_a_second_half_of_residuals() -> None:
+@pytest.mark.parametrize("name", ["joint_torque", "motor_torque"])
+def test_a_measured_torque_is_a_second_half_of_residuals(name: str) -> None:
     model, level = GIVEN, 0.02
     run = played(model)
-    torque = run.motion  # its tendon torque is the balance's
-    shown = torque_balance((), ()).torques(model.values(), torque).tendon
+    torques = torque_balance((), (), (name,)).torques(model.values(), run.motion)
     noisy = run.recording(NOISE)
+    shown = torques.shown[name].value
     shown = shown + level * np.random.default_rng(3).standard_normal(len(shown))
-    both = replace(noisy, signals={**noisy.signals, "joint_torque": shown})
+    both = replace(noisy, signals={**noisy.signals, name: shown})
     left = whitened(model, both)
     assert len(left) == 2 * len(whitened(model, noisy))
     for half in np.split(left, 2):

@@ -82,6 +82,30 @@ def test_tendon_compliance_differs_with_hardening_springs():
     assert np.abs(tendon - springs).max() > 1e-4
 
 
+def rubbing(wrap, pretension):
+    """Measured with friction of the guides, and with the joint's beside stiffer springs."""
+    model = GEARED.with_values({"transmission.pretension_force": pretension})
+    guides = model.with_effect("tendon_guide_friction", {"wrap_friction": wrap})
+    stiffer = {
+        path: np.cosh(wrap) * model.values()[path]
+        for path in (f"transmission.{side}_spring.stiffness" for side in ("upper", "lower"))
+    }
+    torque = 2.0 * model.values()["transmission.joint_pulley_radius"] * np.sinh(wrap) * pretension
+    joint = model.with_values(stiffer).with_effect("coulomb_friction", {"torque": torque})
+    return measured(guides), measured(joint)
+
+
+def test_friction_of_guides_is_that_of_the_joint_while_both_tendons_are_taut():
+    guides, joint = rubbing(0.1, 300.0)
+    assert np.abs(guides - measured(GEARED)).max() > 1e-2
+    assert np.abs(guides - joint).max() < AGREEMENT
+
+
+def test_friction_of_guides_differs_where_a_tendon_is_slack():
+    guides, joint = rubbing(0.1, 20.0)
+    assert np.abs(guides - joint).max() > 1e-4
+
+
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.id)
 def test_aliases_exist_and_are_declared_on_both_sides(effect):
     for alias in effect.aliases:

@@ -44,45 +44,59 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Torques:
-    """Torque on the link (without inertia) and on the joint along a motion, N·m.
+class Torque:
+    """A torque along a motion of n instants, N·m.
 
-    `total` (n,), `by_parameter` (n, m); `tendon`, `tendon_by_parameter` : the output joint torque;
-    `by_position`, `by_velocity` (n,) : slopes of the total, N·m/rad and N·m·s/rad.
+    `value` (n,), `by_parameter` (n, m); `by_position`, `by_velocity` (n,) : its slopes, N·m/rad and
+    N·m·s/rad.
     """
 
-    total: Array
+    value: Array
     by_parameter: Array
-    tendon: Array
-    tendon_by_parameter: Array
     by_position: Array
     by_velocity: Array
 
 
+@dataclass(frozen=True)
+class Torques:
+    """Torque on the link (without inertia) along a motion, and those that sensors show, by name."""
+
+    link: Torque
+    shown: Mapping[str, Torque]
+
+
 @lru_cache(maxsize=1024)
 @one_at_a_time
-def _balance_of(effects_present: tuple[Effect, ...], paths: tuple[str, ...]) -> "Balance":
-    return Balance(build(tuple(effect.id for effect in effects_present)), paths)
+def _balance_of(
+    effects_present: tuple[Effect, ...], paths: tuple[str, ...], shown: tuple[str, ...]
+) -> "Balance":
+    return Balance(build(tuple(effect.id for effect in effects_present)), paths, shown)
 
 
-def torque_balance(effect_ids: Sequence[str], paths: Sequence[str]) -> "Balance":
+def torque_balance(
+    effect_ids: Sequence[str], paths: Sequence[str], shown: Sequence[str] = ()
+) -> "Balance":
     """The balance of a model with some effects.
 
     Parameters
     ----------
     effect_ids : of the model
     paths : dotted paths of the m parameters by which derivatives are wanted
+    shown : outputs of the model that are torques and measured
     """
     # by the effects themselves: a user's own file may bring another law under the same id
-    return _balance_of(catalogue_order(tuple(effect_ids)), tuple(paths))
+    return _balance_of(catalogue_order(tuple(effect_ids)), tuple(paths), tuple(shown))
 
 
 class Balance:
     """Functions of one structure; see `torque_balance`."""
 
-    def __init__(self, system: HybridSystem, paths: tuple[str, ...]) -> None:
+    def __init__(
+        self, system: HybridSystem, paths: tuple[str, ...], shown: tuple[str, ...]
+    ) -> None:
         self.system = system
         self.paths = paths
+        self.shown = shown
         names = system.interface.parameter_names
         self._wanted = ca.vertcat(ca.SX(0, 1), *(system.p[names.index(path)] for path in paths))
         self._seen = _Seen(system)
@@ -106,19 +120,10 @@ class Balance:
         data[:, 2:5], data[:, 5:8] = motion.inputs_at(delay)
         memory, carried = self._memory(data, motion.step, p)
         columns = _evaluated(self._torques_along(n), data, motion.weights, memory, p).reshape(n, -1)
-        by_parameter, tendon_by_parameter, by_memory = np.split(columns[:, 4:], [m, 2 * m], axis=1)
-        if memory.shape[1]:
-            total_by, tendon_by = np.split(by_memory, 2, axis=1)
-            by_parameter = by_parameter + np.einsum("ns,nms->nm", total_by, carried)
-            tendon_by_parameter = tendon_by_parameter + np.einsum("ns,nms->nm", tendon_by, carried)
-        return Torques(
-            total=columns[:, 0],
-            tendon=columns[:, 1],
-            by_position=columns[:, 2],
-            by_velocity=columns[:, 3],
-            by_parameter=by_parameter,
-            tendon_by_parameter=tendon_by_parameter,
+        link, *shown = (
+            _torque(part, m, carried) for part in np.split(columns, 1 + len(self.shown), axis=1)
         )
+        return Torques(link, dict(zip(self.shown, shown, strict=True)))
 
     @cached_property
     @one_at_a_time
@@ -146,13 +151,13 @@ class Balance:
 
     @cached_property
     def _torque_function(self) -> ca.Function:
-        """(data, weights, memory, p) -> torques and derivatives, one column."""
+        """(data, weights, memory, p) -> torques and derivatives, one column; see `_torque`."""
         seen, system = self._seen, self.system
         weights = ca.SX.sym("weights", 3)
-        total, tendon = seen.total(weights), seen.tendon(weights)
-        rows = [total, tendon, seen.slope(total, seen.position), seen.slope(total, seen.velocity)]
-        rows += [seen.slope(torque, self._wanted).T for torque in (total, tendon)]
-        rows += [seen.slope(torque, seen.memory).T for torque in (total, tendon)]
+        rows = []
+        for torque in (seen.total(weights), *(seen.shown(name, weights) for name in self.shown)):
+            rows += [torque, seen.slope(torque, seen.position), seen.slope(torque, seen.velocity)]
+            rows += [seen.slope(torque, symbol).T for symbol in (self._wanted, seen.memory)]
         column = seen.at_modes(ca.vertcat(*rows))
         arguments = [seen.data, weights, seen.memory, system.p]
         inner = ca.Function("inner", [*arguments, system.w], [column])
@@ -213,6 +218,15 @@ class Balance:
             ],
             [ca.cse(ca.densify(ca.vertcat(moved, ca.vec(derivatives))))],
         )
+
+
+def _torque(columns: Array, m: int, carried: Array) -> Torque:
+    """A torque from its value, slopes, and derivatives by m parameters and by s states of effects,
+    (n, 3 + m + s); `carried` (n, m, s) : derivatives of these states by the parameters."""
+    by_parameter, by_memory = np.split(columns[:, 3:], [m], axis=1)
+    if by_memory.shape[1]:
+        by_parameter = by_parameter + np.einsum("ns,nms->nm", by_memory, carried)
+    return Torque(columns[:, 0], by_parameter, columns[:, 1], columns[:, 2])
 
 
 def _apart(rates: ca.SX, states: ca.SX) -> bool:
@@ -350,9 +364,9 @@ class _Seen:
         held = ca.fmax(up, 0) + ca.fmin(down, 0)
         return weights[0] * up + weights[1] * down + weights[2] * held
 
-    def tendon(self, weights: ca.SX) -> ca.SX:
-        """Torque of the tendons on the joint."""
-        output = self.system.outputs[self.system.interface.output_names.index("joint_torque")]
+    def shown(self, name: str, weights: ca.SX) -> ca.SX:
+        """An output of the system that is a torque."""
+        output = self.system.outputs[self.system.interface.output_names.index(name)]
         up, down = self._moving(output)
         if up is down:
             return up

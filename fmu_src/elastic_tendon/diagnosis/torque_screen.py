@@ -54,17 +54,18 @@ class Structure:
     lower: Array
     upper: Array
     shapes: tuple[bool, ...]
+    shown: tuple[str, ...]  # torques that sensors show
     values: Mapping[str, float]  # of all parameters, those that are known among them
 
     @cached_property
     def balance(self) -> Balance:
         """Its equations, with derivatives by the free parameters."""
-        return torque_balance(self.effect_ids, self.coordinates.paths)
+        return torque_balance(self.effect_ids, self.coordinates.paths, self.shown)
 
     @cached_property
     def plain(self) -> Balance:
         """Its equations without derivatives."""
-        return torque_balance(self.effect_ids, ())
+        return torque_balance(self.effect_ids, (), self.shown)
 
     @cached_property
     def inertia_column(self) -> int | None:
@@ -171,11 +172,18 @@ class Screen:
         base = self.structure(())
         values = base.parameters(np.zeros(len(base.coordinates.paths)))
         along = [base.balance.torques(values, part.motion) for part in self.recordings]
-        self._slopes = np.concatenate([torques.by_position for torques in along])
+        self._slopes = np.concatenate([torques.link.by_position for torques in along])
         self.whiteners = [
             part.whitener(values["link.inertia"], torques)
             for part, torques in zip(self.recordings, along, strict=True)
         ]
+        # 1 for residuals of the link, whose noise is the encoder's times the stiffness
+        self._of_link = np.concatenate(
+            [
+                np.repeat([1.0, 0.0], [part.test.shape[0], part.test.shape[0] * len(part.shown)])
+                for part in self.recordings
+            ]
+        )
         self._kept: dict[str, list[dict[str, float]]] = {}
         self._known: tuple[Estimate, Around] | None = None
 
@@ -215,6 +223,7 @@ class Screen:
             lower=lower,
             upper=upper,
             shapes=tuple(shape.get(path, False) for path in paths),
+            shown=tuple(dict.fromkeys(name for part in self.recordings for name in part.shown)),
             values=model.values(),
         )
 
@@ -226,12 +235,14 @@ class Screen:
         residuals, derivatives, slopes_by_position = [], [], []
         for part, whiten in zip(self.recordings, self.whiteners, strict=True):
             torques = structure.balance.torques(values, part.motion)
-            slopes_by_position.append(torques.by_position)
+            slopes_by_position.append(torques.link.by_position)
             residuals.append(whiten(part.residuals(values["link.inertia"], torques)))
             derivatives.append(whiten(part.jacobian(torques, structure.inertia_column)))
         scale, slopes = self._scale(structure, values, np.concatenate(slopes_by_position))
-        whole = np.concatenate(residuals) / scale
-        by_parameter = np.vstack(derivatives) / scale - np.outer(whole, slopes)
+        scales = scale**self._of_link
+        whole = np.concatenate(residuals) / scales
+        by_parameter = np.vstack(derivatives) / scales[:, np.newaxis]
+        by_parameter -= np.outer(whole * self._of_link, slopes)
         return whole, by_parameter @ structure.coordinates.derivatives(x)
 
     def _scale(
@@ -239,9 +250,9 @@ class Screen:
     ) -> tuple[float, Array]:
         """Stiffness beside that of the given model, and the slopes of its logarithm.
 
-        The noise of an encoder shows in torque in proportion to the stiffness. Without a known
-        torque all parameters could else shrink together, and every residual with them; or play
-        could take the stiffness away.
+        It divides the residuals of the link: the noise of an encoder shows in torque in proportion
+        to the stiffness. Without a known torque all parameters could else shrink together, and
+        every residual with them; or play could take the stiffness away.
         """
         joint, given = _stiffness(values), _stiffness(self._given)
         scale = joint / given
@@ -455,13 +466,15 @@ class Screen:
 
     def _residuals_at(self, structure: Structure, values: Mapping[str, float]) -> Array:
         """Whitened residuals (N,) alone, in the scale of the given model's stiffness."""
-        return np.concatenate(
+        whole = np.concatenate(
             [
                 whiten(part.residuals(values["link.inertia"], torques))
                 for part, whiten in zip(self.recordings, self.whiteners, strict=True)
                 for torques in [structure.plain.torques(values, part.motion)]
             ]
-        ) / (_stiffness(values) / _stiffness(self._given))
+        )
+        scale = _stiffness(values) / _stiffness(self._given)
+        return np.asarray(whole / scale**self._of_link)
 
     def _around(self, estimate: Estimate) -> Around | None:
         """What further effects are scored from, the last remembered; None without derivatives."""

@@ -6,7 +6,7 @@ Multiscale Modeling & Simulation 19(3), 2021). The noise of the encoder then sho
 as a known sum, and neighbours are correlated in a known way, by which they are whitened.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,6 +33,7 @@ SLOW = 2.5  # velocities below so many of their standard deviations have no sure
 SLOWEST = 0.005  # ... nor those below this share of the largest
 SMOOTHING = 10.0 ** np.arange(0.0, 14.0, 0.5)  # weights that cross-validation chooses from
 ORDER = 3  # derivative that smoothing keeps small
+TORQUES = "joint_torque", "motor_torque"  # outputs of the model that sensors may show
 JITTER = 1e-9  # relative; keeps covariances positive
 
 
@@ -41,30 +42,32 @@ class Weak:
     """A recording as K residuals in torque.
 
     `motion` : at the instants where torques are evaluated. `test` (K, n) sparse integrates over
-    these. `curvature` (K,) : smoothed and raw integrals of the joint's acceleration. `noise`,
-    `torque_noise` : sigma of the joint's position and torque, rad and N·m. `joint_torque` (K,)
-    measured, integrated, or None. The rest corrects for the noise in the smoothed motion.
+    these. `curvature` (K,) : smoothed and raw integrals of the joint's acceleration. `noise` :
+    sigma of the joint's position, rad. `shown` : by signal, torques that were measured, integrated
+    (K,), and their sigma, N·m. The rest corrects for the noise in the smoothed motion.
     """
 
     motion: Motion
     test: sparse.csr_matrix
     curvature: tuple[Array, Array]
     noise: float
-    joint_torque: Array | None
-    torque_noise: float
+    shown: Mapping[str, tuple[Array, float]]
     samples: tuple[sparse.csr_matrix, ...] = field(repr=False)  # φ, φ', φ'' at the raw samples
     rough: Array = field(repr=False)  # (N,) what smoothing took away, rad
     nearest: Indices = field(repr=False)  # (N,) instant of each raw sample
 
     def residuals(self, inertia: float, torques: Torques) -> Array:
         """Residuals (count,) as the raw motion has them, N·m."""
-        here, slope = torques.by_position[self.nearest], torques.by_velocity[self.nearest]
+        link = torques.link
+        here, slope = link.by_position[self.nearest], link.by_velocity[self.nearest]
         flat, first, _ = self.samples
         shift = flat @ (here * self.rough) - first @ (slope * self.rough)
-        own = inertia * self.curvature[1] - self.test @ torques.total - shift
-        if self.joint_torque is None:
-            return np.asarray(own)
-        return np.concatenate([own, self.joint_torque - self.test @ torques.tendon])
+        own = inertia * self.curvature[1] - self.test @ link.value - shift
+        shown = [
+            measured - self.test @ torques.shown[name].value
+            for name, (measured, _) in self.shown.items()
+        ]
+        return np.concatenate([own, *shown])
 
     def jacobian(self, torques: Torques, inertia_column: int | None) -> Array:
         """Derivatives of the residuals by the m parameters along the smoothed motion, (count, m).
@@ -74,21 +77,21 @@ class Weak:
         torques : Torques
         inertia_column : which parameter is the inertia of the link, None where it is known
         """
-        own = -(self.test @ torques.by_parameter)
+        own = -(self.test @ torques.link.by_parameter)
         if inertia_column is not None:
             own[:, inertia_column] += self.curvature[0]
-        if self.joint_torque is None:
-            return np.asarray(own)
-        return np.vstack([own, -(self.test @ torques.tendon_by_parameter)])
+        shown = [-(self.test @ torques.shown[name].by_parameter) for name in self.shown]
+        return np.vstack([own, *shown])
 
     def whitener(self, inertia: float, torques: Torques) -> "Whitener":
         """What makes residuals independent and of variance one, if there is noise alone."""
-        here, slope = torques.by_position[self.nearest], torques.by_velocity[self.nearest]
+        link = torques.link
+        here, slope = link.by_position[self.nearest], link.by_velocity[self.nearest]
         flat, first, second = self.samples
         rows = inertia * second - flat.multiply(here) + first.multiply(slope)
         parts = [_factor(sparse.csr_matrix(self.noise * rows))]
-        if self.joint_torque is not None:
-            level = np.hypot(self.torque_noise, self.noise * here)
+        for name, (_, sigma) in self.shown.items():
+            level = np.hypot(sigma, self.noise * torques.shown[name].by_position[self.nearest])
             parts.append(_factor(sparse.csr_matrix(flat.multiply(level))))
         return Whitener(tuple(parts))
 
@@ -138,7 +141,6 @@ def weak_form(measurement: Measurement) -> Weak:
     every = max(round(INSTANTS * knot), 1)
     instants = np.arange(0, n, every)
     raw = [_test_functions(np.arange(n), n, step, knot, derivative) for derivative in range(3)]
-    torque = measurement.signals.get("joint_torque")
     test = every * _test_functions(instants, n, step, knot, 0)
     return Weak(
         motion=Motion(
@@ -151,8 +153,11 @@ def weak_form(measurement: Measurement) -> Weak:
         test=test.tocsr(),
         curvature=(raw[2] @ smoothed, raw[2] @ position),
         noise=noise,
-        joint_torque=None if torque is None else raw[0] @ np.interp(even, time, torque),
-        torque_noise=sigmas.get("joint_torque", 0.0),
+        shown={
+            name: (raw[0] @ np.interp(even, time, measurement.signals[name]), sigmas[name])
+            for name in TORQUES
+            if name in measurement.signals
+        },
         samples=tuple(raw),
         rough=position - smoothed,
         nearest=np.minimum(np.arange(n) // every, len(instants) - 1),
@@ -256,8 +261,7 @@ def _static(measurement: Measurement, sigmas: dict[str, float]) -> Weak:
         test=identity,
         curvature=(np.zeros(n), np.zeros(n)),
         noise=sigmas["joint_position"],
-        joint_torque=None,
-        torque_noise=0.0,
+        shown={},
         samples=(identity, nothing, nothing),
         rough=np.zeros(n),
         nearest=np.arange(n),

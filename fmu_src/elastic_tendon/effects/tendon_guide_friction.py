@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Effect, FrictionBounds, JointPulley, Parameter, Slot
+from elastic_tendon.effects.base import Alias, Effect, FrictionBounds, JointPulley, Parameter, Slot
 from elastic_tendon.effects.symbolic import exp
 
 
@@ -60,4 +60,12 @@ EFFECT = Effect(
     equations=equations,
     reference="G. Palli, G. Borghesan, C. Melchiorri, Modeling, identification, and control of "
     "tendon-based actuation systems, IEEE Transactions on Robotics 28(2), 2012",
+    aliases=(
+        Alias(
+            of=("coulomb_friction",),
+            when="both tendons stay taut and the springs are linear and alike: the friction of "
+            "guides is then 2 R sinh(wrap_friction) times the pretension, and makes the springs "
+            "cosh(wrap_friction) times as stiff",
+        ),
+    ),
 )

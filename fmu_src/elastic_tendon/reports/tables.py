@@ -1,6 +1,6 @@
 """Tables and sentences for the terminal; numbers come ready from `design` and `identify`."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import pairwise
 from math import floor, log10, nan
 from typing import Any
@@ -179,11 +179,12 @@ def fall_sentences(first: Rung, last: Rung, *, static: bool = False) -> list[str
     return sentences
 
 
-def alias_sentences(effect: Effect) -> list[str]:
-    """What no measurement of the joint can tell the effect from."""
+def alias_sentences(effect: Effect, judged: Collection[str] = ()) -> list[str]:
+    """What no measurement of the joint can tell the effect from, but for what was judged by one."""
     return [
         f"{effect.title} is not to be told from {' and '.join(alias.of)} as long as {alias.when}."
         for alias in effect.aliases
+        if not set(alias.of) <= set(judged)
     ]
 
 
