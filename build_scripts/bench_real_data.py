@@ -107,9 +107,9 @@ def print_climb(folder: Path, climb: Climb) -> None:
         load_model(climb.model), "coulomb_friction", [read(folder, climb.fitted)], [heldout]
     )
     print(f"\n{climb.model + ', mrad RMS':22}{'fitted':>8}{'held out':>10}    trial")
-    for rung, trial in zip(result.ladder, climb.trial, strict=True):
-        fitted, judged = (1e3 * one["joint_position"] for one in (rung.rmse, rung.heldout_rmse))
-        print(f"{rung.title:22}{fitted:8.1f}{judged:10.1f}    {trial}".rstrip())
+    for step, trial in zip(result.ladder, climb.trial, strict=True):
+        fitted, judged = (1e3 * one["joint_position"] for one in (step.rmse, step.heldout_rmse))
+        print(f"{step.title:22}{fitted:8.1f}{judged:10.1f}    {trial}".rstrip())
     for ratio in result.findings.ratios:
         low, high = ratio.interval
         print(f"{ratio.name} = {ratio.value:.3g} ({low:.3g} to {high:.3g}) {ratio.unit}")
@@ -122,9 +122,9 @@ def print_diagnosis(folder: Path, climb: Climb) -> None:
     heldout = read_measurement(str(folder / climb.heldout))
     found = diagnose(load_model(climb.model), [read(folder, climb.fitted)], [heldout])
     print(f"\ndiagnose {climb.model}: {found.sentence}")
-    for rung in found.ladder:
-        fitted, judged = (1e3 * one["joint_position"] for one in (rung.rmse, rung.heldout_rmse))
-        print(f"{rung.title:40}{fitted:8.1f}{judged:10.1f}")
+    for step in found.ladder:
+        fitted, judged = (1e3 * one["joint_position"] for one in (step.rmse, step.heldout_rmse))
+        print(f"{step.title:40}{fitted:8.1f}{judged:10.1f}")
     for considered in found.rounds:
         print(f"  {considered.reason}")
         for candidate in considered.candidates:

@@ -262,7 +262,7 @@ def nothing_missing() -> Diagnosis:
     """The final model of `friction_found`, given as it is."""
     addition, _ = fitted()
     last = replace(addition.steps[-1], title="as given", added=None)
-    rung = replace(addition.ladder[-1], title="as given", added=None)
+    step = replace(addition.ladder[-1], title="as given", added=None)
     return friction_found(
         verdict="adequate",
         sentence="demo_actuator explains these data: what is left is 0.99 times the noise.",
@@ -271,7 +271,7 @@ def nothing_missing() -> Diagnosis:
         certainty={},
         parameters_changed=(),
         steps=(last,),
-        ladder=(rung,),
+        ladder=(step,),
         rounds=(Round(chosen=(), candidates=(), reason="nothing is left but noise"),),
         indistinguishable=(),
         next_experiment=None,

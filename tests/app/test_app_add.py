@@ -83,9 +83,9 @@ def test_errors_have_units() -> None:
 
 
 def test_what_comes_next_depends_on_what_is_left() -> None:
-    document, rungs = grown(), friction_found().ladder
-    assert versions.what_next(document.at("1"), rungs, None) is None
-    fitted = versions.what_next(document.at("2"), rungs[:-1], None)
+    document, steps = grown(), friction_found().ladder
+    assert versions.what_next(document.at("1"), steps, None) is None
+    fitted = versions.what_next(document.at("2"), steps[:-1], None)
     assert (fitted.search, fitted.done) == ("Search for what is missing", False)
     assert "times the noise" in fitted.words
     added = document.adding(
@@ -93,11 +93,11 @@ def test_what_comes_next_depends_on_what_is_left() -> None:
             update={"title": "+ Coulomb friction", "change": COULOMB, "added": (COULOMB,)}
         )
     )
-    done = versions.what_next(added, rungs, None)
+    done = versions.what_next(added, steps, None)
     assert done.words.startswith("Coulomb friction is in the model. What is left is about")
     assert (done.search, done.done) == ("Search again for what else is missing", True)
     searched = added.with_search(added.current, added.data_key())
-    found = versions.what_next(searched, rungs, friction_found().rounds[-1])
+    found = versions.what_next(searched, steps, friction_found().rounds[-1])
     assert (found.search, found.done) == ("", True)
     assert "go to Take away" in found.words
 

@@ -122,7 +122,7 @@ def test_add_writes_a_model_that_compares_better(run, recording: str) -> None:
     assert done.exit_code == 0
     assert "held-out" in done.stdout
     ladder = json.loads(Path("a.json").read_text())["ladder"]
-    assert [rung["added"] for rung in ladder] == [None, None, "coulomb_friction"]
+    assert [step["added"] for step in ladder] == [None, None, "coulomb_friction"]
     assert ladder[1]["rmse"]["joint_position"] < 0.1 * ladder[0]["rmse"]["joint_position"]
     assert "coulomb_friction" in load_model(Path("new.toml")).effect_ids
     assert run("compare", "new.toml", recording).exit_code == 0
@@ -137,7 +137,7 @@ def test_add_takes_several_effects_before_the_data(run, recording: str) -> None:
     content = json.loads(Path("a.json").read_text())
     added = ["coulomb_friction", "overstretch_protection"]
     assert content["effects"] == added
-    assert [rung["added"] for rung in content["ladder"]] == [None, None, *added]
+    assert [step["added"] for step in content["ladder"]] == [None, None, *added]
     assert set(load_model("new.toml").effects) == set(added)
 
 
@@ -784,7 +784,7 @@ def test_add_writes_json_whatever_the_effect(run, recording: str, effect) -> Non
     assert result.exit_code == 0, result.stderr
     content = json.loads(Path("a.json").read_text())
     assert content["effects"] == [effect.id]
-    assert [rung["added"] for rung in content["ladder"]] == [None, None, effect.id]
+    assert [step["added"] for step in content["ladder"]] == [None, None, effect.id]
     fitted = {estimate["path"]: estimate for estimate in content["parameters"]}
     assert {
         f"effects.{effect.id}.{parameter.name}" for parameter in effect.parameters

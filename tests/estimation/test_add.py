@@ -19,7 +19,7 @@ from elastic_tendon.reports.tables import addition_sentences
 from elastic_tendon.simulation.excitation import default_excitation
 from elastic_tendon.simulation.simulate import simulate
 
-RUNG_KEYS = {"title", "added", "rmse", "heldout_rmse", "noise_ratio", "evidence", "probability"}
+STEP_KEYS = {"title", "added", "rmse", "heldout_rmse", "noise_ratio", "evidence", "probability"}
 TORQUE = "effects.coulomb_friction.torque"
 DATA = Path(__file__).parents[3] / "shared" / "data"
 
@@ -32,8 +32,8 @@ def friction(sticking):
 
 def test_ladder_falls_to_the_noise_on_fitted_and_held_out_data(friction, sticking) -> None:
     noise = sticking[0].noise
-    fitted = [rung.rmse["joint_position"] for rung in friction.ladder]
-    heldout = [rung.heldout_rmse["joint_position"] for rung in friction.ladder]
+    fitted = [step.rmse["joint_position"] for step in friction.ladder]
+    heldout = [step.heldout_rmse["joint_position"] for step in friction.ladder]
     assert fitted == sorted(fitted, reverse=True)
     assert heldout == sorted(heldout, reverse=True)
     assert fitted[1] > 5.0 * noise
@@ -46,7 +46,7 @@ def test_strength_is_found_and_the_evidence_is_for_it(friction, sticking) -> Non
     assert torque == pytest.approx(sticking[0].truth[TORQUE], rel=0.02)
     assert friction.ladder[2].probability > 1.0 - 1e-6
     assert friction.ladder[2].evidence < friction.ladder[1].evidence < friction.ladder[0].evidence
-    assert [rung.added for rung in friction.ladder] == [None, None, "coulomb_friction"]
+    assert [step.added for step in friction.ladder] == [None, None, "coulomb_friction"]
 
 
 def test_ladder_is_what_the_fit_found_and_compare_says_of_the_saved_model(
@@ -110,7 +110,7 @@ def test_effect_that_is_not_there_is_not_asked_for(frictionless) -> None:
 
 def test_json_has_the_ladder_of_the_contract(friction) -> None:
     content = json.loads(json.dumps(friction.to_dict(), allow_nan=False))
-    assert all(set(rung) == RUNG_KEYS for rung in content["ladder"])
+    assert all(set(step) == STEP_KEYS for step in content["ladder"])
     assert {"path", "given", "fitted", "interval", "determined"} <= set(content["parameters"][0])
     assert parse_model(content["model"], "json") == friction.model
     assert all(isinstance(entry["determined"], bool) for entry in content["parameters"])
@@ -147,7 +147,7 @@ def test_several_effects_come_in_one_after_the_other(sticking) -> None:
     both = ("coulomb_friction", "measurement_delay")
     result = add(known.model, both, [recording], progress=lambda *said: told.append(said))
     titles = ["as given", "parameters refitted", "+ Coulomb friction", "+ Measurement delay"]
-    assert [rung.title for rung in result.ladder] == titles
+    assert [step.title for step in result.ladder] == titles
     assert set(result.model.effects) == set(both)
     assert result.ladder[3].rmse["joint_position"] <= 1.01 * result.ladder[2].rmse["joint_position"]
     shares = [share for _, share in told]
@@ -197,8 +197,8 @@ def test_bench_recordings() -> None:
     tracking = read_measurement(str(DATA / "muir_position_loop_tracking.csv"))
     disturbed = read_measurement(str(DATA / "muir_position_loop_disturbed_by_hand.csv[3.3:15]"))
     result = add(load_model("bench_actuator"), "coulomb_friction", [tracking], [disturbed])
-    fitted = [1e3 * rung.rmse["joint_position"] for rung in result.ladder]
-    heldout = [1e3 * rung.heldout_rmse["joint_position"] for rung in result.ladder]
+    fitted = [1e3 * step.rmse["joint_position"] for step in result.ladder]
+    heldout = [1e3 * step.heldout_rmse["joint_position"] for step in result.ladder]
     assert fitted == sorted(fitted, reverse=True)
     assert heldout == sorted(heldout, reverse=True)
     for values, ranges in ((fitted, BENCH_RANGES["fitted"]), (heldout, BENCH_RANGES["heldout"])):

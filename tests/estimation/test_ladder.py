@@ -11,26 +11,26 @@ STEPS = friction_found().steps
 
 
 def test_the_likeliest_step_has_the_least_evidence() -> None:
-    rungs = climb(STEPS)
-    evidence = [rung.evidence for rung in rungs]
+    steps = climb(STEPS)
+    evidence = [step.evidence for step in steps]
     assert evidence == sorted(evidence, reverse=True)
-    probabilities = [rung.probability for rung in rungs]
+    probabilities = [step.probability for step in steps]
     assert sum(probabilities) == pytest.approx(1.0)
     assert probabilities[-1] == pytest.approx(1.0)
 
 
 def test_steps_may_bring_their_evidence() -> None:
     brought = [3.0, 1.0, 1.0]
-    steps = [replace(step, evidence=value) for step, value in zip(STEPS, brought, strict=True)]
-    rungs = climb(steps)
-    assert [rung.evidence for rung in rungs] == brought
-    assert rungs[1].probability == pytest.approx(rungs[2].probability)
-    assert rungs[0].probability == pytest.approx(rungs[1].probability / 2.718281828)
+    fitted = [replace(step, evidence=value) for step, value in zip(STEPS, brought, strict=True)]
+    steps = climb(fitted)
+    assert [step.evidence for step in steps] == brought
+    assert steps[1].probability == pytest.approx(steps[2].probability)
+    assert steps[0].probability == pytest.approx(steps[1].probability / 2.718281828)
 
 
 def test_a_step_that_brings_none_keeps_its_distance_to_the_nearest_that_does() -> None:
-    own = [rung.evidence for rung in climb(STEPS)]
-    steps = (STEPS[0], replace(STEPS[1], evidence=7.0), replace(STEPS[2], evidence=-9.0))
-    first, *others = climb(steps)
-    assert [rung.evidence for rung in others] == [7.0, -9.0]
+    own = [step.evidence for step in climb(STEPS)]
+    fitted = (STEPS[0], replace(STEPS[1], evidence=7.0), replace(STEPS[2], evidence=-9.0))
+    first, *others = climb(fitted)
+    assert [step.evidence for step in others] == [7.0, -9.0]
     assert first.evidence - 7.0 == pytest.approx(own[0] - own[1])

@@ -6,7 +6,7 @@ import pytest
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison.compare import Comparison, compare
-from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, Step, climb
+from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, FittedStep, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.reports.comparison_figures import PAIRS, ladder, overlay, story
 from elastic_tendon.simulation.excitation import default_excitation
@@ -29,11 +29,11 @@ def comparisons():
 
 
 @pytest.fixture(scope="module")
-def steps(comparisons):
+def fitted(comparisons):
     given, nearly = comparisons
     return (
-        Step(AS_GIVEN, None, 0, 0.0, given, given),
-        Step(REFIT, None, 0, 1.0, nearly, nearly),
+        FittedStep(AS_GIVEN, None, 0, 0.0, given, given),
+        FittedStep(REFIT, None, 0, 1.0, nearly, nearly),
     )
 
 
@@ -62,20 +62,20 @@ def test_overlay_of_many_recordings_stays_a_picture(comparisons) -> None:
     assert f"the first {PAIRS} of {2 * PAIRS} signals" in figure.get_suptitle()
 
 
-def test_ladder_draws_fitted_and_held_out_errors_and_the_floor(steps) -> None:
-    rungs = climb(steps)
-    (axes,) = ladder(rungs).axes
+def test_ladder_draws_fitted_and_held_out_errors_and_the_floor(fitted) -> None:
+    steps = climb(fitted)
+    (axes,) = ladder(steps).axes
     assert axes.get_yscale() == "log"
     assert axes.get_ylabel() == "RMS error, joint position (mrad)"
-    expected = [1e3 * rung.rmse["joint_position"] for rung in rungs]
+    expected = [1e3 * step.rmse["joint_position"] for step in steps]
     assert axes.lines[0].get_ydata() == pytest.approx(expected)
     assert expected[1] < expected[0]
     names = [text.get_text() for text in axes.get_legend().get_texts()]
     assert names == ["fitted data", "held-out data", "noise floor"]
 
 
-def test_story_has_an_error_curve_for_each_step(steps) -> None:
-    bottom = story(steps, climb(steps)).axes[2]
+def test_story_has_an_error_curve_for_each_step(fitted) -> None:
+    bottom = story(fitted, climb(fitted)).axes[2]
     labels = [text.get_text() for text in bottom.get_legend().get_texts()]
     assert labels == [AS_GIVEN, REFIT]
     assert bottom.get_xlabel() == "time (s)"

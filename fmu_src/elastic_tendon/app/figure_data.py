@@ -13,7 +13,7 @@ from elastic_tendon.comparison.compare import FileComparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.result import Round
-from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.interactive.candidates import candidates
 from elastic_tendon.reports.interactive.characteristic import characteristic
 from elastic_tendon.reports.interactive.data import figure_table
@@ -40,7 +40,7 @@ class Table:
 
 
 def figures(
-    known: Sequence[Compared], located: Location, rungs: Sequence[Rung], rounds: Sequence[Round]
+    known: Sequence[Compared], located: Location, steps: Sequence[Step], rounds: Sequence[Round]
 ) -> Iterator[Table]:
     """What the figures of the page show.
 
@@ -48,7 +48,7 @@ def figures(
     ----------
     known : the model as given, then the current one where it is another, beside the data
     located : where the current one fails in the recordings that are fitted
-    rungs : from the one to the other
+    steps : from the one to the other
     rounds : what the search found on the way
     """
     given, current = known[0].fitted.model, known[-1].fitted.model
@@ -67,8 +67,8 @@ def figures(
         for signal in file.signals:
             yield _table(f"{name}_shares_{signal}", partial(shares, file, found, signal))
     static = all(file.measurement.static for file in fitted.files)
-    for signal in rungs[0].rmse:
-        yield _table(f"ladder_{signal}", partial(ladder, rungs, signal, static=static))
+    for signal in steps[0].rmse:
+        yield _table(f"ladder_{signal}", partial(ladder, steps, signal, static=static))
     for search_round in rounds:
         if search_round.candidates:
             yield _table("candidates", partial(candidates, search_round))

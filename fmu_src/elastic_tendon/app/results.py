@@ -1,6 +1,6 @@
 """What follows from a document: each a `Result`, named by all that it depends on.
 
-Steps of the page say which they need (`Step.needs`); the server computes the first that is not
+Steps of the page say which they need (`PageStep.needs`); the server computes the first that is not
 there yet, one after the other, and the page shows what there is.
 """
 
@@ -14,7 +14,7 @@ import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
 from elastic_tendon.app.workspace import Result, Shelf
-from elastic_tendon.estimation.ladder import Rung, Step, climb
+from elastic_tendon.estimation.ladder import FittedStep, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
 from elastic_tendon.measurement.formats.base import label
@@ -185,11 +185,11 @@ def located(document: Document, version: Version, files: Files) -> Result[et.Loc
     )
 
 
-def climbed(document: Document, files: Files) -> Result[tuple[Rung, ...]]:
+def climbed(document: Document, files: Files) -> Result[tuple[Step, ...]]:
     """The ladder of errors from the root to the current version."""
     path = document.path()
 
-    def compute(shelf: Shelf, progress: Progress) -> tuple[Rung, ...]:
+    def compute(shelf: Shelf, progress: Progress) -> tuple[Step, ...]:
         return climb(ladder_steps(document, files, shelf, progress))
 
     hashes = [_hash(version.model + version.title) for version in path]
@@ -198,14 +198,14 @@ def climbed(document: Document, files: Files) -> Result[tuple[Rung, ...]]:
 
 def ladder_steps(
     document: Document, files: Files, shelf: Shelf, progress: Progress
-) -> tuple[Step, ...]:
+) -> tuple[FittedStep, ...]:
     """The versions from the root to the current one as steps of a ladder."""
     steps = []
     for version in document.path():
         found = shelf.obtain(compared(document, version, files), progress)
         added = version.change
         steps.append(
-            Step(
+            FittedStep(
                 title=version.title,
                 added=added,
                 parameters=len(et.effects.BY_ID[added].parameters) if added else 0,

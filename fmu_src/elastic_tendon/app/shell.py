@@ -7,13 +7,13 @@ from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, 
 from dash.development.base_component import Component
 
 from elastic_tendon.app.mapping import in_app_words
-from elastic_tendon.app.step import Step, aria, section
+from elastic_tendon.app.step import PageStep, aria, section
 from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
 
 TICK = 300  # ms between looks at the work under way
 
 
-def layout(steps: Sequence[Step]) -> Component:
+def layout(steps: Sequence[PageStep]) -> Component:
     """The whole page; the first step is open."""
     return html.Div(
         [
@@ -51,7 +51,7 @@ def layout(steps: Sequence[Step]) -> Component:
     )
 
 
-def _links(steps: Sequence[Step]) -> html.Ol:
+def _links(steps: Sequence[PageStep]) -> html.Ol:
     return html.Ol(
         [
             html.Li(
@@ -66,7 +66,7 @@ def _links(steps: Sequence[Step]) -> html.Ol:
     )
 
 
-def register(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> None:
+def register(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None:
     """Connect the callbacks of the page around the steps."""
     _register_browser(app)
     _register_session(app, workspace)
@@ -116,7 +116,7 @@ def _register_session(app: Dash, workspace: Workspace) -> None:
         return f"{document.version.loaded().name}: {document.version.title}"
 
 
-def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> None:
+def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None:
     @app.callback(
         Output("open", "data", allow_duplicate=True),
         Input({"link": ALL}, "n_clicks"),
@@ -141,7 +141,7 @@ def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> N
         return [step.id != opened for step in steps], marks
 
 
-def _register_work(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> None:
+def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None:
     """What the open step needs is computed, one result after the other; words tell how far."""
     by_id = {step.id: step for step in steps}
 
@@ -190,7 +190,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[Step]) -> No
         return clicks
 
 
-def _begin_next(session: Session, step: Step) -> str:
+def _begin_next(session: Session, step: PageStep) -> str:
     """Begin to compute what the step still needs; why the first of it has failed, "" if none."""
     sentence = ""
     for result in step.needs(session.document, session.files):

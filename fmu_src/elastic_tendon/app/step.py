@@ -13,7 +13,7 @@ from elastic_tendon.app.workspace import Result, Workspace
 
 
 @dataclass(frozen=True)
-class Step:
+class PageStep:
     """One step of the page.
 
     `id` : begins the ids of all its components. `title` : in the list of steps. `layout` : what it
@@ -36,7 +36,7 @@ def aria(**attributes: str) -> dict[str, Any]:
     return {f"aria-{name}": value for name, value in attributes.items()}
 
 
-def section(step: Step, following: Step | None) -> html.Section:
+def section(step: PageStep, following: PageStep | None) -> html.Section:
     """A step on the page: heading, way on, what went wrong in a sentence, and its own layout."""
     way_on = html.Button(
         f"Next: {following.title}" if following else "",

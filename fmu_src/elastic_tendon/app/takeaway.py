@@ -306,9 +306,9 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
             shelf.obtain(results.compared(document, version, files), progress) for version in ends
         ]
         located = shelf.obtain(results.located(document, document.version, files), progress)
-        rungs = shelf.obtain(results.climbed(document, files), progress)
+        steps = shelf.obtain(results.climbed(document, files), progress)
         rounds = _rounds(document, files, shelf)
-        tables = [*figures(known, located, rungs, rounds), *recordings(known)]
+        tables = [*figures(known, located, steps, rounds), *recordings(known)]
 
         def write(path: Path) -> None:
             with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:

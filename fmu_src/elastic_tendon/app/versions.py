@@ -9,7 +9,7 @@ from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared
 from elastic_tendon.app.view import SIGNAL
 from elastic_tendon.diagnosis.result import Round
-from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.tables import alias_sentences, distrust_sentences, fall_sentences
 from elastic_tendon.reports.units import noise_ratio, shown
 
@@ -77,17 +77,17 @@ def told_signal(found: Compared) -> str:
     return SIGNAL if SIGNAL in signals else signals[0]
 
 
-def step_sentences(rungs: Sequence[Rung], *, static: bool = False) -> list[str]:
+def step_sentences(steps: Sequence[Step], *, static: bool = False) -> list[str]:
     """What the last step of the way did; none where there was no step.
 
     Parameters
     ----------
-    rungs : the way to the current version
+    steps : the way to the current version
     static : of static curves alone
     """
-    if len(rungs) < 2:
+    if len(steps) < 2:
         return []
-    before, last = rungs[-2:]
+    before, last = steps[-2:]
     sentences = fall_sentences(before, last, static=static)
     if last.added is not None:
         sentences += distrust_sentences(before, last)
@@ -107,17 +107,17 @@ class Next:
     done: bool
 
 
-def what_next(document: Document, rungs: Sequence[Rung], found: Round | None) -> Next | None:
+def what_next(document: Document, steps: Sequence[Step], found: Round | None) -> Next | None:
     """What to do after a version was fitted; None where it was not, or its errors are not known.
 
     Parameters
     ----------
     document : Document
-    rungs : the way to the current version
+    steps : the way to the current version
     found : what the search found from there, None where it was not asked
     """
     version = document.version
-    if len(rungs) < 2 or not walk.is_fitted(document, version):
+    if len(steps) < 2 or not walk.is_fitted(document, version):
         return None
     done = f"{version.title.removeprefix('+ ')} is in the model. " if version.change else ""
     if found is not None and not found.chosen:
@@ -126,10 +126,10 @@ def what_next(document: Document, rungs: Sequence[Rung], found: Round | None) ->
         return Next(f"{done}What else the search found stands in Which effect.", "", False)
     search = f"Search {'again ' if version.added else ''}for what {'else ' * bool(version.added)}"
     search += "is missing"
-    if max(rungs[-1].noise_ratio.values()) < NOISE:
+    if max(steps[-1].noise_ratio.values()) < NOISE:
         words = "What is left is about the noise: there need not be anything more to add."
         return Next(f"{done}{words}", search, True)
-    ratio = noise_ratio(max(rungs[-1].noise_ratio.values()))
+    ratio = noise_ratio(max(steps[-1].noise_ratio.values()))
     words = f"What is left is {ratio} times the noise: something may still be missing."
     return Next(f"{done}{words}", search, False)
 

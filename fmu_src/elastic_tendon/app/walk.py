@@ -14,7 +14,7 @@ from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
-from elastic_tendon.estimation.ladder import REFIT, Rung, Step, climb
+from elastic_tendon.estimation.ladder import REFIT, FittedStep, Step, climb
 from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Progress
 from elastic_tendon.simulation.signature import Signature, signature
@@ -28,8 +28,8 @@ class Tried:
     """A candidate beside the data, and the errors of the version without and with it."""
 
     compared: Compared
-    before: Rung
-    after: Rung
+    before: Step
+    after: Step
 
 
 def is_fitted(document: Document, version: Version) -> bool:
@@ -95,15 +95,15 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
         heldout = et.compare(model, data.heldout) if data.heldout else None
         after = Compared(et.compare(model, data.fitted), heldout)
         names = (version.title, f"+ {title}")
-        rungs = climb([_step(*pair) for pair in zip(names, (before, after), strict=True)])
-        return Tried(after, rungs[0], rungs[1])
+        steps = climb([_step(*pair) for pair in zip(names, (before, after), strict=True)])
+        return Tried(after, steps[0], steps[1])
 
     key = _key("tried", document, version, version.model, effect_id)
     return Result(key, f"trying {title}", compute)
 
 
-def _step(title: str, found: Compared) -> Step:
-    return Step(title, None, 0, 0.0, found.fitted, found.heldout)
+def _step(title: str, found: Compared) -> FittedStep:
+    return FittedStep(title, None, 0, 0.0, found.fitted, found.heldout)
 
 
 def shows(effect_id: str) -> Result[Signature]:

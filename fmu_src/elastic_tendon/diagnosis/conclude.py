@@ -54,7 +54,7 @@ from elastic_tendon.diagnosis.verdict import (
 )
 from elastic_tendon.estimation.add import named_after, with_estimates
 from elastic_tendon.estimation.fit import Effort
-from elastic_tendon.estimation.ladder import AS_GIVEN, Step, climb
+from elastic_tendon.estimation.ladder import AS_GIVEN, FittedStep, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import NoiseFloor
 from elastic_tendon.misreadings.constants import explained_by
@@ -339,11 +339,13 @@ def doubtful_values(answer: Answer) -> Iterator[str]:
                 yield f"{told}{unit} is implausible: no real actuator of this size has it."
 
 
-def _steps(data: Data, search: Search, found: Found) -> tuple[Step, ...]:
+def _steps(data: Data, search: Search, found: Found) -> tuple[FittedStep, ...]:
     values = search.evidence.of([_searched(search, answer) for _, _, answer in found.ladder])
 
-    def step(title: str, added: str | None, evidence: float | None, comparison: Comparison) -> Step:
-        return Step(
+    def step(
+        title: str, added: str | None, evidence: float | None, comparison: Comparison
+    ) -> FittedStep:
+        return FittedStep(
             title=title,
             added=added,
             parameters=0 if added is None else len(effects.BY_ID[added].parameters),
@@ -366,7 +368,7 @@ def _searched(search: Search, answer: Answer) -> Answer:
 
 
 def _recordings(
-    model: Model, last: Step, contradicting: Mapping[str, tuple[str, ...]], judged: int | None
+    model: Model, last: FittedStep, contradicting: Mapping[str, tuple[str, ...]], judged: int | None
 ) -> tuple[RecordingSummary, ...]:
     """How the answer does on each; constants are sought on so many of its samples, None: all."""
     rows = []

@@ -46,7 +46,7 @@ def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dic
             "parameters": list(_parameters(diagnosis)),
             "ratios": [asdict(ratio) for ratio in found.ratios],
             "undetermined": found.sentences,
-            "ladder": [rung.to_dict() for rung in diagnosis.ladder],
+            "ladder": [step.to_dict() for step in diagnosis.ladder],
             "rounds": [asdict(considered) for considered in diagnosis.rounds],
             "neighbours": [asdict(neighbour) for neighbour in diagnosis.neighbours],
             "would_show": [asdict(limit) for limit in diagnosis.would_show],

@@ -11,7 +11,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.estimation.determinability import Estimate, Findings
-from elastic_tendon.estimation.ladder import Rung, Step, steps_text
+from elastic_tendon.estimation.ladder import FittedStep, Step, steps_text
 from elastic_tendon.measurement.noise import NoiseFloor
 from elastic_tendon.result import Result
 
@@ -186,8 +186,8 @@ class Diagnosis(Result):
     certainty: Mapping[str, float]
     parameters_changed: tuple[str, ...]
     findings: Findings
-    steps: tuple[Step, ...]
-    ladder: tuple[Rung, ...]
+    steps: tuple[FittedStep, ...]
+    ladder: tuple[Step, ...]
     rounds: tuple[Round, ...]
     neighbours: tuple[Neighbour, ...]
     would_show: tuple[WouldShow, ...]

@@ -18,7 +18,7 @@ from elastic_tendon.effects.base import Effect, Parameter, Spread
 from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.estimation.determinability import Estimate, Findings
 from elastic_tendon.estimation.fit import FitResult, fit
-from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, Rung, Step, climb, steps_text
+from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, FittedStep, Step, climb, steps_text
 from elastic_tendon.measurement import Measurement, Recordings, listed
 from elastic_tendon.progress import Progress, silent
 from elastic_tendon.result import Result
@@ -51,8 +51,8 @@ class Addition(Result):
 
     effect_ids: tuple[str, ...]
     model: Model
-    steps: tuple[Step, ...]
-    ladder: tuple[Rung, ...]
+    steps: tuple[FittedStep, ...]
+    ladder: tuple[Step, ...]
     fits: tuple[FitResult, ...]
     interrupted: bool
 
@@ -83,7 +83,7 @@ class Addition(Result):
                 "schema": SCHEMA,
                 "effects": self.effect_ids,
                 "interrupted": self.interrupted,
-                "ladder": [rung.to_dict() for rung in self.ladder],
+                "ladder": [step.to_dict() for step in self.ladder],
                 "parameters": [asdict(estimate) for estimate in found.estimates],
                 "ratios": [asdict(ratio) for ratio in found.ratios],
                 "undetermined": found.sentences,
@@ -188,7 +188,7 @@ class _Way:
     measurements: Sequence[Measurement]
     validation: Sequence[Measurement]
     added: tuple[str, ...] = ()
-    steps: list[Step] = field(default_factory=list)
+    steps: list[FittedStep] = field(default_factory=list)
     fits: list[FitResult] = field(default_factory=list)
     interrupted: bool = False
 
@@ -220,7 +220,7 @@ class _Way:
         self, title: str, added: str | None, comparison: Comparison, effective: float
     ) -> None:
         self.steps.append(
-            Step(
+            FittedStep(
                 title=title,
                 added=added,
                 parameters=0 if added is None else len(effects.BY_ID[added].parameters),

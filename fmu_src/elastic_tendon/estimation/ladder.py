@@ -17,7 +17,7 @@ LEAST_SHARE_OF_NOISE = 0.5
 
 
 @dataclass(frozen=True)
-class Step:
+class FittedStep:
     """A model on its way and how it compares.
 
     `added` is the id of the effect that came in, with so many `parameters`; `effective`
@@ -34,7 +34,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Rung:
+class Step:
     """One entry of the ladder.
 
     `rmse`, `heldout_rmse` : signal -> root mean square error in the signal's unit.
@@ -56,20 +56,20 @@ class Rung:
         return asdict(self)
 
 
-def steps_text(ladder: Sequence[Rung]) -> str:
+def steps_text(ladder: Sequence[Step]) -> str:
     """The error after each step, a line each."""
-    width = max(len(rung.title) for rung in ladder)
+    width = max(len(step.title) for step in ladder)
     return "\n".join(
-        f"{rung.title:{width}}  "
+        f"{step.title:{width}}  "
         + ", ".join(
-            f"{name} {rmse:.4g} ({rung.noise_ratio[name]:.3g} times the noise)"
-            for name, rmse in rung.rmse.items()
+            f"{name} {rmse:.4g} ({step.noise_ratio[name]:.3g} times the noise)"
+            for name, rmse in step.rmse.items()
         )
-        for rung in ladder
+        for step in ladder
     )
 
 
-def climb(steps: Sequence[Step]) -> tuple[Rung, ...]:
+def climb(fitted: Sequence[FittedStep]) -> tuple[Step, ...]:
     """Judge steps against one another.
 
     Where a step does not bring its evidence, it is found from its errors in units of the noise.
@@ -84,15 +84,15 @@ def climb(steps: Sequence[Step]) -> tuple[Rung, ...]:
 
     Parameters
     ----------
-    steps : from the model as given to the last
+    fitted : from the model as given to the last
 
     Returns
     -------
-    tuple of Rung, one for each step
+    tuple of Step, one for each step
     """
-    evidence = _evidence(steps)
+    evidence = _evidence(fitted)
     return tuple(
-        Rung(
+        Step(
             title=step.title,
             added=step.added,
             rmse=step.comparison.rmse(),
@@ -101,19 +101,19 @@ def climb(steps: Sequence[Step]) -> tuple[Rung, ...]:
             evidence=value,
             probability=probability,
         )
-        for step, value, probability in zip(steps, evidence, _probabilities(evidence), strict=True)
+        for step, value, probability in zip(fitted, evidence, _probabilities(evidence), strict=True)
     )
 
 
-def _evidence(steps: Sequence[Step]) -> list[float]:
+def _evidence(fitted: Sequence[FittedStep]) -> list[float]:
     """Evidence of each step in one scale, that of the steps that bring theirs."""
-    known = {index: step.evidence for index, step in enumerate(steps) if step.evidence is not None}
-    if len(known) == len(steps):
+    known = {index: step.evidence for index, step in enumerate(fitted) if step.evidence is not None}
+    if len(known) == len(fitted):
         return list(known.values())
-    counts = _effective_counts(steps[-1].comparison)
+    counts = _effective_counts(fitted[-1].comparison)
     found = [
         _deviance(step.comparison, counts) + step.effective * log(sum(counts.values()))
-        for step in steps
+        for step in fitted
     ]
 
     def shift(place: int) -> float:

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.residuals import Array
-from elastic_tendon.estimation.ladder import Rung, Step
+from elastic_tendon.estimation.ladder import FittedStep, Step
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.output import OutputError
 from elastic_tendon.reports.names import shortened, verbatim
@@ -119,33 +119,33 @@ def static_torque(measurement: Measurement) -> Array:
     return np.zeros(len(measurement.time)) if load is None else -load
 
 
-def ladder(rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
+def ladder(steps: Sequence[Step], signal: str = "joint_position") -> Figure:
     """Error after each step on fitted and held-out data, beside the noise floor.
 
     Parameters
     ----------
-    rungs : entries of the ladder, the model as given first
+    steps : entries of the ladder, the model as given first
     signal : name of the signal
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(max(7.0, 1.5 * len(rungs)), 4.2), layout="constrained")
+    figure = Figure(figsize=(max(7.0, 1.5 * len(steps)), 4.2), layout="constrained")
     axes = figure.subplots()
-    _draw_ladder(axes, rungs, signal)
+    _draw_ladder(axes, steps, signal)
     figure.suptitle("Error after each step")
     return figure
 
 
-def _draw_ladder(axes: Axes, rungs: Sequence[Rung], signal: str) -> None:
+def _draw_ladder(axes: Axes, steps: Sequence[Step], signal: str) -> None:
     quantity = shown(signal)
-    places = np.arange(len(rungs))
-    lines = [("fitted data", BLUE, "o", [rung.rmse[signal] for rung in rungs])]
-    if all(signal in rung.heldout_rmse for rung in rungs):
-        heldout = [rung.heldout_rmse[signal] for rung in rungs]
+    places = np.arange(len(steps))
+    lines = [("fitted data", BLUE, "o", [step.rmse[signal] for step in steps])]
+    if all(signal in step.heldout_rmse for step in steps):
+        heldout = [step.heldout_rmse[signal] for step in steps]
         lines.append(("held-out data", VERMILLION, "s", heldout))
-    labels: list[list[tuple[float, str]]] = [[] for _ in rungs]
+    labels: list[list[tuple[float, str]]] = [[] for _ in steps]
     for label, colour, marker, values in lines:
         small = quantity.small * np.array(values)
         axes.plot(places, small, marker=marker, color=colour, label=label, linewidth=1.6)
@@ -156,14 +156,14 @@ def _draw_ladder(axes: Axes, rungs: Sequence[Rung], signal: str) -> None:
         _annotate(axes, place, max(found), offset=(7.0, 5.0), corner=("left", "bottom"))
         if len(found) > 1:
             _annotate(axes, place, min(found), offset=(-7.0, -5.0), corner=("right", "top"))
-    floor = quantity.small * rungs[0].rmse[signal] / rungs[0].noise_ratio[signal]
+    floor = quantity.small * steps[0].rmse[signal] / steps[0].noise_ratio[signal]
     axes.axhline(floor, color="0.4", linestyle="--", linewidth=1.2, label="noise floor")
     axes.set_yscale("log")
     axes.margins(y=0.15)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_xticks(places, [fill(verbatim(rung.title), TITLE) for rung in rungs])
-    axes.set_xlim(-0.4, len(rungs) - 0.6)
+    axes.set_xticks(places, [fill(verbatim(step.title), TITLE) for step in steps])
+    axes.set_xlim(-0.4, len(steps) - 0.6)
     axes.set_ylabel(f"RMS error, {quantity.words} ({quantity.small_unit})")
     axes.legend(frameon=False)
     tidy(axes)
@@ -189,13 +189,15 @@ def _annotate(
     )
 
 
-def story(steps: Sequence[Step], rungs: Sequence[Rung], signal: str = "joint_position") -> Figure:
+def story(
+    fitted: Sequence[FittedStep], steps: Sequence[Step], signal: str = "joint_position"
+) -> Figure:
     """The whole way in one picture: the ladder, the final overlay, the errors of all steps.
 
     Parameters
     ----------
-    steps : models on the way, each with its comparison; the first recording is drawn
-    rungs : entries of the ladder, one for each step
+    fitted : models on the way, each with its comparison; the first recording is drawn
+    steps : entries of the ladder, one for each step
     signal : name of the signal
 
     Returns
@@ -205,22 +207,22 @@ def story(steps: Sequence[Step], rungs: Sequence[Rung], signal: str = "joint_pos
     quantity = shown(signal)
     figure = Figure(figsize=(9.0, 9.5), layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, gridspec_kw={"height_ratios": [3, 3, 3]})
-    _draw_ladder(top, rungs, signal)
+    _draw_ladder(top, steps, signal)
     top.set_title("Error after each step", loc="left", fontsize="medium")
-    final = (steps[-1].heldout or steps[-1].comparison).files[0]
-    kind = "held-out" if steps[-1].heldout else "fitted"
-    first = (steps[0].heldout or steps[0].comparison).files[0]
+    final = (fitted[-1].heldout or fitted[-1].comparison).files[0]
+    kind = "held-out" if fitted[-1].heldout else "fitted"
+    first = (fitted[0].heldout or fitted[0].comparison).files[0]
     time = final.measurement.time
     measured = final.measurement.signals[signal]
     middle.plot(*envelope(time, measured), color=BLACK, lw=2.4, label="measured")
-    colours = STEP_COLOURS[: len(steps)]
-    for file, step, colour in ((first, steps[0], colours[0]), (final, steps[-1], colours[-1])):
+    colours = STEP_COLOURS[: len(fitted)]
+    for file, step, colour in ((first, fitted[0], colours[0]), (final, fitted[-1], colours[-1])):
         simulated = file.trajectory[file.trajectory.measured(signal)]
         middle.plot(*envelope(time, simulated), color=colour, lw=1.0, label=verbatim(step.title))
     middle.set_ylabel(f"{quantity.words} ({quantity.unit})")
     title = f"{shortened(final.measurement.name)} ({kind} data)"
     middle.set_title(title, loc="left", pad=24.0, fontsize="medium")
-    for step, colour in zip(steps, colours, strict=True):
+    for step, colour in zip(fitted, colours, strict=True):
         file = (step.heldout or step.comparison).files[0]
         simulated = file.trajectory[file.trajectory.measured(signal)]
         error = quantity.small * (simulated - measured)

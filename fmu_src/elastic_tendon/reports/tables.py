@@ -14,7 +14,7 @@ from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.estimation.add import Addition
 from elastic_tendon.estimation.determinability import Estimate, Findings
-from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.names import at_dots
 from elastic_tendon.reports.units import noise_ratio, number, shown, times_noise
 
@@ -45,9 +45,9 @@ def design_table(name: str, table: DesignTable) -> Table:
     return shown_table
 
 
-def ladder_table(rungs: Sequence[Rung]) -> Table:
+def ladder_table(steps: Sequence[Step]) -> Table:
     """RMS error after each step, in words; one section for each signal."""
-    heldout = any(rung.heldout_rmse for rung in rungs)
+    heldout = any(step.heldout_rmse for step in steps)
     table = Table(title="The error after each step (RMS)", box=SIMPLE_HEAD)
     table.add_column("signal", no_wrap=True)
     table.add_column("step", no_wrap=True)
@@ -55,17 +55,17 @@ def ladder_table(rungs: Sequence[Rung]) -> Table:
     if heldout:
         table.add_column("held-out\ndata", justify="right", no_wrap=True)
     table.add_column("times\nnoise", justify="right")
-    for name in rungs[0].rmse:
+    for name in steps[0].rmse:
         quantity = shown(name)
-        for index, rung in enumerate(rungs):
-            errors = [rung.rmse[name]]
+        for index, step in enumerate(steps):
+            errors = [step.rmse[name]]
             if heldout:
-                errors.append(rung.heldout_rmse.get(name, nan))
+                errors.append(step.heldout_rmse.get(name, nan))
             table.add_row(
                 "" if index else quantity.words,
-                rung.title,
+                step.title,
                 *(quantity.error(error) for error in errors),
-                noise_ratio(rung.noise_ratio[name]),
+                noise_ratio(step.noise_ratio[name]),
             )
         table.add_section()
     return table
@@ -150,7 +150,7 @@ def addition_sentences(addition: Addition) -> list[str]:
         if after.added is not None:
             sentences += distrust_sentences(before, after)
             sentences += alias_sentences(effects.BY_ID[after.added])
-    fitted = [rung.added for rung in addition.ladder]
+    fitted = [step.added for step in addition.ladder]
     if left := [effect_id for effect_id in addition.effect_ids if effect_id not in fitted]:
         verb = "was" if len(left) == 1 else "were"
         pronoun = "it is" if len(left) == 1 else "they are"
@@ -159,7 +159,7 @@ def addition_sentences(addition: Addition) -> list[str]:
     return sentences
 
 
-def fall_sentences(first: Rung, last: Rung, *, static: bool = False) -> list[str]:
+def fall_sentences(first: Step, last: Step, *, static: bool = False) -> list[str]:
     """How the error of each signal changed between two steps; `static` : of static curves."""
     sentences = []
     for name, rmse in last.rmse.items():
@@ -188,7 +188,7 @@ def alias_sentences(effect: Effect, judged: Collection[str] = ()) -> list[str]:
     ]
 
 
-def distrust_sentences(before: Rung, after: Rung) -> list[str]:
+def distrust_sentences(before: Step, after: Step) -> list[str]:
     """Why a step that added an effect is not to be trusted; none where nothing speaks against it.
 
     Parameters

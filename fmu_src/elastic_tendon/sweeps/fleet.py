@@ -327,8 +327,8 @@ def _summary(found: Diagnosis) -> dict[str, str | float]:
     ends = {"before": found.ladder[0], "after": found.ladder[-1]}
     for signal in ends["after"].rmse:
         for (kind, when), column in error_columns(signal).items():
-            rung = ends[when]
-            row[column] = (rung.rmse if kind == "rmse" else rung.noise_ratio)[signal]
+            step = ends[when]
+            row[column] = (step.rmse if kind == "rmse" else step.noise_ratio)[signal]
     for path in free_parameters(found.given):
         estimate = estimates[path]
         low, high = estimate.interval

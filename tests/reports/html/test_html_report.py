@@ -297,8 +297,8 @@ def test_an_interrupted_diagnosis_says_so() -> None:
 def test_without_held_out_data_there_is_one_line() -> None:
     found = friction_found()
     steps = tuple(replace(step, heldout=None) for step in found.steps)
-    rungs = tuple(replace(rung, heldout_rmse={}) for rung in found.ladder)
-    page = Page(document_of(replace(found, steps=steps, ladder=rungs)))
+    ladder = tuple(replace(step, heldout_rmse={}) for step in found.ladder)
+    page = Page(document_of(replace(found, steps=steps, ladder=ladder)))
     assert "held-out data)" not in page.text
     names = [trace.get("name") for figure in page.figures() for trace in figure["data"]]
     assert "fitted data" in names
@@ -379,7 +379,7 @@ def evil() -> str:
         model=found.model.model_copy(update={"name": EVIL}),
         steps=steps,
         comparison=steps[-1].comparison,
-        ladder=tuple(replace(rung, title=EVIL) for rung in found.ladder),
+        ladder=tuple(replace(step, title=EVIL) for step in found.ladder),
     )
     where = locate(changed.steps[0].comparison)
     marked = replace(origin(), command=EVIL, advice=(EVIL, f"  {EVIL}"))

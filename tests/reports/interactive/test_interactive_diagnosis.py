@@ -62,16 +62,16 @@ def test_texts_of_users_are_no_markup() -> None:
         "as given",
         "&lt;b&gt;improved&lt;/b&gt;",
     }
-    rungs = [replace(rung, title="<b>up</b>") for rung in friction_found().ladder]
-    labels = ladder(rungs, POSITION).layout.xaxis.ticktext
+    steps = [replace(step, title="<b>up</b>") for step in friction_found().ladder]
+    labels = ladder(steps, POSITION).layout.xaxis.ticktext
     assert set(labels) == {"&lt;b&gt;up&lt;/b&gt;"}
 
 
 def test_the_ladder_falls_to_the_floor() -> None:
     found = friction_found()
     fitted, heldout, floor = ladder(found.ladder, POSITION).data
-    assert fitted.y == pytest.approx([1e3 * rung.rmse[POSITION] for rung in found.ladder])
-    assert heldout.y == pytest.approx([1e3 * rung.heldout_rmse[POSITION] for rung in found.ladder])
+    assert fitted.y == pytest.approx([1e3 * step.rmse[POSITION] for step in found.ladder])
+    assert heldout.y == pytest.approx([1e3 * step.heldout_rmse[POSITION] for step in found.ladder])
     assert floor.y[0] == pytest.approx(1e3 * found.noise[POSITION].sigma)
     assert floor.text[0].startswith("noise floor, 0.23")
     # where two lines meet, the labels stand on both sides
@@ -81,11 +81,11 @@ def test_the_ladder_falls_to_the_floor() -> None:
 
 @pytest.mark.parametrize("last", [0.0, 1e-9])
 def test_an_error_of_nothing_has_its_place_on_the_ladder(last: float) -> None:
-    rungs = [*friction_found().ladder]
-    rungs[-1] = replace(
-        rungs[-1], rmse={POSITION: last}, noise_ratio={POSITION: 0.0}, heldout_rmse={}
+    steps = [*friction_found().ladder]
+    steps[-1] = replace(
+        steps[-1], rmse={POSITION: last}, noise_ratio={POSITION: 0.0}, heldout_rmse={}
     )
-    figure = ladder(rungs, POSITION)
+    figure = ladder(steps, POSITION)
     fitted = figure.data[0]
     low, high = figure.layout.yaxis.range
     assert fitted.text[-1] == ("0" if last == 0.0 else "1.00e-06")

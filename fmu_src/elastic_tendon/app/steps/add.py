@@ -13,13 +13,13 @@ from elastic_tendon.app import busy, ranking, results, versions, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.step import Step
+from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import SIGNAL, compared_now
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.estimation.determinability import Findings
-from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.interactive.ladder import ladder
 from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, Theme
 from elastic_tendon.reports.tables import estimate_cells, open_note, with_interval
@@ -135,13 +135,13 @@ def _buttons(row: versions.Row, *, sure: bool) -> list[Component]:
     ]
 
 
-def _ladders(rungs: Sequence[Rung], static: bool, theme: Theme) -> list[Component]:
+def _ladders(steps: Sequence[Step], static: bool, theme: Theme) -> list[Component]:
     heading = html.H3("Error after each step")
     figures = [
-        ladder(rungs, signal, static=static, theme=theme).update_layout(
+        ladder(steps, signal, static=static, theme=theme).update_layout(
             title=None, margin={"t": HEAD}
         )
-        for signal in rungs[0].rmse
+        for signal in steps[0].rmse
     ]
     return [heading, *(dcc.Graph(figure=figure, config=FIGURES) for figure in figures)]
 
@@ -196,7 +196,7 @@ def _rows(session: Session, signal: str) -> list[versions.Row]:
     return rows
 
 
-def _rungs(session: Session) -> tuple[Rung, ...]:
+def _steps(session: Session) -> tuple[Step, ...]:
     found = session.shelf.find(results.climbed(session.document, session.files))
     return () if found is None or isinstance(found, Failure) else found
 
@@ -272,7 +272,7 @@ def _register_next(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "add":
             return (no_update,) * 6
         session = workspace.open(stored)
-        found = versions.what_next(session.document, _rungs(session), walk.round_of(session))
+        found = versions.what_next(session.document, _steps(session), walk.round_of(session))
         if found is None:
             return True, "", "", True, "plain", "plain"
         looks = ("plain", "") if found.done else ("", "plain")
@@ -330,15 +330,15 @@ def _register_results(app: Dash, workspace: Workspace) -> None:
             return (no_update,) * 3
         session = workspace.open(stored)
         document = session.document
-        rungs = _rungs(session)
+        steps = _steps(session)
         found = None
         if walk.is_fitted(document, document.version):
             found = session.shelf.find(walk.answer(document, document.version, session.files))
         now = compared_now(session)
         static = now is not None and versions.is_static(now)
-        figures = _ladders(rungs, static, THEMES[theme]) if len(rungs) > 1 else []
+        figures = _ladders(steps, static, THEMES[theme]) if len(steps) > 1 else []
         numbers = _numbers(found.result.findings) if isinstance(found, Answer) else []
-        done = [html.P(text) for text in versions.step_sentences(rungs, static=static)]
+        done = [html.P(text) for text in versions.step_sentences(steps, static=static)]
         return done, figures, numbers
 
 
@@ -418,4 +418,4 @@ def _changed(document: Document, what: str, name: str, value: str) -> Document:
     return document.renamed(name, title) if title else document
 
 
-STEP = Step(id="add", title="Add", layout=_layout, register=_register, needs=_needs)
+STEP = PageStep(id="add", title="Add", layout=_layout, register=_register, needs=_needs)

@@ -31,7 +31,7 @@ from elastic_tendon.app.readings import (
     with_cursor,
 )
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import Step
+from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
     before_of,
@@ -470,4 +470,4 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         return figure, {"height": HEIGHT}, "", torque_words(*shows), now
 
 
-STEP = Step(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)
+STEP = PageStep(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)

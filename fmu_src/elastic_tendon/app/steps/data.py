@@ -17,7 +17,7 @@ from elastic_tendon.app.document import Document, Source
 from elastic_tendon.app.glimpse import beginnings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.source_card import Form, Seen, card, dom_id, facts, found
-from elastic_tendon.app.step import Step
+from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
@@ -344,7 +344,7 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
     ]
 
 
-STEP = Step(
+STEP = PageStep(
     id="data",
     title="Data",
     layout=_layout,

@@ -11,7 +11,7 @@ from elastic_tendon.app import busy, ranking, results, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import Step
+from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.view import compared_now, recordings, view_of
 from elastic_tendon.app.workspace import Failure, Result, Session, Work, Workspace
 from elastic_tendon.diagnosis.by_hand import decided
@@ -420,7 +420,7 @@ def _register_work(app: Dash, workspace: Workspace) -> None:
 
 
 def _asked(session: Session, button: str, chosen: str) -> tuple[str, str, Work]:
-    """Step that shows it, words and work of a button."""
+    """Step of the page that shows it, words and work of a button."""
     if button == "effect-search":
         return "effect", "finding which effect is missing", walk.searching(session)
     title = effects.BY_ID[chosen].title
@@ -429,4 +429,4 @@ def _asked(session: Session, button: str, chosen: str) -> tuple[str, str, Work]:
     return "effect", f"trying {title}", walk.trying(session, chosen)
 
 
-STEP = Step(id="effect", title="Which effect", layout=_layout, register=_register, needs=_needs)
+STEP = PageStep(id="effect", title="Which effect", layout=_layout, register=_register, needs=_needs)

@@ -14,7 +14,7 @@ from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import Step
+from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
@@ -407,4 +407,4 @@ def _needs(_document: Document, _files: Files) -> Sequence[Result[Any]]:
     return []
 
 
-STEP = Step(id="model", title="Model", layout=_layout, register=_register, needs=_needs)
+STEP = PageStep(id="model", title="Model", layout=_layout, register=_register, needs=_needs)

@@ -12,7 +12,7 @@ from flask import Response, make_response, send_file
 from elastic_tendon.app import busy, takeaway
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import Step
+from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice, Kind
 from elastic_tendon.app.uploads import size_in_words
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
@@ -313,4 +313,4 @@ def _needs(_document: Document, _files: Files) -> Sequence[Result[Any]]:
     return []
 
 
-STEP = Step(id=ID, title="Take away", layout=_layout, register=_register, needs=_needs)
+STEP = PageStep(id=ID, title="Take away", layout=_layout, register=_register, needs=_needs)

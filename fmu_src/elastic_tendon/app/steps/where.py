@@ -18,7 +18,7 @@ from elastic_tendon.app.readings import (
     strongest_bins,
 )
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import Step, aria
+from elastic_tendon.app.step import PageStep, aria
 from elastic_tendon.app.steps.compare import (
     BUCKETS,
     GESTURES,
@@ -353,4 +353,4 @@ def clickable(maps: go.Figure) -> go.Figure:
     return maps
 
 
-STEP = Step(id="where", title="Where", layout=_layout, register=_register, needs=_needs)
+STEP = PageStep(id="where", title="Where", layout=_layout, register=_register, needs=_needs)

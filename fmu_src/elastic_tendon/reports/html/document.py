@@ -118,12 +118,12 @@ def _written(title: str, parts: Sequence[Part], origin: Origin, progress: Progre
 
 def _told_once(diagnosis: Diagnosis, alike: Alike) -> Diagnosis:
     """The same without the errors of signals that repeat others."""
-    rungs = tuple(
-        replace(rung, rmse={name: error for name, error in rung.rmse.items() if name in alike})
-        for rung in diagnosis.ladder
+    steps = tuple(
+        replace(step, rmse={name: error for name, error in step.rmse.items() if name in alike})
+        for step in diagnosis.ladder
     )
     remaining = {name: left for name, left in diagnosis.remaining.items() if name in alike}
-    return replace(diagnosis, ladder=rungs, remaining=remaining)
+    return replace(diagnosis, ladder=steps, remaining=remaining)
 
 
 def _verdict(diagnosis: Diagnosis, origin: Origin, alike: Alike) -> Iterator[Block]:

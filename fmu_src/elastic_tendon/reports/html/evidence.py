@@ -12,7 +12,7 @@ from elastic_tendon.diagnosis.explained import (
 )
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.errors import ElasticTendonError
-from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.diagnosis_tables import (
     called,
     called_set,
@@ -90,39 +90,39 @@ def _explains(name: str, find: Callable[[], Explained]) -> Iterator[Block]:
     )
 
 
-def steps(rungs: Sequence[Rung], alike: Alike, *, static: bool) -> Iterator[Block]:
+def steps(steps: Sequence[Step], alike: Alike, *, static: bool) -> Iterator[Block]:
     """The ladder of each signal that repeats no other, and the numbers of all.
 
     `static` : the errors are those of static curves.
     """
     for signal in alike:
-        yield _falling(rungs, signal, static=static)
-    yield as_table(ladder_table(rungs))
+        yield _falling(steps, signal, static=static)
+    yield as_table(ladder_table(steps))
 
 
-def glance(rungs: Sequence[Rung], *, static: bool) -> Plot:
+def glance(steps: Sequence[Step], *, static: bool) -> Plot:
     """The ladder of the first signal, small enough to stand beside sentences; see `steps`."""
-    signal = next(iter(rungs[0].rmse))
+    signal = next(iter(steps[0].rmse))
 
     def draw(theme: Theme) -> go.Figure:
-        figure = ladder(rungs, signal, static=static, theme=theme)
+        figure = ladder(steps, signal, static=static, theme=theme)
         figure.update_layout(height=GLANCE)
         return figure.update_yaxes(title=f"RMS error ({shown(signal).small_unit})")
 
-    return plot(draw, _words_of(rungs, signal, static=static), head=36)
+    return plot(draw, _words_of(steps, signal, static=static), head=36)
 
 
-def _falling(rungs: Sequence[Rung], signal: str, *, static: bool) -> Plot:
+def _falling(steps: Sequence[Step], signal: str, *, static: bool) -> Plot:
     return plot(
-        lambda theme: ladder(rungs, signal, static=static, theme=theme),
-        _words_of(rungs, signal, static=static),
+        lambda theme: ladder(steps, signal, static=static, theme=theme),
+        _words_of(steps, signal, static=static),
     )
 
 
-def _words_of(rungs: Sequence[Rung], signal: str, *, static: bool) -> str:
+def _words_of(steps: Sequence[Step], signal: str, *, static: bool) -> str:
     quantity = shown(signal, static=static)
-    first, last = (quantity.error(rung.rmse[signal]) for rung in (rungs[0], rungs[-1]))
-    ratio = times_noise(rungs[-1].noise_ratio[signal])
+    first, last = (quantity.error(step.rmse[signal]) for step in (steps[0], steps[-1]))
+    ratio = times_noise(steps[-1].noise_ratio[signal])
     return (
         f"RMS error of the {quantity.words} after each step, beside the noise floor: from {first} "
         f"to {last}, {ratio}."

@@ -6,7 +6,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from elastic_tendon.estimation.ladder import Rung
+from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, broken, plain
 from elastic_tendon.reports.units import number, shown
 
@@ -18,13 +18,13 @@ _ROOM = 0.35  # beside the first and the last step, in steps
 
 
 def ladder(
-    rungs: Sequence[Rung], signal: str, *, static: bool = False, theme: Theme = LIGHT
+    steps: Sequence[Step], signal: str, *, static: bool = False, theme: Theme = LIGHT
 ) -> go.Figure:
     """RMS error after each step, on fitted and held-out data, beside the noise floor.
 
     Parameters
     ----------
-    rungs : entries of the ladder, the model as given first
+    steps : entries of the ladder, the model as given first
     signal : name of the signal
     static : the errors are those of static curves
     theme : Theme
@@ -34,10 +34,10 @@ def ladder(
     plotly.graph_objects.Figure
     """
     quantity = shown(signal, static=static)
-    fitted = [quantity.small * rung.rmse[signal] for rung in rungs]
-    held = [quantity.small * rung.heldout_rmse[signal] for rung in rungs if rung.heldout_rmse]
-    heldout = held if len(held) == len(rungs) else []
-    floor = quantity.small * _floor(rungs, signal)
+    fitted = [quantity.small * step.rmse[signal] for step in steps]
+    held = [quantity.small * step.heldout_rmse[signal] for step in steps if step.heldout_rmse]
+    heldout = held if len(held) == len(steps) else []
+    floor = quantity.small * _floor(steps, signal)
     scale = _scale([*fitted, *heldout, floor])
     bottom = 10.0 ** scale["range"][0]
     figure = blank(theme, title="Error after each step", height=420, hovermode="x unified")
@@ -46,7 +46,7 @@ def ladder(
         lines.append(("held-out data", heldout, fitted, theme.before, "square"))
     for label, values, others, colour, symbol in lines:
         figure.add_scatter(
-            x=list(range(len(rungs))),
+            x=list(range(len(steps))),
             y=[max(value, bottom) for value in values],
             name=label,
             mode="lines+markers+text",
@@ -59,7 +59,7 @@ def ladder(
             hovertemplate=f"%{{text}} {quantity.small_unit}",
         )
     figure.add_scatter(
-        x=[-_ROOM, len(rungs) - 1 + _ROOM],
+        x=[-_ROOM, len(steps) - 1 + _ROOM],
         y=[floor, floor],
         name="noise floor",
         mode="lines+text",
@@ -77,9 +77,9 @@ def ladder(
         title=f"RMS error, {quantity.words} ({quantity.small_unit})",
     )
     figure.update_xaxes(
-        tickvals=list(range(len(rungs))),
-        ticktext=[broken(plain(rung.title)) for rung in rungs],
-        range=[-_ROOM, len(rungs) - 1 + _ROOM],
+        tickvals=list(range(len(steps))),
+        ticktext=[broken(plain(step.title)) for step in steps],
+        range=[-_ROOM, len(steps) - 1 + _ROOM],
         showgrid=False,
     )
     return figure
@@ -93,11 +93,11 @@ def _positions(values: Sequence[float], others: Sequence[float]) -> list[str]:
     return [_ABOVE if value >= beside else _BELOW for value, beside in pairs]
 
 
-def _floor(rungs: Sequence[Rung], signal: str) -> float:
+def _floor(steps: Sequence[Step], signal: str) -> float:
     """Noise floor of a signal, in its unit; 0 where no step has an error to tell it by."""
-    for rung in rungs:
-        if rung.noise_ratio[signal] > 0.0:
-            return rung.rmse[signal] / rung.noise_ratio[signal]
+    for step in steps:
+        if step.noise_ratio[signal] > 0.0:
+            return step.rmse[signal] / step.noise_ratio[signal]
     return 0.0
 
 
