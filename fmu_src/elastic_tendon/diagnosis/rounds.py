@@ -38,11 +38,11 @@ def round_at(search: Search, before: Set, chosen: Set) -> Round:
     }
     evidence = _evidence(search, search.answers[before], refitted)
     weight = _probabilities(_possible(search, evidence) | expected)
-    step = _Step(search, before, evidence, weight)
+    rows_of = _Rows(search, before, evidence, weight)
     told = sorted(evidence, key=evidence.__getitem__)[:ESTIMATED]
-    rows = [step.refitted(added, chosen, told=added in told) for added in refitted]
-    rows += [step.screened(added, value) for added, value in expected.items()]
-    rows += [step.failed(added) for added in _grown(search.failures, before)]
+    rows = [rows_of.refitted(added, chosen, told=added in told) for added in refitted]
+    rows += [rows_of.screened(added, value) for added, value in expected.items()]
+    rows += [rows_of.failed(added) for added in _grown(search.failures, before)]
     rows.sort(key=lambda row: (row.ids != chosen, not row.fitted, _order(row.evidence)))
     return Round(chosen, tuple(rows), _reason(rows, chosen))
 
@@ -155,7 +155,7 @@ def _expected(search: Search, before: Set, added: Set) -> float:
 
 
 @dataclass(frozen=True)
-class _Step:
+class _Rows:
     """Rows of the candidates beside the set `before`.
 
     `evidence` : of refitted sets less its own; `probabilities` of those that may be the answer.
