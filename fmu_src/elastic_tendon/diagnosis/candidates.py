@@ -36,11 +36,11 @@ def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, 
     -------
     tuple of str, in the catalogue's order
     """
-    static = all(one.static for one in measurements)
+    static = all(recording.static for recording in measurements)
     return tuple(
-        one
-        for one in effects.BY_ID.ids()
-        if not (static and _is_mass(one)) and _welcome(model, one)
+        effect_id
+        for effect_id in effects.BY_ID.ids()
+        if not (static and _is_mass(effect_id)) and _welcome(model, effect_id)
     )
 
 
@@ -66,8 +66,12 @@ def shapes(
     model: Model, effect: Effect, measurements: Sequence[Measurement]
 ) -> Iterator[Mapping[str, float]]:
     """Values of an effect's shape parameters, by name, from which a search begins."""
-    names = [one.name for one in effect.parameters if one.shape]
-    spreads = [_spread(model, one, measurements) for one in effect.parameters if one.shape]
+    names = [parameter.name for parameter in effect.parameters if parameter.shape]
+    spreads = [
+        _spread(model, parameter, measurements)
+        for parameter in effect.parameters
+        if parameter.shape
+    ]
     for values in product(*spreads):
         yield dict(zip(names, values, strict=True))
 
@@ -88,17 +92,17 @@ def sensible(
         reach = 1.0 + FAR * model.uncertainty_of(path) / values[path]
         limits[path] = (values[path] / reach, values[path] * reach)
     for effect in map(effects.BY_ID.__getitem__, effect_ids):
-        for one in effect.parameters:
-            path = f"effects.{effect.id}.{one.name}"
+        for parameter in effect.parameters:
+            path = f"effects.{effect.id}.{parameter.name}"
             held = effect.singular_null or any(
                 beside.spread is Spread.JOINT_RANGE for beside in effect.parameters
             )
-            if held and not one.shape and not is_damping(one):
-                limits[path] = (one.null + LEAST * typical_value(model, one), np.inf)
-            elif one.spread is Spread.JOINT_RANGE:
-                end, inward = _end(one, measurements)
+            if held and not parameter.shape and not is_damping(parameter):
+                limits[path] = (parameter.null + LEAST * typical_value(model, parameter), np.inf)
+            elif parameter.spread is Spread.JOINT_RANGE:
+                end, inward = _end(parameter, measurements)
                 border = end + FARTHEST * inward
-                limits[path] = (-np.inf, border) if one.null < 0.0 else (border, np.inf)
+                limits[path] = (-np.inf, border) if parameter.null < 0.0 else (border, np.inf)
     return limits
 
 
@@ -109,11 +113,11 @@ def stops_shown(
     dotted path -> rad."""
     found = {}
     for effect_id, values in model.effects.items():
-        for one in effects.BY_ID[effect_id].parameters:
-            if one.spread is Spread.JOINT_RANGE:
-                (end, inward), (farther, across) = _end(one, fitted), _end(one, heldout)
-                if max((values[one.name] - end) * inward, (farther - end) * inward) < 0.0:
-                    found[f"effects.{effect_id}.{one.name}"] = farther + MARGINS[0] * across
+        for parameter in effects.BY_ID[effect_id].parameters:
+            if parameter.spread is Spread.JOINT_RANGE:
+                (end, inward), (farther, across) = _end(parameter, fitted), _end(parameter, heldout)
+                if max((values[parameter.name] - end) * inward, (farther - end) * inward) < 0.0:
+                    found[f"effects.{effect_id}.{parameter.name}"] = farther + MARGINS[0] * across
     return found
 
 
@@ -143,17 +147,19 @@ def starts(
         dampings = LITTLE_DAMPING if effect.singular_null else (1.0,)
     for shape, share, damped in product(shapes(model, effect, measurements), shares, dampings):
         strengths = {
-            one.name: one.null
-            + share * (damped if is_damping(one) else 1.0) * (typical_value(model, one) - one.null)
-            for one in effect.parameters
-            if not one.shape
+            parameter.name: parameter.null
+            + share
+            * (damped if is_damping(parameter) else 1.0)
+            * (typical_value(model, parameter) - parameter.null)
+            for parameter in effect.parameters
+            if not parameter.shape
         }
         yield {**strengths, **shape}
 
 
 def _end(parameter: Parameter, measurements: Sequence[Measurement]) -> tuple[float, float]:
     """The end of the joint's range at which a parameter lies, and the way to the other end."""
-    positions = np.concatenate([one.signals["joint_position"] for one in measurements])
+    positions = np.concatenate([recording.signals["joint_position"] for recording in measurements])
     low, high = float(positions.min()), float(positions.max())
     return (low, high - low) if parameter.null < 0.0 else (high, low - high)
 
@@ -171,7 +177,9 @@ def _spread(
         end, inward = _end(parameter, measurements)
         return (parameter.null, *(end + margin * inward for margin in MARGINS))
     typical = typical_value(model, parameter)
-    inside = np.clip([typical * one for one in MULTIPLES], parameter.lower, parameter.upper)
+    inside = np.clip(
+        [typical * multiple for multiple in MULTIPLES], parameter.lower, parameter.upper
+    )
     return tuple(dict.fromkeys(float(value) for value in inside))
 
 

@@ -146,7 +146,7 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
         if effect_id in answer.added or not search.screen.goes(together):
             continue  # it is there, or another law of the same thing is
         search.progress(f"what would have shown: {effects.BY_ID[effect_id].title}", 0.0)
-        units = {one.path: one.unit for one in quantities([effect_id])}
+        units = {quantity.path: quantity.unit for quantity in quantities([effect_id])}
         path = f"effects.{effect_id}.{effects.BY_ID[effect_id].strength.name}"
         if search.screen.sees(effect_id):
             smallest = search.screen.smallest(estimate, effect_id)
@@ -329,13 +329,13 @@ def doubtful_values(answer: Answer) -> Iterator[str]:
     implausible = implausible_values(answer)
     for effect_id in answer.added:
         effect = effects.BY_ID[effect_id]
-        for one in effect.parameters:
-            value = answer.values(effect_id)[one.name]
-            told = f"{effect.title}: {one.name.replace('_', ' ')} {value:.3g}"
-            unit = "" if one.unit == "1" else f" {unit_text(one.unit)}"
-            if value in (one.lower, one.upper) and value != one.null:
+        for parameter in effect.parameters:
+            value = answer.values(effect_id)[parameter.name]
+            told = f"{effect.title}: {parameter.name.replace('_', ' ')} {value:.3g}"
+            unit = "" if parameter.unit == "1" else f" {unit_text(parameter.unit)}"
+            if value in (parameter.lower, parameter.upper) and value != parameter.null:
                 yield f"{told}{unit} is at the end of what it may be."
-            elif f"effects.{effect_id}.{one.name}" in implausible:
+            elif f"effects.{effect_id}.{parameter.name}" in implausible:
                 yield f"{told}{unit} is implausible: no real actuator of this size has it."
 
 
@@ -405,7 +405,14 @@ def _different(answers: Sequence[Answer]) -> list[str]:
     if not answers:
         return []
     first, *others = answers
-    own = [one for one in first.added if any(one not in part.added for part in others)]
+    own = [
+        effect_id
+        for effect_id in first.added
+        if any(effect_id not in part.added for part in others)
+    ]
     names = ["+".join(own)] if own else []
-    names += ["+".join(one for one in part.added if one not in first.added) for part in others]
+    names += [
+        "+".join(effect_id for effect_id in part.added if effect_id not in first.added)
+        for part in others
+    ]
     return names

@@ -86,7 +86,7 @@ def regress(result: FitResult, progress: Progress = silent) -> Regression:
     Regression; its `found` judges for each signal whether its error depends on the state
     """
     pairs = zip(result.problem.measurements, result.initial_states, strict=True)
-    motions = tuple(Motion(result.model, one, initial) for one, initial in pairs)
+    motions = tuple(Motion(result.model, recording, initial) for recording, initial in pairs)
     terms = terms_for(motions)
     rows = rows_of(result, motions)
     products = []
@@ -97,7 +97,7 @@ def regress(result: FitResult, progress: Progress = silent) -> Regression:
     gains = gains_of(products, error_as_is(products[0]))[..., 0]
     best = int(np.argmax(gains.max(axis=1)))
     firsts = rows.longer_blocks(_memory(rows, terms[best], products[best]))
-    products = [one.merged(firsts) for one in products]
+    products = [product.merged(firsts) for product in products]
     gains = gains_of(products, error_as_is(products[0]))[..., 0]
     chances = chance_of(products, gains) * len(rows.names)
     for motion in motions:
@@ -131,8 +131,8 @@ def _is_significant(found: LackOfFit, error: float, noise: float) -> bool:
 def _loudness(motions: Sequence[Motion], name: str) -> tuple[float, float]:
     """Mean squares of the error and of its noise."""
     with_it = [motion for motion in motions if name in motion.errors]
-    error = np.mean([rms(one.errors[name]) ** 2 for one in with_it])
-    noise = np.mean([one.measurement.noise[name].sigma ** 2 for one in with_it])
+    error = np.mean([rms(part.errors[name]) ** 2 for part in with_it])
+    noise = np.mean([part.measurement.noise[name].sigma ** 2 for part in with_it])
     return float(error), float(noise)
 
 

@@ -91,9 +91,13 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
     Limits
     """
     tables = [design(model) for model in models]
-    timed = [one for one in measurements if not one.static]
-    step = min((float(np.median(np.diff(one.time))) for one in timed), default=1.0 / RATE)
-    recorded = max((float(one.time[-1] - one.time[0]) for one in timed), default=SHORTEST)
+    timed = [recording for recording in measurements if not recording.static]
+    step = min(
+        (float(np.median(np.diff(recording.time))) for recording in timed), default=1.0 / RATE
+    )
+    recorded = max(
+        (float(recording.time[-1] - recording.time[0]) for recording in timed), default=SHORTEST
+    )
     longest = max(LONGEST, MOST_SAMPLES * step)
     deflection = (
         MARGIN * min(max(table.negative_max_deflection for table in tables), -LEAST_DEFLECTION),
@@ -107,8 +111,8 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
     transmission = models[0].transmission
     ratio = transmission.joint_pulley_radius / transmission.motor_pulley_radius  # n_t, (9)
     span = ratio * (deflection[1] - deflection[0])
-    positions = [one.motor_position for one in measurements]
-    held = max(float(np.ptp(one)) for one in positions) < HELD * span
+    positions = [recording.motor_position for recording in measurements]
+    held = max(float(np.ptp(position)) for position in positions) < HELD * span
     frequency = max(table.frequency_state_3 for table in tables)
     return Limits(
         motor=_held_motor(positions[0], span, frequency) if held else _moved_motor(timed),
@@ -134,14 +138,15 @@ def _held_motor(position: Array, span: float, frequency: float) -> Reach:
 
 
 def _moved_motor(recordings: Sequence[Measurement]) -> Reach:
-    low = min(float(one.motor_position.min()) for one in recordings)
-    high = max(float(one.motor_position.max()) for one in recordings)
+    low = min(float(recording.motor_position.min()) for recording in recordings)
+    high = max(float(recording.motor_position.max()) for recording in recordings)
     wider = 0.5 * (BEYOND_RECORDED - 1.0) * (high - low)
     return Reach(
         start=float(recordings[0].motor_position[0]),
         low=low - wider,
         high=high + wider,
-        rate=BEYOND_RECORDED * max(_fastest(one.time, one.motor_position) for one in recordings),
+        rate=BEYOND_RECORDED
+        * max(_fastest(recording.time, recording.motor_position) for recording in recordings),
         recorded=(low, high),
     )
 
@@ -149,16 +154,16 @@ def _moved_motor(recordings: Sequence[Measurement]) -> Reach:
 def _load(recordings: Sequence[Measurement], torque: tuple[float, float]) -> Reach | None:
     """Reach of the load: from none on, within the torque at the largest deflection."""
     loaded = [
-        (one, one.load_torque)
-        for one in recordings
-        if one.load_torque is not None and np.ptp(one.load_torque) > 0.0
+        (recording, recording.load_torque)
+        for recording in recordings
+        if recording.load_torque is not None and np.ptp(recording.load_torque) > 0.0
     ]
     if not loaded:
         return None
     low = min(float(load.min()) for _, load in loaded)
     high = max(float(load.max()) for _, load in loaded)
     # static curves show no rate; then it is chosen as for a machine that bears any load
-    rates = [_fastest(one.time, load) for one, load in loaded if not one.static]
+    rates = [_fastest(recording.time, load) for recording, load in loaded if not recording.static]
     return Reach(
         start=0.0,
         low=max(BEYOND_RECORDED * min(low, 0.0), torque[0]),

@@ -171,7 +171,7 @@ class Refits:
             if answer.mean_square < AT_NOISE or enough():
                 break
             resonance = Resonance(data.given, added, effect_id, data.fitted, check)
-            near = [one.result.model for one in resonance.around(answer)]
+            near = [part.result.model for part in resonance.around(answer)]
             again = refit(data.given, added, data.fitted, near, effort, check)
             answer = self._likeliest([answer, again])
         return answer

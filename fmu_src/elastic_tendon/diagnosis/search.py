@@ -394,16 +394,22 @@ class Search(Refits):
 
     def _beside(self, simple: Answer, added: Set, check: Check) -> Answer:
         (law,), (own,) = (
-            map(effects.BY_ID.__getitem__, set(one) - set(other))
-            for one, other in ((added, simple.added), (simple.added, added))
+            map(effects.BY_ID.__getitem__, set(has) - set(lacks))
+            for has, lacks in ((added, simple.added), (simple.added, added))
         )
         known = simple.values(own.id)
-        alike = {one.name: known[one.name] for one in law.parameters if one.name in known}
+        alike = {
+            parameter.name: known[parameter.name]
+            for parameter in law.parameters
+            if parameter.name in known
+        }
         shares: tuple[float, ...] = UNSEEN_SHARES
         if len(law.parameters) < len(own.parameters) and law.strength.unit == own.strength.unit:
             alike[law.strength.name], shares = known[own.strength.name], (1.0,)
         values = starts(self.data.given, law, self.data.fitted, shares)
-        models = self._models_beside(simple, added, law.id, ({**one, **alike} for one in values))
+        models = self._models_beside(
+            simple, added, law.id, ({**start, **alike} for start in values)
+        )
         effort = self._effort(models)
         return refit(self.data.given, added, self.data.fitted, models, effort, check)
 
@@ -468,7 +474,7 @@ class Search(Refits):
         """Whether much is left that does not depend on the state of the machine at all, as a
         disturbance that nobody recorded: no effect explains it."""
         answer = self.answer
-        timed = not any(one.static for one in self.data.fitted)
+        timed = not any(recording.static for recording in self.data.fitted)
         if not (timed and MUCH < answer.mean_square < OVERWHELMING**2):
             return False
         known, disturbed = self._shapeless.get(answer.added, (None, False))
@@ -495,7 +501,7 @@ class Search(Refits):
             if self._tired or added in self._passed:
                 continue
             self._passed.add(added)
-            unlike = [one for one in self.data.candidates if not swings(one)]
+            unlike = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
             looks = self._looks(added, unlike)
             likely = [near for near in sorted(looks, key=looks.__getitem__) if looks[near] < WORTH]
             self._refit(likely[:REFITTED], "refitting what was passed by")
@@ -528,7 +534,11 @@ class Search(Refits):
         self._exhausted.add(answer.added)
         words = "trying every addition"
         # a look at what swings may take all that is left
-        quick = [one for one in self.data.candidates if not (self._weary and swings(one))]
+        quick = [
+            effect_id
+            for effect_id in self.data.candidates
+            if not (self._weary and swings(effect_id))
+        ]
         looks = self._looks(answer.added, quick)
         dear = self._effort([answer.result.model]) != EFFORT
         likely = sorted(looks, key=looks.__getitem__)[: AT_ONCE if dear else None]
@@ -634,12 +644,16 @@ class Search(Refits):
 
     def _unseen(self) -> list[str]:
         """Effects that only whole trajectories show."""
-        return [one for one in self.data.candidates if not self.screen.sees(one)]
+        return [effect_id for effect_id in self.data.candidates if not self.screen.sees(effect_id)]
 
     def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
         """Share of the mean square that additions would leave, by the trajectory screen."""
         screen = TrajectoryScreen(self.answers[added])
-        sets = {in_order((*added, one)): one for one in effect_ids if one not in added}
+        sets = {
+            in_order((*added, effect_id)): effect_id
+            for effect_id in effect_ids
+            if effect_id not in added
+        }
         possible = [near for near in sets if self.screen.goes(near)]
         work = [
             (told("looking at additions", near), partial(self._look, screen, added, sets[near]))
@@ -675,8 +689,8 @@ class Search(Refits):
         if before is not answer:
             resonance = Resonance(self.data.given, near, effect_id, self.data.fitted, check)
             found = [
-                (one.mean_square / answer.mean_square, one.result.model)
-                for one in resonance.beside(answer)
+                (near_answer.mean_square / answer.mean_square, near_answer.result.model)
+                for near_answer in resonance.beside(answer)
             ]
             self._looked[near] = answer, found
         return found
@@ -708,7 +722,9 @@ class Search(Refits):
             shares |= dict.fromkeys(simpler(added))
             unlooked = list(self.data.candidates)
         if not (at_noise or self._tired):
-            shares |= self._looks(added, [one for one in unlooked if not swings(one)])
+            shares |= self._looks(
+                added, [effect_id for effect_id in unlooked if not swings(effect_id)]
+            )
         return shares
 
     def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:
@@ -739,7 +755,7 @@ class Search(Refits):
         origins = [own, *(screen.fit(part, own.values, 6) for part in less)]
         shares: dict[Set, float] = {}
         for origin in origins:
-            others = [one for one in self._screened() if one not in origin.added]
+            others = [effect_id for effect_id in self._screened() if effect_id not in origin.added]
             _, looked = screen.combined(origin, others, 0)
             shares |= {near: max(look.square / own.square, 1.0) for near, look in looked.items()}
         shares.pop(added, None)
@@ -766,7 +782,7 @@ class Search(Refits):
                 start = {**look.start, **(refitted if origin == added else {})}
                 self.starts[near] = [model_with(self.data.given, near, start)]
             expected = {near: look.square for near, look in looked.items()}
-            looks = {**expected, **looks, **{one: part.square for one, part in found.items()}}
+            looks = {**expected, **looks, **{near: part.square for near, part in found.items()}}
         looks.pop(added)
         return {near: square / own.square for near, square in looks.items()}
 
