@@ -47,7 +47,10 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     if _square(errors) < AT_NOISE * len(errors):
         return errors
     shown = stops_shown(result.model, result.problem.measurements, recordings)
-    for values, evaluations in (({}, FEW), ({}, MANY), (shown, MANY)):
+    ways = [({}, FEW), ({}, MANY), (shown, MANY)]
+    if not _explains(result):
+        ways = ways[:1]  # nor will it explain these
+    for values, evaluations in ways:
         with suppress(ElasticTendonError, np.linalg.LinAlgError):
             start = result.model.with_values(values)
             moved, costly = _moved(result, problem, start, evaluations)
@@ -89,6 +92,13 @@ def _moved(
     numbers, _ = descend(residuals, jacobian, start, bounds, evaluations, TOLERANCE)
     move, left = known @ (numbers - fitted), _square(residuals(numbers)[:-count])
     return vector(numbers), float(np.sqrt(1.0 + move @ move / max(left, 1e-300)))
+
+
+def _explains(result: FitResult) -> bool:
+    """Whether a fit leaves little but noise of what it was fitted to."""
+    floors = tuple(map(noise_floors, result.problem.measurements))
+    errors = stack(result.problem.errors(result.vector), floors)
+    return _square(errors) < EXPLAINED * len(errors)
 
 
 def _information(result: FitResult) -> Array:
