@@ -25,7 +25,7 @@ from elastic_tendon.measurement import Measurement
 
 # samples of all recordings together up to which a search works on each, and of an excerpt of more
 MOST, FEWER = 7_500, 3_000
-WINDOWS = 5  # stretches of all recordings together that an excerpt has, at least one of each
+WINDOWS = 2  # stretches of all recordings together that an excerpt has, at least one of each
 # RMS by which straight lines from mean to mean of samples may miss the motion: shares of the noise
 # that means have, and of the error of the model as given
 OF_NOISE, OF_ERROR = 0.5, 1e-3

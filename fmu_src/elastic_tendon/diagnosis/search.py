@@ -176,10 +176,12 @@ class Search(Refits):
             self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
         for _ in range(MOST_ROUNDS):
             self._follow_neighbours()
-            if self._tired or self._disturbed():
+            if self._tired or (self._disturbed() and not self.answer.added):
                 break
-            if self._hop():
+            if self._hop():  # an effect that is not where it belongs leaves much that is shapeless
                 continue
+            if self._disturbed():
+                break
             if not (
                 self._better_law()
                 or self._doubted()
@@ -250,6 +252,8 @@ class Search(Refits):
                 self._refit_promising(added, shares, most)
                 if self.answer.added != added:
                     continue
+            if self._effort([self.answer.result.model]) == EFFORT and self._better_addition():
+                continue
             if not (self._at_noise() or self._tired):
                 shares |= self._looks(added, filter(swings, self.data.candidates))
             self._refit_promising(added, shares, most)
@@ -522,7 +526,8 @@ class Search(Refits):
         return self.answer.added != answer.added
 
     def _better_addition(self) -> bool:
-        """Where much is left: additions, the likeliest first, whatever the torque screen says.
+        """Where much is left: additions, the likeliest first, whatever the torque screen says, but
+        for what swings.
 
         Returns
         -------
@@ -533,12 +538,7 @@ class Search(Refits):
             return False
         self._exhausted.add(answer.added)
         words = "trying every addition"
-        # a look at what swings may take all that is left
-        quick = [
-            effect_id
-            for effect_id in self.data.candidates
-            if not (self._weary and swings(effect_id))
-        ]
+        quick = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
         looks = self._looks(answer.added, quick)
         dear = self._effort([answer.result.model]) != EFFORT
         likely = sorted(looks, key=looks.__getitem__)[: AT_ONCE if dear else None]
