@@ -536,6 +536,8 @@ class Search(Refits):
         answer = self.answer
         if self._tired or answer.mean_square < MUCH or answer.added in self._exhausted:
             return False
+        if self._disturbed():
+            return False
         self._exhausted.add(answer.added)
         words = "trying every addition"
         quick = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
