@@ -492,7 +492,7 @@ def test_where_only_a_disturbance_is_left_nothing_else_is_tried(monkeypatch) -> 
     search = disturbed(GIVEN)
     assert search.answer.mean_square > 4.0
     assert search._disturbed()
-    for later in ("_hop", "_better_law", "_better_single"):
+    for later in ("_hop", "_better_single"):
         monkeypatch.setattr(search, later, None)
     search.run()
     assert not search._exhausted  # no addition was tried
