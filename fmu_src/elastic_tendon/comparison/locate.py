@@ -17,7 +17,7 @@ from elastic_tendon.comparison.partition import Partition
 from elastic_tendon.comparison.patterns import Evidence
 from elastic_tendon.comparison.residuals import Array, residuals_of
 from elastic_tendon.progress import Progress, silent
-from elastic_tendon.result import Result
+from elastic_tendon.result import Result, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,8 +86,6 @@ class Location(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """As ``where`` and ``in_words`` of the contract ``elastic-tendon/comparison/1``."""
-        from elastic_tendon.comparison.comparison_json import plain
-
         content: dict[str, Any] = plain(
             {
                 "files": [
