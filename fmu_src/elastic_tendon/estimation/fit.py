@@ -30,6 +30,7 @@ from elastic_tendon.simulation.work import worked
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 ShareProgress = Callable[[float], object]  # share of the work done, 0 to 1
 
@@ -116,6 +117,12 @@ class FitResult(Result):
             "parameters": [asdict(estimate) for estimate in self.findings.estimates],
             "model": self.model.model_dump(mode="json", exclude_none=True),
         }
+
+    def plot(self) -> "Figure":
+        """Draw how far each parameter moved, with its 95 % interval, beside what was known."""
+        from elastic_tendon.reports.estimates_figure import estimates_figure
+
+        return estimates_figure(self)
 
     @property
     def off_bounds(self) -> NDArray[np.bool_]:
