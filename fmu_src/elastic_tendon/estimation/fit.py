@@ -25,7 +25,7 @@ from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import Findings, findings
 from elastic_tendon.estimation.problem import Problem, Sigmas, problem_of
 from elastic_tendon.measurement import Recordings, listed
-from elastic_tendon.result import Result
+from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.work import worked
 
 if TYPE_CHECKING:
@@ -113,8 +113,9 @@ class FitResult(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Parameters as in the contract of a diagnosis, and the model."""
+        estimates = [asdict(estimate) for estimate in self.findings.estimates]
         return {
-            "parameters": [asdict(estimate) for estimate in self.findings.estimates],
+            "parameters": plain(estimates),
             "model": self.model.model_dump(mode="json", exclude_none=True),
         }
 

@@ -11,7 +11,15 @@ from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.transmission import deflection_limits, slack_boundaries
 from elastic_tendon.linear.describing_function import DescribingFunction
 from elastic_tendon.linear.limit_cycles import LimitCycle
-from elastic_tendon.reports.comparison_figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION, tidy
+from elastic_tendon.reports.comparison_figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    VERMILLION,
+    tidy,
+)
 from elastic_tendon.reports.names import verbatim
 
 STATES = (("I", ORANGE), ("II", PURPLE), ("III", GREEN))

@@ -68,9 +68,9 @@ def runs_figure(table: pd.DataFrame) -> Figure:
     matplotlib.figure.Figure; one pair of axes for each output
     """
     runs = list(table.groupby(level=0))
-    chosen = [runs[index][1] for index in some(len(runs), MOST_RUNS)]
+    chosen = [runs[index][1].droplevel(0) for index in some(len(runs), MOST_RUNS)]
     curves = {
-        str(name): [(run.index.get_level_values(1).to_numpy(), run[name].to_numpy()) for run in chosen]
+        str(name): [(run.index.to_numpy(), run[name].to_numpy()) for run in chosen]
         for name in table.columns
     }
     figure = _over_time(curves, color=BLUE, alpha=FAINT if len(chosen) > 1 else 1.0, linewidth=0.8)

@@ -424,7 +424,8 @@ def sensitivities(
     inputs = (time, motor_position, load_torque)
     motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
     trajectory, derivatives = _run(model, motion, directions, as_measured)
-    units = {variable.name: variable.unit for variable in (*variables.parameters, *variables.states)}
+    known = (*variables.parameters, *variables.states)
+    units = {variable.name: variable.unit for variable in known}
     return Sensitivities(trajectory, derivatives, names, tuple(units[name] for name in names))
 
 
