@@ -150,7 +150,7 @@ def test_effects_are_added_one_or_several(model, recording) -> None:
 
 def many(model) -> et.Many:
     """Of three runs the last fails."""
-    parameters = {"link.inertia": [0.02, 0.03, -1.0]}
+    parameters = {"link.inertia": [0.02, 0.03, np.nan]}
     return et.simulate_many(model, parameters, TIME, MOTOR, outputs=["joint_torque", "slack_state"])
 
 
@@ -242,6 +242,12 @@ def test_runs_of_a_sweep_are_drawn_over_time(model) -> None:
     figure = et.sweep(et.simulations(model, points, motion=motion, keep="trajectories")).plot()
     assert [len(axes.get_lines()) for axes in figure.axes] == [2, 2, 2]
     assert figure.axes[0].get_ylabel() == "joint position\n(rad)"
+
+
+def test_runs_that_failed_are_told_of(model) -> None:
+    found = many(model)
+    assert repr(found).startswith("3 runs of 801 samples, 1 failed\n  the first: stopped at 0 s")
+    assert found.plot().get_suptitle() == "3 runs, 1 failed"
 
 
 def test_limit_cycles_are_marked_where_they_are(model) -> None:

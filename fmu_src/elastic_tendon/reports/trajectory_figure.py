@@ -17,7 +17,8 @@ from elastic_tendon.simulation.simulate import MAIN_OUTPUTS, Sensitivities, Traj
 
 DRAWN = ("joint_position", "joint_torque", "slack_state")
 MOST_RUNS = 100  # more lines could not be told apart
-FAINT = 0.3  # of lines that lie upon each other
+FEW_RUNS = 5  # lines of more than these are faint, for they lie upon each other
+FAINT = 0.3
 Curve = tuple[Array, Array]  # time, values
 
 
@@ -67,15 +68,18 @@ def runs_figure(table: pd.DataFrame) -> Figure:
     -------
     matplotlib.figure.Figure; one pair of axes for each output
     """
-    runs = list(table.groupby(level=0))
-    chosen = [runs[index][1].droplevel(0) for index in some(len(runs), MOST_RUNS)]
+    every = [run.droplevel(0) for _, run in table.groupby(level=0)]
+    runs = [run for run in every if run.notna().any(axis=None)]
+    chosen = [runs[index] for index in some(len(runs), MOST_RUNS)]
     curves = {
         str(name): [(run.index.to_numpy(), run[name].to_numpy()) for run in chosen]
         for name in table.columns
     }
-    figure = _over_time(curves, color=BLUE, alpha=FAINT if len(chosen) > 1 else 1.0, linewidth=0.8)
-    few = f", {len(chosen)} of them drawn" if len(chosen) < len(runs) else ""
-    figure.suptitle(f"{len(runs)} runs{few}")
+    alpha = FAINT if len(chosen) > FEW_RUNS else 1.0
+    figure = _over_time(curves, color=BLUE, alpha=alpha, linewidth=0.8)
+    failed = f", {len(every) - len(runs)} failed" if len(every) > len(runs) else ""
+    few = f", {len(chosen)} drawn" if len(chosen) < len(runs) else ""
+    figure.suptitle(f"{len(every)} runs{failed}{few}")
     return figure
 
 
