@@ -12,7 +12,7 @@ SHOWN = {
     "first_steps": ("missing_effect: Coulomb friction is surely missing", "[effects.coulomb"),
     "your_own_recording": ("joint_position was read from enc2 in deg, times -1", "+ Coulomb"),
     "your_own_effect": ("missing_effect: Cable harness is surely missing", "actuator.fmu"),
-    "controller_from_linear_models": ("to state II: +0.115 rad, +4.80 N·m", "LimitCycles(cycles="),
+    "controller_from_linear_models": ("to state II: +0.115 rad, +4.80 N·m", "no limit cycle: "),
 }
 
 

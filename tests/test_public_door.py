@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+import control
 import numpy as np
 import pandas as pd
 import pytest
@@ -21,6 +22,7 @@ MODEL = "biorob_x4_joint_3"
 TIME = np.linspace(0.0, 4.0, 801)
 MOTOR, LOAD = 0.4 * np.sin(8.0 * TIME), 7.0 * np.sin(2.0 * TIME)
 LONGEST = 1500  # characters of a repr
+FRICTION_OR_GRAVITY = et.Options(only=("coulomb_friction", "gravity_load"))
 
 
 @pytest.fixture(scope="module")
@@ -44,8 +46,7 @@ def recording(model) -> et.Measurement:
 
 @pytest.fixture(scope="module")
 def found(model, recording) -> et.Diagnosis:
-    options = et.Options(only=("coulomb_friction", "gravity_load"))
-    return et.diagnose(model, recording, options=options)
+    return et.diagnose(model, recording, options=FRICTION_OR_GRAVITY)
 
 
 def test_the_door_says_what_it_has() -> None:
@@ -147,36 +148,116 @@ def test_effects_are_added_one_or_several(model, recording) -> None:
     assert set(one.model.effects) < set(two.model.effects)
 
 
-def results(model, recording, found):
-    yield et.simulate(model, recording)
-    yield recording
-    comparison = et.compare(model, recording)
-    yield comparison
-    yield et.locate(comparison)
-    yield et.fit(model, recording)
-    yield et.add(model, "coulomb_friction", recording)
-    yield et.design(model)
-    yield et.linearise(model, "III")
-    yield et.linearise(model, "I", inputs=["load_torque"], outputs=["joint_torque"])
-    yield found
+def many(model) -> et.Many:
+    """Of three runs the last fails."""
+    parameters = {"link.inertia": [0.02, 0.03, np.nan]}
+    return et.simulate_many(model, parameters, TIME, MOTOR, outputs=["joint_torque", "slack_state"])
 
 
-def test_results_show_themselves_and_become_tables_and_data(
-    model, recording, found, tmp_path
+def cycles(model) -> et.LimitCycles:
+    """Of a loop whose spring pulls the wrong way where the tendons are stiff."""
+    describing = et.describing_function(model, [0.1, 0.2, 0.4])
+
+    def loop(stiffness: float, _: float) -> control.StateSpace:
+        return control.ss([[0.0, 1.0], [-stiffness, stiffness - 35.0]], [[0], [1]], [[1, 0]], 0)
+
+    return et.limit_cycles(describing, loop)
+
+
+RESULTS = {
+    "Addition": lambda model, recording: et.add(model, "coulomb_friction", recording),
+    "CharacteristicCurve": lambda model, _: et.characteristic_curves(model)[0],
+    "Comparison": et.compare,
+    "DescribingFunction": lambda model, _: et.describing_function(model, [0.1, 0.3]),
+    "DesignTable": lambda model, _: et.design(model),
+    "Diagnosis": lambda model, run: et.diagnose(model, run, options=FRICTION_OR_GRAVITY),
+    "FitResult": et.fit,
+    "LimitCycles": lambda model, _: cycles(model),
+    "LinearModel": lambda model, _: et.linearise(model, "I", inputs=["load_torque"]),
+    "Location": lambda model, recording: et.locate(et.compare(model, [recording, recording])),
+    "Many": lambda model, _: many(model),
+    "Measurement": lambda _, recording: recording,
+    "Sensitivities": lambda model, _: et.sensitivities(
+        *(model, TIME, MOTOR), parameters=["link.inertia"], initial_states=["joint_velocity"]
+    ),
+    "Swept": lambda model, recording: et.sweep(
+        model, vary={"link.inertia": "5%"}, runs=8, motion=recording
+    ),
+    "Trajectory": et.simulate,
+}
+# what users give or look at, and what they get back only within a result
+NO_RESULTS = {
+    *("Drive", "LimitCycle", "Model", "Motion", "OperatingPoint", "Options", "Points"),
+    *("ReadOptions", "SlackState", "Task"),
+}
+
+
+def test_every_class_is_an_error_a_result_or_known_to_be_none() -> None:
+    classes = {name for name in et.__all__ if isinstance(getattr(et, name), type)}
+    errors = {name for name in classes if name.endswith("Error")}
+    assert classes - errors - NO_RESULTS == RESULTS.keys()
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_result_shows_itself_and_becomes_table_figure_and_data(
+    name, model, recording, tmp_path
 ) -> None:
-    for result in results(model, recording, found):
-        kind = type(result).__name__
-        assert 20 < len(repr(result)) < LONGEST, kind
-        assert result._repr_html_().startswith("<pre>"), kind
-        if not isinstance(result, et.LinearModel):  # matrices are no table
-            assert len(result.to_dataframe()) > 0, kind
-        result.save_json(tmp_path / f"{kind}.json", force=True)
-        assert json.loads((tmp_path / f"{kind}.json").read_text()), kind
-        if isinstance(result, et.DesignTable | et.LinearModel) or hasattr(result, "plot"):
-            assert result.plot().axes, kind
+    result = RESULTS[name](model, recording)
+    assert type(result) is getattr(et, name)
+    assert 15 < len(repr(result)) < LONGEST
+    assert result._repr_html_().startswith("<pre>")
+    if not isinstance(result, et.LinearModel):  # matrices are no table
+        assert len(result.to_dataframe()) > 0
+    result.save_json(tmp_path / "result.json")
+    assert json.loads((tmp_path / "result.json").read_text()) == result.to_dict()
+    figure = result.plot()
+    drawn = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
+    assert drawn
+    first = [axes for axes in drawn if axes.get_subplotspec().is_first_col()]
+    assert all(axes.get_xlabel() or axes.get_ylabel() for axes in first)
+    figure.savefig(tmp_path / "result.png")
+
+
+def test_what_is_given_to_functions_shows_itself_shortly(model, tmp_path) -> None:
+    points = et.vary(model, {"link.inertia": "0.02:0.04:1000"})
+    motion = et.Motion(TIME, MOTOR, LOAD)
+    task = et.simulations(model, points, motion=motion)
+    logs = [tmp_path / "a.csv", tmp_path / "b.csv"]
+    for log in logs:
+        log.touch()
+    fleet = et.fleet(model, logs, et.ReadOptions())
+    for given in (model, points, motion, task, fleet, et.OperatingPoint(), et.load_demo()):
+        assert 10 < len(repr(given)) < LONGEST
+    assert repr(fleet) == f"Fleet of 2 robots, to be diagnosed against {MODEL}"
+
+
+def test_contracts_are_named(model, recording, found) -> None:
     assert found.to_dict()["schema"] == "elastic-tendon/diagnosis/2"
     assert et.compare(model, recording).to_dict()["schema"] == "elastic-tendon/comparison/1"
-    assert len(repr(found.model)) < LONGEST
+
+
+def test_runs_of_a_sweep_are_drawn_over_time(model) -> None:
+    points = et.vary(model, {"link.inertia": "0.02,0.03"})
+    motion = et.Motion(TIME, MOTOR)
+    figure = et.sweep(et.simulations(model, points, motion=motion, keep="trajectories")).plot()
+    assert [len(axes.get_lines()) for axes in figure.axes] == [2, 2, 2]
+    assert figure.axes[0].get_ylabel() == "joint position\n(rad)"
+
+
+def test_runs_that_failed_are_told_of(model) -> None:
+    found = many(model)
+    assert repr(found).startswith("3 runs of 801 samples, 1 failed\n  the first: stopped at 0 s")
+    assert found.plot().get_suptitle() == "3 runs, 1 failed"
+
+
+def test_limit_cycles_are_marked_where_they_are(model) -> None:
+    found = cycles(model)
+    lines = {line.get_label(): line for line in found.plot().axes[0].get_lines()}
+    (cycle,) = found.cycles
+    assert repr(found).startswith("attracting limit cycle: amplitude 0.")
+    assert lines["attracting\nlimit cycle"].get_xydata().tolist() == [
+        [cycle.amplitude, cycle.stiffness]
+    ]
 
 
 def test_a_trajectory_is_a_table_at_once(model, recording) -> None:
@@ -327,11 +408,12 @@ def test_a_fleet_is_of_files(model, recording, tmp_path) -> None:
     ).to_csv(tmp_path / "007.csv", index=False)
     (tmp_path / "NA.csv").write_text("time_s\n0.0\n")
     task = et.fleet(model, [tmp_path / "007.csv", tmp_path / "NA.csv"], et.ReadOptions())
-    table = et.sweep(task, tmp_path / "fleet.csv", workers=1).to_dataframe()
+    swept = et.sweep(task, tmp_path / "fleet.csv", workers=1)
+    table = swept.to_dataframe()
     assert list(table["robot"]) == ["007", "NA"]
     assert list(table["verdict"]) == ["missing_effect", ""]
     assert table["appeared"][0].startswith("coulomb_friction: torque 0.3")
-    assert task.plot(table).axes
+    assert swept.plot().axes
 
 
 def test_the_demo_is_a_model_and_two_recordings() -> None:

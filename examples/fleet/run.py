@@ -70,13 +70,13 @@ def write_logs(model: et.Model, folder: Path) -> list[Path]:
 def main(folder: Path) -> None:
     model = et.load_model(MODEL)
     task = et.fleet(model, write_logs(model, folder / "logs"))
-    table = et.sweep(task, folder / "fleet.csv", workers=2, force=True).to_dataframe()
-    for _, row in table.iterrows():
+    swept = et.sweep(task, folder / "fleet.csv", workers=2, force=True)
+    for _, row in swept.to_dataframe().iterrows():
         print(f"{row['robot']}: {row['verdict'] or 'not diagnosed'}")
         for kind in ("drifted", "appeared", "failure"):
             if row[kind]:
                 print(f"  {kind}: {row[kind]}")
-    task.plot(table).savefig(folder / "fleet.png")
+    swept.plot().savefig(folder / "fleet.png")
 
 
 def chosen_folder() -> Path:

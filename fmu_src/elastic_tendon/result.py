@@ -1,10 +1,13 @@
 """What all results have in common: a short text, plain data, a file."""
 
 import json
+import math
 from abc import ABC, abstractmethod
 from html import escape
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from elastic_tendon.output import write_text
 
@@ -43,3 +46,14 @@ class Result(ABC):
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(repr(self))}</pre>"
+
+
+def plain(value: Any) -> Any:
+    """Arrays become lists, numbers that are not finite None, at any depth."""
+    if isinstance(value, dict):
+        return {name: plain(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -6,7 +6,6 @@ import pytest
 from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.linear.describing_function import describing_function
-from elastic_tendon.reports.describing_function_figure import describing_function_figure
 
 
 def lines(axes):
@@ -20,7 +19,7 @@ def symmetric():
 
 
 def test_a_lossless_symmetric_transmission_needs_one_pair_of_axes(symmetric):
-    (axes,) = describing_function_figure(symmetric).axes
+    (axes,) = describing_function(symmetric).plot().axes
     table, drawn = design(symmetric), lines(axes)
     assert set(drawn) >= {"states I and II", "state III", "equivalent", "slack boundary"}
     assert drawn["state III"].get_ydata()[0] == table.stiffness_state_3
@@ -38,7 +37,7 @@ def test_a_lossless_symmetric_transmission_needs_one_pair_of_axes(symmetric):
 def test_damping_has_axes_of_its_own(symmetric):
     damped = symmetric.with_values({"transmission.upper_spring.damping": 20.0})
     found = describing_function(damped, [0.05, 0.3])
-    upper, lower = describing_function_figure(damped, found).axes
+    upper, lower = found.plot().axes
     assert lower.get_ylabel() == "equivalent damping\n(N·m·s/rad)"
     assert np.array_equal(lower.get_lines()[0].get_ydata(), found.damping)
     assert np.array_equal(lines(upper)["equivalent"].get_ydata(), found.stiffness)
@@ -46,7 +45,7 @@ def test_damping_has_axes_of_its_own(symmetric):
 
 def test_borders_are_reached_where_the_mean_under_load_lets_them(symmetric):
     found = describing_function(symmetric, np.linspace(0.01, 0.5, 40), load_torque=3.0)
-    figure = describing_function_figure(symmetric, found)
+    figure = found.plot()
     (axes,) = figure.axes
     boundary = design(symmetric).positive_slack_boundary
     reached = boundary - 3.0 / design(symmetric).stiffness_state_3  # while both tendons are taut

@@ -50,7 +50,7 @@ def test_one_of_two_workers_is_killed(cluster: DaskCluster, tmp_path: Path, ball
     task = Draws(100, str(journal), seconds=0.01, ballast=ballast)
     swept = sweep(task, output, scheduler=cluster.address, progress=_once(first.kill, 0.3))
     assert first.wait(timeout=10) != 0
-    assert swept == Swept(output, 100, 0, 0)
+    assert swept == Swept(task, output, 0, 0)
     assert len(runs_in(journal)) < 200  # only what was under way is done again
     _expect_table(output, Draws(100))
 

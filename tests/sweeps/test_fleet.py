@@ -21,11 +21,11 @@ from elastic_tendon.sweeps.fleet import (
     Robot,
     error_columns,
     fleet,
-    fleet_table,
     named,
     robots_of,
 )
-from elastic_tendon.sweeps.task import FAILURE, RUN
+from elastic_tendon.sweeps.results import read_results
+from elastic_tendon.sweeps.task import FAILURE, RUN, TEXTS
 from hidden_effect.cases import Order, machine_of, recording_of
 from hidden_effect.machines import get, with_effects, with_numbers
 from hidden_effect.recordings import Noise
@@ -140,7 +140,7 @@ def test_results_are_read_as_they_were(task, suffix, tmp_path):
     path = tmp_path / f"fleet{suffix}"
     row = task.failed(0, "the reason").assign(robot="007", verdict="NA")
     row.to_csv(path, index=False) if suffix == ".csv" else row.to_parquet(path, index=False)
-    found = fleet_table(path)
+    found = read_results(path, TEXTS)
     assert found.iloc[0][["robot", "verdict", "drifted"]].tolist() == ["007", "NA", ""]
     pd.testing.assert_frame_equal(found, row, check_dtype=False)
 

@@ -31,8 +31,9 @@ def test_workers_and_batches_change_no_byte(
     tmp_path: Path, expected: bytes, threads: bool, workers: int, batch: int | None
 ) -> None:
     output = tmp_path / "runs.csv"
-    swept = sweep(Draws(40, threads=threads), output, workers=workers, batch=batch)
-    assert swept == Swept(output, 40, 0, 0)
+    task = Draws(40, threads=threads)
+    swept = sweep(task, output, workers=workers, batch=batch)
+    assert swept == Swept(task, output, 0, 0)
     assert output.read_bytes() == expected
     assert list(tmp_path.iterdir()) == [output]
 
@@ -55,7 +56,7 @@ def test_an_interrupted_sweep_goes_on(tmp_path: Path, expected: bytes, threads: 
     time.sleep(0.2)  # threads cannot be stopped: they end their batch
     journal.write_text("")
     swept = sweep(task, output, workers=1)
-    assert swept == Swept(output, 40, 0, 15)
+    assert swept == Swept(task, output, 0, 15)
     assert output.read_bytes() == expected
     assert len(runs_in(journal)) == 25  # what was done is not done again
 
@@ -132,7 +133,7 @@ def test_failures_are_counted_over_interruptions(tmp_path: Path) -> None:
         sweep(task, output, workers=1, progress=interrupt)
     said: list[str] = []
     swept = sweep(task, output, workers=1, progress=lambda text, _: said.append(text))
-    assert swept == Swept(output, 40, 2, 25)
+    assert swept == Swept(task, output, 2, 25)
     assert said[-1] == "40 of 40 runs, 2 failed"
     table = read(output)
     assert list(table.run[table.failure != ""]) == [3, 33]

@@ -13,7 +13,7 @@ from elastic_tendon.actuator import transmission as tendons
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.transmission import FloatArray
-from elastic_tendon.result import Result
+from elastic_tendon.result import Result, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -177,8 +177,8 @@ def design(model: Model) -> DesignTable:
     )
 
 
-@dataclass(frozen=True)
-class CharacteristicCurve:
+@dataclass(frozen=True, repr=False)
+class CharacteristicCurve(Result):
     """Static characteristic at one pretension (N), from one deflection limit to the other.
 
     `deflection` (n,) rad, `torque` (n,) N·m on the joint, `stiffness` (n,) N·m/rad.
@@ -192,6 +192,33 @@ class CharacteristicCurve:
     stiffness: FloatArray
     slack_boundaries: FloatArray
     boundary_torques: FloatArray
+
+    def summary(self) -> str:
+        """Pretension, and the ranges of deflection, torque and stiffness."""
+        columns = ("deflection", "rad"), ("torque", "N·m"), ("stiffness", "N·m/rad")
+        lines = [f"Characteristic curve at a pretension of {self.pretension:.4g} N"]
+        for name, unit in columns:
+            values = getattr(self, name)
+            lines.append(f"  {name:10} {values.min():11.4g} to {values.max():11.4g} {unit}")
+        return "\n".join(lines)
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Torque and stiffness, SI; the index is the deflection, rad."""
+        import pandas as pd
+
+        index = pd.Index(self.deflection, name="deflection")
+        return pd.DataFrame({"torque": self.torque, "stiffness": self.stiffness}, index=index)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it, an array as a list, SI."""
+        content: dict[str, Any] = plain(asdict(self))
+        return content
+
+    def plot(self) -> "Figure":
+        """Draw torque and stiffness over deflection."""
+        from elastic_tendon.reports.figures import curves_figure
+
+        return curves_figure([self], "characteristic curve")
 
 
 def characteristic_curves(

@@ -248,8 +248,6 @@ def _show(
 
 
 def _describe(model: "et.Model", picture: Path, force: bool) -> None:
-    from elastic_tendon.reports.describing_function_figure import describing_function_figure
-
     with progress_bar() as progress:
         found = et.describing_function(model, progress=progress)
-    save_picture(describing_function_figure(model, found), picture, force)
+    save_picture(found.plot(), picture, force)

@@ -195,10 +195,7 @@ def sweep(
         _stopped(out)
     _show(work, loaded, task, out, done)
     if plot is not None:
-        from elastic_tendon.reports.fleet_figure import fleet_figure
-        from elastic_tendon.sweeps.fleet import fleet_table
-
-        save_picture(fleet_figure(loaded, fleet_table(out)), plot, force)
+        save_picture(done.plot(), plot, force)
     if done.failed == done.runs:
         raise typer.Exit(1)
 
@@ -267,15 +264,13 @@ def _show(work: Work, model: "et.Model", task: "et.Task", out: Path, done: "et.S
     from elastic_tendon.actuator.parameters import quantities
     from elastic_tendon.reports import sweep_tables as words
     from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals
-    from elastic_tendon.sweeps.fleet import fleet_table
-    from elastic_tendon.sweeps.results import read_results
     from elastic_tendon.sweeps.summary import summarise
 
     summary = summarise(out)
     if work is Work.DIAGNOSE:
-        output.print(words.fleet_summary(fleet_table(out)))
+        output.print(words.fleet_summary(done.to_dataframe()))
     elif isinstance(task, Bootstrap):
-        output.print(words.bootstrap_table(intervals(task, read_results(out))))
+        output.print(words.bootstrap_table(intervals(task, done.to_dataframe())))
     else:
         units = {quantity.path: quantity.unit for quantity in quantities(model.effect_ids)}
         output.print(words.statistics_table(summary, units))

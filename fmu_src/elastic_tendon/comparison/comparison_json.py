@@ -1,6 +1,5 @@
 """The contract ``elastic-tendon/comparison/1``: a comparison as plain data."""
 
-import math
 from dataclasses import asdict
 from typing import Any
 
@@ -10,6 +9,7 @@ from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.comparison.missing_torque import MissingTorque
 from elastic_tendon.measurement.preparation import COMPARISON
+from elastic_tendon.result import plain as plain
 
 
 def comparison_json(comparison: Comparison, location: Location) -> dict[str, Any]:
@@ -63,14 +63,3 @@ def _missing_torque(missing: MissingTorque) -> dict[str, Any]:
         "notes": list(missing.notes),
         "curves": [asdict(curve) for curve in missing.curves],
     }
-
-
-def plain(value: Any) -> Any:
-    """Arrays become lists, numbers that are not finite None, at any depth."""
-    if isinstance(value, dict):
-        return {name: plain(item) for name, item in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -17,15 +17,16 @@ from elastic_tendon.comparison.partition import Partition
 from elastic_tendon.comparison.patterns import Evidence
 from elastic_tendon.comparison.residuals import Array, residuals_of
 from elastic_tendon.progress import Progress, silent
-from elastic_tendon.result import Result
+from elastic_tendon.result import Result, plain
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
 class FileLocation:
-    """Where the model fails in one recording.
+    """Where the model fails in one recording, which `comparison` holds beside its simulation.
 
     `bins` and `in_words` by signal; `variables` are what the joint did, (n,) arrays by name:
     ``time`` (s), ``deflection`` (rad), ``joint_velocity`` (rad/s), ``joint_acceleration``
@@ -41,6 +42,7 @@ class FileLocation:
     missing_torque: MissingTorque
     variables: Mapping[str, Array]
     parts: Mapping[str, Partition]
+    comparison: FileComparison
 
     def samples_of(self, by: str, words: str) -> NDArray[np.bool_]:
         """Which samples a bin holds, (n,); none where the bin is one of the frequency.
@@ -86,8 +88,6 @@ class Location(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """As ``where`` and ``in_words`` of the contract ``elastic-tendon/comparison/1``."""
-        from elastic_tendon.comparison.comparison_json import plain
-
         content: dict[str, Any] = plain(
             {
                 "files": [
@@ -102,6 +102,12 @@ class Location(Result):
             }
         )
         return content
+
+    def plot(self) -> "Figure":
+        """Draw the share of the error that lies in each bin, for each recording and signal."""
+        from elastic_tendon.reports.location_figures import shares_of_error
+
+        return shares_of_error(self)
 
 
 def locate(comparison: Comparison, progress: Progress = silent) -> Location:
@@ -167,4 +173,5 @@ def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileL
             "motor_position": measurement.motor_position,
         },
         parts=parts,
+        comparison=file,
     )

@@ -13,7 +13,6 @@ from elastic_tendon import effects
 from elastic_tendon.actuator import problems
 from elastic_tendon.actuator.parameters import Model, parse_model, typical_value
 from elastic_tendon.comparison.compare import Comparison, compare
-from elastic_tendon.comparison.comparison_json import plain
 from elastic_tendon.effects.base import Effect, Parameter, Spread
 from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.estimation.determinability import Estimate, Findings
@@ -21,7 +20,7 @@ from elastic_tendon.estimation.fit import FitResult, fit
 from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, FittedStep, Step, climb, steps_text
 from elastic_tendon.measurement import Measurement, Recordings, listed
 from elastic_tendon.progress import Progress, silent
-from elastic_tendon.result import Result
+from elastic_tendon.result import Result, plain
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time, stack
 from elastic_tendon.effects.units import quotient
 from elastic_tendon.estimation.coordinates import SPRINGS, declared_quantities
@@ -83,7 +84,8 @@ class Findings:
         """Every parameter as given and as fitted, a line each."""
         width = max((len(estimate.path) for estimate in self.estimates), default=0)
         return "\n".join(
-            f"{estimate.path:{width}} {estimate.given:.4g} → {estimate.fitted:.4g} {estimate.unit}"
+            f"{estimate.path:{width}} {estimate.given:.4g} → {estimate.fitted:.4g} "
+            + unit_text(estimate.unit)
             + ("" if estimate.determined else " (open)")
             for estimate in self.estimates
         )

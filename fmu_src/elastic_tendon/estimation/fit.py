@@ -25,11 +25,12 @@ from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import Findings, findings
 from elastic_tendon.estimation.problem import Problem, Sigmas, problem_of
 from elastic_tendon.measurement import Recordings, listed
-from elastic_tendon.result import Result
+from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.work import worked
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 ShareProgress = Callable[[float], object]  # share of the work done, 0 to 1
 
@@ -112,10 +113,17 @@ class FitResult(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Parameters as in the contract of a diagnosis, and the model."""
+        estimates = [asdict(estimate) for estimate in self.findings.estimates]
         return {
-            "parameters": [asdict(estimate) for estimate in self.findings.estimates],
+            "parameters": plain(estimates),
             "model": self.model.model_dump(mode="json", exclude_none=True),
         }
+
+    def plot(self) -> "Figure":
+        """Draw how far each parameter moved, with its 95 % interval, beside what was known."""
+        from elastic_tendon.reports.estimates_figure import estimates_figure
+
+        return estimates_figure(self)
 
     @property
     def off_bounds(self) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ McGraw-Hill, 1968: chapter 2 (one sinusoid), chapter 6 (a sinusoid and a bias).
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,12 @@ from elastic_tendon.effects.base import Slot
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.result import Array
 from elastic_tendon.progress import Progress, silent
+from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.simulate import simulate
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 SAMPLES = 4096  # of a cycle; kinks then cost less than 1e-7 of the stiffness
 PASSES = 25  # until the joint moves as it shall
@@ -40,12 +45,13 @@ SAME_AMPLITUDE = 1e-6  # of the largest; closer ones are one
 REACH = 1.2  # the largest of them, of the farther deflection limit
 
 
-@dataclass(frozen=True)
-class DescribingFunction:
+@dataclass(frozen=True, repr=False)
+class DescribingFunction(Result):
     """First harmonic of the tendons' torque while the deflection is `deflection + A cos(ωt)`.
 
     Attributes
     ----------
+    model : of which it is
     amplitudes : (n,) array, rad; A, increasing
     deflection : (n,) array, rad; mean deflection, the same for all amplitudes unless it was asked
         for by the load that it carries
@@ -57,6 +63,7 @@ class DescribingFunction:
         the torque repeats itself, else stiffness and damping are means of 80 cycles
     """
 
+    model: Model
     amplitudes: Array
     deflection: Array
     frequency: float
@@ -69,6 +76,43 @@ class DescribingFunction:
     def loss(self) -> Array:
         """Energy lost in a cycle, (n,) array, J; exact, since the deflection is one sinusoid."""
         return np.pi * self.frequency * self.damping * self.amplitudes**2
+
+    def summary(self) -> str:
+        """Amplitudes and mean, and how far stiffness and damping change over them."""
+        return "\n".join(
+            (
+                f"Describing function of {self.model.name} at {self.frequency:.4g} rad/s",
+                f"  {len(self.amplitudes)} amplitudes  {_range(self.amplitudes)} rad",
+                f"  mean deflection       {_range(self.deflection)} rad",
+                f"  equivalent stiffness  {_range(self.stiffness)} N·m/rad",
+                f"  equivalent damping    {_range(self.damping)} N·m·s/rad",
+            )
+        )
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """A row for each amplitude, SI; the index is the amplitude, rad."""
+        import pandas as pd
+
+        names = ("deflection", "mean_torque", "stiffness", "damping", "scatter", "loss")
+        index = pd.Index(self.amplitudes, name="amplitude")
+        return pd.DataFrame({name: getattr(self, name) for name in names}, index=index)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Name of the model, frequency, and a list of each figure over the amplitudes, SI."""
+        columns = self.to_dataframe().reset_index().to_dict("list")
+        found: dict[str, Any] = plain(columns)
+        return {"model": self.model.name, "frequency": self.frequency} | found
+
+    def plot(self) -> "Figure":
+        """Draw equivalent stiffness over the amplitude; damping below, if there is any."""
+        from elastic_tendon.reports.describing_function_figure import describing_function_figure
+
+        return describing_function_figure(self)
+
+
+def _range(values: Array) -> str:
+    low, high = f"{values.min():.4g}", f"{values.max():.4g}"
+    return low if low == high else f"{low} to {high}"
 
 
 # ---- the describing function ---------------------------------------------------------------
@@ -158,6 +202,7 @@ def describing_function(
         found.append((mean, *_first_harmonic(transmission_alone, mean, float(amplitude), omega)))
     means, torques, in_phase, quadrature, scatter = np.array(found).T
     return DescribingFunction(
+        model=model,
         amplitudes=chosen,
         deflection=means,
         frequency=omega,

@@ -8,7 +8,8 @@ McGraw-Hill, 1968, chapter 3.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any
 
 import control
 import numpy as np
@@ -17,6 +18,11 @@ from numpy.typing import NDArray
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.describing_function import DescribingFunction
 from elastic_tendon.linear.result import Array
+from elastic_tendon.result import Result
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 Loop = Callable[[float, float], control.StateSpace]  # stiffness, damping -> closed loop
 
@@ -43,12 +49,45 @@ class LimitCycle:
     attracting: bool
 
 
-@dataclass(frozen=True)
-class LimitCycles:
-    """All `cycles` between the amplitudes looked at; where there is none, `reason` says why."""
+@dataclass(frozen=True, repr=False)
+class LimitCycles(Result):
+    """All `cycles` between the amplitudes looked at; where there is none, `reason` says why.
+
+    `describing` : the describing function with which they were found.
+    """
 
     cycles: tuple[LimitCycle, ...]
     reason: str
+    describing: DescribingFunction
+
+    def summary(self) -> str:
+        """Amplitude and frequency of each, and whether it attracts; else why there is none."""
+        if not self.cycles:
+            return f"no limit cycle: {self.reason}"
+        return "\n".join(
+            f"{'attracting' if cycle.attracting else 'repelling'} limit cycle: "
+            f"amplitude {cycle.amplitude:.4g} rad, {cycle.frequency:.4g} rad/s, "
+            f"around {cycle.deflection:.4g} rad"
+            for cycle in self.cycles
+        )
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """A row for each limit cycle, SI."""
+        import pandas as pd
+
+        columns = [figure.name for figure in fields(LimitCycle)]
+        return pd.DataFrame([asdict(cycle) for cycle in self.cycles], columns=columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Name of the model, all limit cycles, and the reason where there is none, SI."""
+        cycles = [asdict(cycle) for cycle in self.cycles]
+        return {"model": self.describing.model.name, "cycles": cycles, "reason": self.reason}
+
+    def plot(self) -> "Figure":
+        """Draw the describing function, with the limit cycles on its stiffness."""
+        from elastic_tendon.reports.describing_function_figure import describing_function_figure
+
+        return describing_function_figure(self.describing, self.cycles)
 
 
 def interpolated(
@@ -150,7 +189,8 @@ def limit_cycles(describing: DescribingFunction, closed_loop: Loop) -> LimitCycl
         if cycle is not None and not any(_same(cycle, known) for known in cycles):
             cycles.append(cycle)
     reason = "" if cycles else _why_none(describing, largest_parts[:, 0], bool(crossings))
-    return LimitCycles(tuple(sorted(cycles, key=lambda cycle: cycle.amplitude)), reason)
+    by_amplitude = tuple(sorted(cycles, key=lambda cycle: cycle.amplitude))
+    return LimitCycles(by_amplitude, reason, describing)
 
 
 @dataclass(frozen=True)

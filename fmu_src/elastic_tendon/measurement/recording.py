@@ -21,6 +21,7 @@ from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -145,6 +146,12 @@ class Measurement(Result):
             "preparation": preparation_json(self.preparation),
             "columns": {name: values.tolist() for name, values in columns.items()},
         }
+
+    def plot(self) -> "Figure":
+        """Draw inputs and signals over time; of a static curve, torque over deflection."""
+        from elastic_tendon.reports.trajectory_figure import measurement_figure
+
+        return measurement_figure(self)
 
     def with_noise(self, sigmas: Mapping[str, float]) -> "Measurement":
         """The recording with noise that the user knows.

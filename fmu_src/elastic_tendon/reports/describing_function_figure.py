@@ -1,14 +1,25 @@
 """Picture of a describing function; the data come from it, nothing is computed here."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from elastic_tendon.actuator.design import design
-from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import deflection_limits, slack_boundaries
-from elastic_tendon.linear.describing_function import DescribingFunction, describing_function
-from elastic_tendon.reports.comparison_figures import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, tidy
+from elastic_tendon.linear.describing_function import DescribingFunction
+from elastic_tendon.linear.limit_cycles import LimitCycle
+from elastic_tendon.reports.comparison_figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    VERMILLION,
+    tidy,
+)
 from elastic_tendon.reports.names import verbatim
 
 STATES = (("I", ORANGE), ("II", PURPLE), ("III", GREEN))
@@ -17,50 +28,45 @@ SAME = 1e-6  # relative, of lines that are drawn as one
 
 
 def describing_function_figure(
-    model: Model, describing: DescribingFunction | None = None
+    found: DescribingFunction, cycles: Sequence[LimitCycle] = ()
 ) -> Figure:
     """Equivalent stiffness over the amplitude of the deflection; damping below, if there is any.
 
     Parameters
     ----------
-    model : Model
-    describing : DescribingFunction of this model; None: `describing_function` with its defaults
+    found : DescribingFunction
+    cycles : limit cycles that were found with it, marked on its stiffness
 
     Returns
     -------
     matplotlib.figure.Figure
-
-    Raises
-    ------
-    LinearisationError, SimulationError, BuildError
-        as `describing_function`
     """
-    found = describing_function(model) if describing is None else describing
     lossless = np.abs(found.damping).max() * found.frequency < LOSSLESS * found.stiffness.max()
     heights = [3] if lossless else [3, 2]
     figure = Figure(figsize=(8.0, 1.0 + 1.2 * sum(heights)), layout="constrained")
     rows = figure.subplots(
         len(heights), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
     )[:, 0]
-    _draw_stiffness(rows[0], found, model)
+    _draw_stiffness(rows[0], found)
+    _mark_cycles(rows[0], cycles)
     if not lossless:
         rows[1].plot(found.amplitudes, found.damping, color=BLUE)
         rows[1].set_ylabel("equivalent damping\n(N·m·s/rad)")
         rows[1].set_ylim(bottom=min(0.0, found.damping.min()))
     for axes in rows:
-        _mark_amplitudes(axes, found, model)
+        _mark_amplitudes(axes, found)
         tidy(axes)
     rows[0].legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False)
     rows[-1].set_xlabel("amplitude of the deflection (rad)")
     rows[-1].set_xlim(0.0, found.amplitudes[-1])
     degrees = rows[0].secondary_xaxis("top", functions=(np.rad2deg, np.deg2rad))
     degrees.set_xlabel("amplitude of the deflection (°)")
-    figure.suptitle(_title(model, found))
+    figure.suptitle(_title(found))
     return figure
 
 
-def _draw_stiffness(axes: Axes, found: DescribingFunction, model: Model) -> None:
-    table = design(model)
+def _draw_stiffness(axes: Axes, found: DescribingFunction) -> None:
+    table = design(found.model)
     stiffnesses = (table.stiffness_state_1, table.stiffness_state_2, table.stiffness_state_3)
     drawn: dict[float, tuple[str, str]] = {}
     for (state, colour), stiffness in zip(STATES, stiffnesses, strict=True):
@@ -71,7 +77,7 @@ def _draw_stiffness(axes: Axes, found: DescribingFunction, model: Model) -> None
         drawn[same] = (f"{earlier} and {state}" if earlier else state, first_colour)
     for stiffness, (states, colour) in drawn.items():
         plural = "s" if " and " in states else ""
-        bare = "\nwithout effects" if model.effect_ids else ""
+        bare = "\nwithout effects" if found.model.effect_ids else ""
         label = f"state{plural} {states}{bare}"
         axes.axhline(stiffness, color=colour, linestyle="--", label=label)
     if found.scatter.any():
@@ -82,13 +88,23 @@ def _draw_stiffness(axes: Axes, found: DescribingFunction, model: Model) -> None
     axes.set_ylim(bottom=0.0)
 
 
-def _mark_amplitudes(axes: Axes, found: DescribingFunction, model: Model) -> None:
+def _mark_cycles(axes: Axes, cycles: Sequence[LimitCycle]) -> None:
+    for words, inside in (("attracting", BLACK), ("repelling", "white")):
+        kind = [cycle for cycle in cycles if cycle.attracting == (words == "attracting")]
+        if kind:
+            places = [cycle.amplitude for cycle in kind], [cycle.stiffness for cycle in kind]
+            looks: dict[str, Any] = {"color": BLACK, "markerfacecolor": inside, "markersize": 8}
+            axes.plot(*places, "o", label=f"{words}\nlimit cycle", **looks)
+
+
+def _mark_amplitudes(axes: Axes, found: DescribingFunction) -> None:
     """Where the swing reaches slack boundaries and deflection limits; its mean may move."""
+    transmission = found.model.transmission
     amplitudes = np.concatenate(([0.0], found.amplitudes))
     means = np.concatenate((found.deflection[:1], found.deflection))
     kinds = (
-        (slack_boundaries(model.transmission), "0.45", ":", "slack boundary"),
-        (deflection_limits(model.transmission), VERMILLION, "-.", "deflection limit"),
+        (slack_boundaries(transmission), "0.45", ":", "slack boundary"),
+        (deflection_limits(transmission), VERMILLION, "-.", "deflection limit"),
     )
     for borders, colour, style, label in kinds:
         beyond = [amplitudes - np.abs(border - means) for border in borders]
@@ -105,8 +121,8 @@ def _mark_amplitudes(axes: Axes, found: DescribingFunction, model: Model) -> Non
             )
 
 
-def _title(model: Model, found: DescribingFunction) -> str:
+def _title(found: DescribingFunction) -> str:
     low, high = found.deflection.min(), found.deflection.max()
     mean = f"{low:.3g} rad" if low == high else f"{low:.3g} to {high:.3g} rad"
-    heading = f"{verbatim(model.name)}: stiffness that an oscillation sees"
+    heading = f"{verbatim(found.model.name)}: stiffness that an oscillation sees"
     return f"{heading}\nmean deflection {mean}, {found.frequency:.4g} rad/s"

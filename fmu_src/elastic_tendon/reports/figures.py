@@ -35,7 +35,25 @@ def characteristic_curves(model: Model, pretensions: Sequence[float] | None = No
         for a pretension above (27)
     """
     curves = design.characteristic_curves(model, pretensions)
-    own = model.transmission.pretension_force
+    title = f"{verbatim(model.name)}: characteristic curves over pretension"
+    return curves_figure(curves, title, model.transmission.pretension_force)
+
+
+def curves_figure(
+    curves: Sequence[CharacteristicCurve], title: str, own: float | None = None
+) -> Figure:
+    """Torque and stiffness over deflection of some curves.
+
+    Parameters
+    ----------
+    curves : by rising pretension
+    title : above them
+    own : N; pretension of the curve that is drawn thick, as the model's own
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
     figure = Figure(figsize=(7.0, 7.0), layout="constrained")
     torque_axes, stiffness_axes = figure.subplots(
         2, 1, sharex=True, gridspec_kw={"height_ratios": [2, 1]}
@@ -44,7 +62,7 @@ def characteristic_curves(model: Model, pretensions: Sequence[float] | None = No
     for curve, shade in zip(curves, shades, strict=True):
         _draw_curve(torque_axes, stiffness_axes, curve, colormaps["viridis"](shade), own)
 
-    figure.suptitle(f"{verbatim(model.name)}: characteristic curves over pretension")
+    figure.suptitle(title)
     torque_axes.set_ylabel(r"torque on the joint ${}^j\tau_e$ (N·m)")
     stiffness_axes.set_ylabel("stiffness (N·m/rad)")
     stiffness_axes.set_xlabel(r"joint deflection $q - {}^j\theta$ (rad)")
@@ -63,7 +81,7 @@ def _draw_curve(
     stiffness_axes: Axes,
     curve: CharacteristicCurve,
     colour: tuple[float, float, float, float],
-    own: float,
+    own: float | None,
 ) -> None:
     is_own = curve.pretension == own
     line: dict[str, Any] = {

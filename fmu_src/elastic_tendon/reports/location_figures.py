@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, TwoSlopeNorm
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import PercentFormatter
@@ -42,6 +42,7 @@ from elastic_tendon.reports.units import shown, with_unit
 
 BLANK = "0.85"  # of cells without samples; white is zero
 COLUMNS = 3  # panels side by side
+MOST_PARTS = 10  # of a figure of all signals; a longer one could not be read
 STATE_COLOURS = {
     SlackState.I: (BLUE, STATES["I"]),
     SlackState.II: (ORANGE, STATES["II"]),
@@ -211,10 +212,40 @@ def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Fi
     -------
     matplotlib.figure.Figure; a panel for each variable
     """
+    split = by_variable(found.bins[signal])
+    figure = Figure(figsize=_size(len(split)), layout="constrained")
+    _draw_shares(figure, file, found, signal)
+    return figure
+
+
+def shares_of_error(location: Location) -> Figure:
+    """Share of the squared error in every bin, of all signals of all recordings.
+
+    Parameters
+    ----------
+    location : Location
+
+    Returns
+    -------
+    matplotlib.figure.Figure; a part as of `share_of_error` for each, the first `MOST_PARTS`
+    """
+    every = [(found, signal) for found in location.files for signal in found.bins][:MOST_PARTS]
+    sizes = [_size(len(by_variable(found.bins[signal]))) for found, signal in every]
+    widths, heights = zip(*sizes, strict=True)
+    figure = Figure(figsize=(max(widths), sum(heights)), layout="constrained")
+    parts = figure.subfigures(len(every), 1, squeeze=False, height_ratios=heights)
+    for part, (found, signal) in zip(parts.flat, every, strict=True):
+        _draw_shares(part, found.comparison, found, signal)
+    return figure
+
+
+def _draw_shares(
+    figure: Figure | SubFigure, file: FileComparison, found: FileLocation, signal: str
+) -> None:
     bins = found.bins[signal]
     shares = sample_shares(bins)
     split = by_variable(bins)
-    figure, panels = _panels(len(split))
+    panels = _panels(figure, len(split))
     for axes, chosen in zip(panels, split.values(), strict=True):
         _draw_bars(axes, chosen, [shares[bin_] for bin_ in chosen])
     quantity = shown(signal, static=file.measurement.static)
@@ -225,7 +256,6 @@ def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Fi
         Line2D([], [], color=BLACK, marker="_", ls="none", markersize=12, mew=1.6, label="samples"),
     ]
     figure.legend(handles=marks, loc="outside lower center", ncols=3, frameon=False)
-    return figure
 
 
 def _draw_bars(axes: Axes, bins: Sequence[Bin], samples: Sequence[float]) -> None:
@@ -267,7 +297,8 @@ def missing_torque(file: FileComparison, found: FileLocation) -> Figure:
     """
     missing = found.missing_torque
     chosen = some(len(missing.torque))
-    figure, panels = _panels(len(missing.curves))
+    figure = Figure(figsize=_size(len(missing.curves)), layout="constrained")
+    panels = _panels(figure, len(missing.curves))
     for axes, curve in zip(panels, missing.curves, strict=True):
         if curve.by in found.variables:
             cloud = found.variables[curve.by][chosen], missing.torque[chosen]
@@ -308,7 +339,8 @@ def residual_correlation(file: FileComparison, signal: str) -> Figure:
     matplotlib.figure.Figure
     """
     found = correlations(file, signal)
-    figure, panels = _panels(len(found), columns=2)
+    figure = Figure(figsize=_size(len(found), columns=2), layout="constrained")
+    panels = _panels(figure, len(found), columns=2)
     for axes, correlation in zip(panels, found, strict=True):
         _draw_correlation(axes, correlation)
     quantity = shown(signal)
@@ -331,12 +363,22 @@ def _draw_correlation(axes: Axes, found: Correlation) -> None:
     tidy(axes)
 
 
-def _panels(count: int, columns: int = COLUMNS) -> tuple[Figure, list[Axes]]:
-    """A figure with so many panels, left to right and downwards."""
+def _grid(count: int, columns: int) -> tuple[int, int]:
+    """Rows and columns of so many panels."""
     columns = max(1, min(columns, count))
-    rows = -(-count // columns)
-    figure = Figure(figsize=(3.7 * columns + 0.3, 2.9 * rows + 0.9), layout="constrained")
+    return -(-count // columns), columns
+
+
+def _size(count: int, columns: int = COLUMNS) -> tuple[float, float]:
+    """Width and height of a figure of so many panels, inch."""
+    rows, columns = _grid(count, columns)
+    return 3.7 * columns + 0.3, 2.9 * rows + 0.9
+
+
+def _panels(figure: Figure | SubFigure, count: int, columns: int = COLUMNS) -> list[Axes]:
+    """So many panels in a figure, left to right and downwards."""
+    rows, columns = _grid(count, columns)
     panels = list(figure.subplots(rows, columns, squeeze=False).flat) if count else []
     for axes in panels[count:]:
         axes.set_visible(False)
-    return figure, panels[:count]
+    return panels[:count]

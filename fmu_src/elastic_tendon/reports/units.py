@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import floor, isfinite, isnan, log10
 
 from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.actuator.variables import OUTPUTS
+from elastic_tendon.actuator.variables import OUTPUTS, READINGS
 from elastic_tendon.measurement import NoiseFloor
 
 
@@ -59,7 +59,7 @@ def shown(signal: str, *, static: bool = False) -> Shown:
 
 def with_unit(variable: str) -> str:
     """Name of an output or of what an error is held against, with its unit; for an axis."""
-    units = {output.name: unit_text(output.unit) for output in OUTPUTS} | _OTHERS
+    units = {output.name: unit_text(output.unit) for output in (*OUTPUTS, *READINGS)} | _OTHERS
     return f"{variable.replace('_', ' ')} ({units[variable]})"
 
 

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.native import interrupt
 from elastic_tendon.native.library import DEFAULT_TOLERANCE, Runs, Simulation, load
 from elastic_tendon.native.shared import INTERPOLATIONS, OUTCOMES, STATISTICS
-from elastic_tendon.result import Result
+from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are told and drawn
 _EVENT_CAPACITY = 4096
 _KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
 
@@ -95,25 +97,63 @@ class Trajectory(Result):
         return trajectory_figure(self)
 
 
-@dataclass(frozen=True)
-class Sensitivities:
+@dataclass(frozen=True, repr=False)
+class Sensitivities(Result):
     """A trajectory with the derivatives of its outputs.
 
     `output_derivatives` (n, n_outputs, m): by each of `names` (parameters, then initial states),
-    in unit of the output per unit of the parameter or state.
+    in unit of the output per unit of the parameter or state, which `units` holds.
     """
 
     trajectory: Trajectory
     output_derivatives: Array
     names: tuple[str, ...]
+    units: tuple[str, ...]
 
     def of(self, output: str) -> Array:
         """Derivatives (n, m) of one output."""
         return self.output_derivatives[:, self.trajectory.output_names.index(output), :]
 
+    def summary(self) -> str:
+        """Length, and the largest derivatives of joint position and joint torque."""
+        time = self.trajectory.time
+        lines = [f"Sensitivities over {time[-1] - time[0]:.4g} s, {len(time)} samples; at most"]
+        sizes = (np.abs(self.of(output)).max(axis=0) for output in MAIN_OUTPUTS)
+        for name, unit, position, torque in zip(self.names, self.units, *sizes, strict=True):
+            unit = unit_text(unit)
+            lines.append(f"  by {name}: {position:.4g} rad and {torque:.4g} N·m per {unit}")
+        return "\n".join(lines)
 
-@dataclass(frozen=True)
-class Many:
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Derivatives, SI, in columns (output, name); the index is the time, s."""
+        import pandas as pd
+
+        outputs = self.trajectory.output_names
+        columns = pd.MultiIndex.from_product([outputs, self.names], names=["output", "by"])
+        rows = self.output_derivatives.reshape(len(self.trajectory.time), -1)
+        return pd.DataFrame(rows, pd.Index(self.trajectory.time, name="time"), columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The trajectory, and the derivatives of each output by each name, a list each, SI."""
+        derivatives = {
+            output: dict(zip(self.names, self.of(output).T, strict=True))
+            for output in self.trajectory.output_names
+        }
+        return {
+            "trajectory": self.trajectory.to_dict(),
+            "units": dict(zip(self.names, self.units, strict=True)),
+            "derivatives": plain(derivatives),
+        }
+
+    def plot(self) -> "Figure":
+        """Draw the derivatives of joint position and joint torque over time."""
+        from elastic_tendon.reports.trajectory_figure import sensitivities_figure
+
+        return sensitivities_figure(self)
+
+
+@dataclass(frozen=True, repr=False)
+class Many(Result):
     """Chosen outputs of k runs of one motion, each with its own parameters.
 
     `time` (n,), s; `outputs` (k, n_outputs, n) in the order of `output_names`, NaN of a run that
@@ -124,6 +164,40 @@ class Many:
     outputs: Array
     output_names: tuple[str, ...]
     failures: tuple[str, ...]
+
+    def summary(self) -> str:
+        """How many runs, how many of them failed, and the range of each output over all."""
+        failed = [reason for reason in self.failures if reason]
+        lines = [f"{len(self.failures)} runs of {len(self.time)} samples, {len(failed)} failed"]
+        lines += [f"  the first: {reason}" for reason in failed[:1]]
+        if len(failed) < len(self.failures):
+            for index, name in enumerate(self.output_names):
+                low, high = np.nanmin(self.outputs[:, index]), np.nanmax(self.outputs[:, index])
+                lines.append(f"  {name:24} {low:11.4g} to {high:11.4g}")
+        return "\n".join(lines)
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Outputs, a column each, SI; the index is the run, from 0, and the time, s."""
+        import pandas as pd
+
+        index = pd.MultiIndex.from_product(
+            [range(len(self.failures)), self.time], names=["run", "time"]
+        )
+        columns = {name: self.outputs[:, i].ravel() for i, name in enumerate(self.output_names)}
+        return pd.DataFrame(columns, index=index)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Time, reasons of failures, and of each output a list for each run, SI."""
+        outputs = {name: self.outputs[:, i] for i, name in enumerate(self.output_names)}
+        content = {"time": self.time, "failures": self.failures, "outputs": outputs}
+        data: dict[str, Any] = plain(content)
+        return data
+
+    def plot(self) -> "Figure":
+        """Draw each output over time, a line for each run, at most 100."""
+        from elastic_tendon.reports.trajectory_figure import runs_figure
+
+        return runs_figure(self.to_dataframe())
 
 
 def _samples(name: str, values: ArrayLike | None, n: int) -> Array:
@@ -335,9 +409,8 @@ def sensitivities(
         as `simulate`; ValueError also for a name that the model does not have or that stands twice
     """
     variables = interface(model.effect_ids)
-    index: dict[str, int] = {}
     offset = len(variables.states) + len(variables.inputs)
-    index.update({path: offset + i for i, path in enumerate(variables.parameter_names)})
+    index = {path: offset + i for i, path in enumerate(variables.parameter_names)}
     states = {name: i for i, name in enumerate(variables.state_names)}
     unknown = [p for p in parameters if p not in index] + [
         s for s in initial_states if s not in states
@@ -351,7 +424,9 @@ def sensitivities(
     inputs = (time, motor_position, load_torque)
     motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
     trajectory, derivatives = _run(model, motion, directions, as_measured)
-    return Sensitivities(trajectory, derivatives, names)
+    known = (*variables.parameters, *variables.states)
+    units = {variable.name: variable.unit for variable in known}
+    return Sensitivities(trajectory, derivatives, names, tuple(units[name] for name in names))
 
 
 def simulate_many(

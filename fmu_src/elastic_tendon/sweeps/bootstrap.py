@@ -37,7 +37,7 @@ SAMPLES_IN_BATCH = 6000
 ENDS = (0.025, 0.975)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Bootstrap:
     """Refits as a task, see `elastic_tendon.sweeps.task`.
 
@@ -57,6 +57,9 @@ class Bootstrap:
     blocks: tuple[int, ...]
     runs: int
     seed: int
+
+    def __repr__(self) -> str:
+        return f"{self.runs} refits of {self.fitted.model.name}"
 
     @property
     def paths(self) -> tuple[str, ...]:

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import floor, log10
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -30,12 +29,8 @@ from elastic_tendon.measurement.options import DEFAULT
 from elastic_tendon.measurement.reader import split_window
 from elastic_tendon.misreadings.belief import believed
 from elastic_tendon.progress import silent
-from elastic_tendon.sweeps.results import read_results
 from elastic_tendon.sweeps.shipped import ShippedModel
-from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, RUN, TEXTS, VERDICT
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, RUN, VERDICT
 
 LOW, HIGH = ".low", ".high"  # after the path of a number: ends of its 95 % interval
 UNKNOWN = "unknown"  # what has appeared where no effect of the catalogue explains it
@@ -57,7 +52,7 @@ class Robot:
     data: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fleet:
     """Diagnoses as a task, see `elastic_tendon.sweeps.task`.
 
@@ -79,6 +74,9 @@ class Fleet:
     robots: tuple[Robot, ...]
     options: ReadOptions
     digests: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"Fleet of {self.runs} robots, to be diagnosed against {self.model.model.name}"
 
     @property
     def runs(self) -> int:
@@ -120,17 +118,6 @@ class Fleet:
     def failed(self, run: int, reason: str) -> pd.DataFrame:
         """A robot that could not be diagnosed."""
         return self._table([(run, {FAILURE: reason})])
-
-    def plot(self, table: pd.DataFrame) -> "Figure":
-        """Draw a table of results: robots down; numbers, effects and errors across.
-
-        Parameters
-        ----------
-        table : rows of this fleet, at least one
-        """
-        from elastic_tendon.reports.fleet_figure import fleet_figure
-
-        return fleet_figure(self.model.model, table)
 
     def _table(self, found: Sequence[tuple[int, Mapping[str, str | float]]]) -> pd.DataFrame:
         blank: dict[str, str | float] = dict.fromkeys((VERDICT, DRIFTED, APPEARED), "")
@@ -286,11 +273,6 @@ def _content(file: Path) -> str:
 
 
 # ---- what a row says ---------------------------------------------------------------------------
-
-
-def fleet_table(path: Path) -> pd.DataFrame:
-    """The results of a swept fleet, of a CSV or Parquet file; a robot may be called 007 or NA."""
-    return read_results(path, TEXTS)
 
 
 def error_columns(signal: str) -> dict[tuple[str, str], str]:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from textwrap import shorten
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.stats import qmc
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import SweepError
+from elastic_tendon.result import LONGEST
 from elastic_tendon.sweeps.factors import Array, Factor, Values, parse_factor, stated_factors
 
 Method = Literal["grid", "monte-carlo", "latin-hypercube", "sobol"]
@@ -28,7 +30,7 @@ HALF_STEP = 2.0**-31  # of Sobol's sequence: the middle of a step is never 0, wh
 _RANDOM = "rng" if "rng" in inspect.signature(qmc.Sobol.__init__).parameters else "seed"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Points:
     """Values of `factors` in `count` runs.
 
@@ -63,6 +65,10 @@ class Points:
             raise SweepError(f"{self.count} runs cannot be done; 1 to {MOST_RUNS} can")
         if self.seed < 0:
             raise SweepError(f"the seed {self.seed} is negative; choose 0 or more")
+
+    def __repr__(self) -> str:
+        paths = shorten(", ".join(factor.path for factor in self.factors), LONGEST)
+        return f"{self.count} runs by {self.method}, in which {paths} vary"
 
     @property
     def identity(self) -> dict[str, str]:

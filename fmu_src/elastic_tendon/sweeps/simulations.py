@@ -39,7 +39,7 @@ TRIAL = 0.05  # s that are long enough to tell how fast runs are
 MOST_RUNS = 10_000  # in a batch
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion:
     """What moves every machine of a sweep.
 
@@ -54,6 +54,10 @@ class Motion:
     interpolation: Interpolation = "linear"
     initial_state: Mapping[str, float] = field(default_factory=dict)
     signals: Mapping[str, Array] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        load = "no load" if self.load_torque is None else "a load"
+        return f"Motion of {np.ptp(self.time):.4g} s, {len(self.time)} samples, with {load}"
 
     @property
     def fingerprint(self) -> str:
@@ -94,7 +98,7 @@ def measured_motion(model: Model, measurement: Measurement) -> Motion:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Simulations:
     """Simulations as a task, see `elastic_tendon.sweeps.task`.
 
@@ -111,6 +115,9 @@ class Simulations:
     outputs: tuple[str, ...]
     keep: Kept
     tolerance: float
+
+    def __repr__(self) -> str:
+        return f"Simulations of {self.shipped.model.name}: {self.points!r}; {self.motion!r}"
 
     @property
     def runs(self) -> int:
@@ -230,14 +237,14 @@ class Simulations:
     ) -> dict[str, Array]:
         moments = np.where(went_well[:, None], self.motion.time, np.nan)
         columns = {TIME: moments[kept]}
-        for i, variable in enumerate(self._variables()):
+        for i, variable in enumerate(self.variables):
             columns[variable.name + SUFFIXES[variable.unit]] = outputs[:, i][kept]
         return columns
 
     def _statistics(self, outputs: Array, went_well: NDArray[np.bool_]) -> dict[str, Array]:
         by_name = {name: outputs[:, i] for i, name in enumerate(self._simulated)}
         columns: dict[str, Array] = {}
-        for variable in self._variables():
+        for variable in self.variables:
             name, values = variable.name, by_name[variable.name]
             for statistic, numbers in _statistics(variable, values):
                 columns[f"{name}.{statistic}"] = np.where(went_well, numbers, np.nan)
@@ -246,7 +253,9 @@ class Simulations:
                 columns[f"{name}.rms_error{SUFFIXES[variable.unit]}"] = _rms(error)
         return columns
 
-    def _variables(self) -> list[Variable]:
+    @property
+    def variables(self) -> list[Variable]:
+        """The outputs that are kept."""
         known = {output.name: output for output in interface(self.shipped.model.effect_ids).outputs}
         return [known[name] for name in self.outputs]
 
@@ -302,8 +311,7 @@ def simulations(
 def _statistics(variable: Variable, values: Array) -> Iterator[tuple[str, Array]]:
     if variable.kind is Kind.SLACK_STATE:
         for state in SlackState:
-            name = state.name.lower() if state is SlackState.BOTH else state.name
-            yield f"share_{name}", np.mean(values == state, axis=-1)
+            yield share_of(state), np.mean(values == state, axis=-1)
     elif variable.discrete:
         yield "share", np.mean(values, axis=-1)
     else:
@@ -313,6 +321,11 @@ def _statistics(variable: Variable, values: Array) -> Iterator[tuple[str, Array]
         yield f"mean{suffix}", np.mean(values, axis=-1)
         yield f"rms{suffix}", _rms(values)
         yield f"final{suffix}", values[..., -1]
+
+
+def share_of(state: SlackState) -> str:
+    """Name of the statistic that is the share of samples in a slack state."""
+    return f"share_{state.name.lower() if state is SlackState.BOTH else state.name}"
 
 
 def _rms(values: Array) -> Array:

@@ -5,7 +5,7 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -22,6 +22,9 @@ from elastic_tendon.sweeps.results import read_results
 from elastic_tendon.sweeps.simulations import Motion, Simulations, measured_motion, simulations
 from elastic_tendon.sweeps.task import TEXTS, Task
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 @dataclass(frozen=True, repr=False)
 class Swept(Result):
@@ -29,18 +32,23 @@ class Swept(Result):
 
     Parameters
     ----------
+    task : what was done
     path : of the table of results, one row for each run; None where no file was asked for
-    runs : how many there are
-    failed : how many of them failed; the last column of the table says why
+    failed : how many runs failed; the last column of the table says why
     resumed : how many had been done before, by a sweep that was stopped
     table : the results, where there is no file of them
     """
 
+    task: Task
     path: Path | None
-    runs: int
     failed: int
     resumed: int
     table: pd.DataFrame = field(default_factory=pd.DataFrame, compare=False)
+
+    @property
+    def runs(self) -> int:
+        """How many there are."""
+        return self.task.runs
 
     def summary(self) -> str:
         """Where the table is, and how many runs it holds."""
@@ -58,6 +66,16 @@ class Swept(Result):
         return {"path": path} | {
             name: getattr(self, name) for name in ("runs", "failed", "resumed")
         }
+
+    def plot(self) -> "Figure":
+        """Draw the results.
+
+        Of simulations the statistics of each output over what varied, or the trajectories over
+        time; of a fleet what moved in each robot; of other tasks how each number is distributed.
+        """
+        from elastic_tendon.reports.sweep_figures import sweep_figure
+
+        return sweep_figure(self.task, self.to_dataframe())
 
 
 def sweep(
@@ -147,7 +165,7 @@ def sweep(
                     count += done.stop - done.start
                     progress(f"{count} of {task.runs} runs, {failed} failed", count / task.runs)
         finish(parts, force=force)
-    return Swept(output, task.runs, failed, resumed)
+    return Swept(task, output, failed, resumed)
 
 
 def _simulations(model: Model, points: Points, motion: Motion | Measurement | None) -> Simulations:
