@@ -184,3 +184,14 @@ def test_the_loop_finds_what_lasts_on_unseen_data(bench) -> None:
 def test_the_error_on_unseen_data_is_as_small_as_wanted(bench) -> None:
     found, _ = bench
     assert found.ladder[-1].heldout_rmse[POSITION] < 5.5e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [SLOW, FAST])
+def test_the_jaw_is_said_to_rub(name: str) -> None:
+    """Its authors measured friction, part of it in proportion to the load."""
+    found = diagnose(load_model(MODELS[name]), read_measurement(str(DATA / name)))
+    assert found.verdict == "unexplained"
+    assert len(found.added) == 1
+    assert set(found.added) <= {"coulomb_friction", "tendon_guide_friction"}
+    assert found.ladder[-1].rmse["motor_torque"] < 15e-3  # 64 and 61 mN m as given

@@ -9,7 +9,7 @@ from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.comparison.missing_torque import MissingTorque
 from elastic_tendon.measurement.preparation import COMPARISON
-from elastic_tendon.result import plain as plain
+from elastic_tendon.result import plain
 
 
 def comparison_json(comparison: Comparison, location: Location) -> dict[str, Any]:

@@ -7,9 +7,9 @@ from typing import Any
 
 from elastic_tendon.comparison.bins import Bin
 from elastic_tendon.comparison.compare import Comparison
-from elastic_tendon.comparison.comparison_json import plain
 from elastic_tendon.diagnosis.evidence import is_plausible
 from elastic_tendon.diagnosis.result import Diagnosis, LearnedTerm
+from elastic_tendon.result import plain
 
 SCHEMA = "elastic-tendon/diagnosis/2"
 NOTHING_TO_DECIDE = "no other answer explains these data equally well, so there is none to rule out"
