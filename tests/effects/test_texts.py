@@ -71,17 +71,6 @@ def test_reference_is_a_publication_or_the_paper(effect):
     assert YEAR.search(effect.reference) or "the paper" in effect.reference
 
 
-def test_aliases_name_each_other():
-    ids = {effect.id for effect in CATALOGUE}
-    of = {
-        effect.id: {effect_or_path for alias in effect.aliases for effect_or_path in alias.of}
-        for effect in CATALOGUE
-    }
-    for effect_id, others in of.items():
-        for rival in others & ids:
-            assert effect_id in of[rival]
-
-
 def test_the_catalogue_has_a_stable_order_and_names_that_type_checkers_know():
     orders = [effect.catalogue_order for effect in CATALOGUE]
     assert orders == sorted(set(orders))

@@ -55,7 +55,7 @@ def test_page_has_all_that_is_declared(effect, example):
         assert parameter.meaning in page
     for state in effect.states:
         assert f"{effect.id}.{state.name}" in page
-    for alias in effect.aliases:
+    for alias in BY_ID.aliases_of(effect):
         assert alias.when in page
 
 

@@ -77,7 +77,7 @@ def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
         alias.when
         for model in models
         for effect_id in model.effect_ids
-        for alias in effects.BY_ID[effect_id].aliases
+        for alias in effects.BY_ID.aliases_of(effects.BY_ID[effect_id])
         if effect_id in ids and set(alias.of) & set(ids)
     }
     if reasons:

@@ -41,7 +41,11 @@ def _other_laws(added: Set) -> Iterator[Set]:
 def aliases(added: Set) -> Iterator[Set]:
     """The set with an effect that measurements may not tell from it in the place of each."""
     for effect_id in added:
-        similar = {of_id for alias in effects.BY_ID[effect_id].aliases for of_id in alias.of}
+        similar = {
+            of_id
+            for alias in effects.BY_ID.aliases_of(effects.BY_ID[effect_id])
+            for of_id in alias.of
+        }
         for similar_id in sorted(similar & set(effects.BY_ID)):
             yield in_order((*without(added, effect_id), similar_id))
 

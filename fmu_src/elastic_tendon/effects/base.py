@@ -121,6 +121,8 @@ class Relation:
 class Alias:
     """What the effect cannot be told from by any measurement of the joint, while `when` holds.
 
+    Said by one of two effects; `Registry.aliases_of` tells it of both.
+
     `of` are ids of effects or dotted paths of model.toml.
     """
 

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Alias, Effect, FrictionBounds, Joint, Parameter, Slot
+from elastic_tendon.effects.base import Effect, FrictionBounds, Joint, Parameter, Slot
 
 
 def equations(
@@ -58,12 +58,4 @@ EFFECT = Effect(
     reference="H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert, P. Lischinsky, Friction "
     "models and friction compensation, European Journal of Control 4(3), 1998",
     law_of="the joint's dry friction",
-    aliases=(
-        Alias(
-            of=("tendon_guide_friction",),
-            when="both tendons stay taut and the springs are linear and alike: the friction of "
-            "guides is then 2 R sinh(wrap_friction) times the pretension, and makes the springs "
-            "cosh(wrap_friction) times as stiff",
-        ),
-    ),
 )

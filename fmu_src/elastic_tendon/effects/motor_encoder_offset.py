@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Alias, Contribution, Effect, Parameter, Signal, Slot
+from elastic_tendon.effects.base import Contribution, Effect, Parameter, Signal, Slot
 
 
 def equations(
@@ -50,10 +50,4 @@ EFFECT = Effect(
     equations=equations,
     reference="J. M. Hollerbach, C. W. Wampler, The calibration index and taxonomy for robot "
     "kinematic calibration methods, International Journal of Robotics Research 15(6), 1996",
-    aliases=(
-        Alias(
-            of=("joint_encoder_offset",),
-            when="nothing depends on the angle itself, as gravity, stops and eccentricity do",
-        ),
-    ),
 )

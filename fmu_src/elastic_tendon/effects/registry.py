@@ -13,7 +13,7 @@ from inspect import getfile
 from pathlib import Path
 from types import ModuleType
 
-from elastic_tendon.effects.base import Effect
+from elastic_tendon.effects.base import Alias, Effect
 from elastic_tendon.effects.source import Source, read_source, reason
 from elastic_tendon.errors import EffectError
 
@@ -85,6 +85,16 @@ class Registry(dict[str, Effect]):
     def ids(self) -> tuple[str, ...]:
         """What a model can name: the effects that are loaded, then those only installed."""
         return (*self, *sorted(self.installed()))
+
+    def aliases_of(self, effect: Effect) -> tuple[Alias, ...]:
+        """What an effect cannot be told from: what it says itself, and what says so of it."""
+        told_by = (
+            Alias((rival.id,), alias.when)
+            for rival in self.values()
+            for alias in rival.aliases
+            if effect.id in alias.of
+        )
+        return (*effect.aliases, *told_by)
 
     def content(self, effect: Effect) -> bytes:
         """The Python file from which an effect was loaded, as it was then."""

@@ -183,7 +183,7 @@ def alias_sentences(effect: Effect, judged: Collection[str] = ()) -> list[str]:
     """What no measurement of the joint can tell the effect from, but for what was judged by one."""
     return [
         f"{effect.title} is not to be told from {' and '.join(alias.of)} as long as {alias.when}."
-        for alias in effect.aliases
+        for alias in effects.BY_ID.aliases_of(effect)
         if not set(alias.of) <= set(judged)
     ]
 
