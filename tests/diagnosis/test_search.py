@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.diagnosis import around
 from elastic_tendon.diagnosis import refits as refitting
 from elastic_tendon.diagnosis import search as searching
 from elastic_tendon.diagnosis.answer import Answer, refit
@@ -18,7 +19,7 @@ from elastic_tendon.diagnosis.rounds import (
     neighbours_of,
     round_at,
 )
-from elastic_tendon.diagnosis.search import FARTHEST, OPEN, STEPS, Search
+from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import (
     aliases,
     change_between,
@@ -415,12 +416,12 @@ def test_hops_leave_a_good_answer_as_it_is(monkeypatch) -> None:
     assert mean_square(good) > searching.AT_NOISE
     hops = counted(search, monkeypatch)
     assert not search._hop()
-    assert len(hops) == searching.FRUITLESS
-    assert all(mean_square(hop) > searching.WORTH_HOPPING * mean_square(good) for hop in hops)
+    assert len(hops) == around.FRUITLESS
+    assert all(mean_square(hop) > around.WORTH_HOPPING * mean_square(good) for hop in hops)
     assert search.answers == {(): good}
     assert search.answer is good
     search._hop()
-    assert len(hops) == searching.FRUITLESS  # once is enough
+    assert len(hops) == around.FRUITLESS  # once is enough
 
 
 def test_whoever_has_simulated_enough_comes_to_an_end(monkeypatch) -> None:
@@ -575,10 +576,10 @@ def test_a_hop_that_fails_is_one_in_vain(monkeypatch) -> None:
 
     search = begun(typical_model(*DRAG))
     good = search.answer
-    monkeypatch.setattr(searching, "refit", broken)
+    monkeypatch.setattr(around, "refit", broken)
     hops = counted(search, monkeypatch)
     assert not search._hop()
-    assert hops == [None] * searching.FRUITLESS
+    assert hops == [None] * around.FRUITLESS
     assert search.answer is good
 
 
@@ -596,15 +597,15 @@ def test_hops_sweep_what_an_answer_leaves_to_the_prior_then_stay_near() -> None:
     answer = search.answers[()]
     problem, vector = answer.result.problem, answer.result.vector
     slopes = problem.jacobian(vector, answer.result.sigmas)
-    left_open = int(np.sum(np.linalg.svd(slopes, compute_uv=False) < OPEN))
-    swept = len(STEPS) * left_open
+    left_open = int(np.sum(np.linalg.svd(slopes, compute_uv=False) < around.OPEN))
+    swept = len(around.STEPS) * left_open
     starts = islice(search._around(answer, np.random.default_rng(0)), swept + 20)
     coordinates, count = problem.coordinates, len(problem.coordinates.paths)
     values = [np.array([model.values()[path] for path in coordinates.paths]) for model in starts]
     moves = [coordinates.variables(own) - vector[:count] for own in values]
     assert left_open > 0
-    assert max(np.linalg.norm(move) for move in moves[:swept]) <= max(STEPS) + 1e-9
-    assert max(np.linalg.norm(move) for move in moves[swept:]) < 5.0 * FARTHEST * count**0.5
+    assert max(np.linalg.norm(move) for move in moves[:swept]) <= max(around.STEPS) + 1e-9
+    assert max(np.linalg.norm(move) for move in moves[swept:]) < 5.0 * around.FARTHEST * count**0.5
 
 
 def test_an_interrupt_while_it_hops_stops_the_search() -> None:

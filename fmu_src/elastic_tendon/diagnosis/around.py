@@ -1,0 +1,259 @@
+"""Refits from places around an answer: other starts, other frequencies, another law's parameters.
+
+Where a joint sticks, strikes or rings, the sum of squares has many minima, and a refit that began
+beside the best of them ends in another.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import count, islice
+from math import log
+
+import numpy as np
+
+from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.candidates import starts
+from elastic_tendon.diagnosis.evidence import DECISIVE
+from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, Check, Refits
+from elastic_tendon.diagnosis.resonance import swings
+from elastic_tendon.diagnosis.sets import Set, model_with, simpler, size_of, told
+from elastic_tendon.diagnosis.torque_screen import AT_ONCE, badness
+from elastic_tendon.effects.base import Spread
+from elastic_tendon.errors import ModelError
+from elastic_tendon.estimation.coordinates import Coordinates
+from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.simulation.work import AFFORDABLE
+
+HELDOUT_AT_NOISE = 1.5  # `AT_NOISE` on held-out recordings
+# refits from around an answer: how many, how many in vain, how far in standard deviations, and how
+# far at the most, in those of the prior
+HOPS, FRUITLESS, DISTANCES, FARTHEST = 60, 24, (1.0, 10.0, 50.0), 0.5
+# along what an answer leaves to the prior, in its standard deviations: slackness may decide there
+STEPS, OPEN = (-0.25, 0.25, -0.4, 0.4, -0.6, 0.6, -0.8, 0.8, -1.0, 1.0, -1.5, 1.5), 2.0
+# scans over the frequency of what swings, and the mean square at which it is surely right
+MOST_SCANS, SETTLED = 8, 1.02
+HOPPING = Effort(
+    scouted=2,
+    scouting=12,
+    polished=0,
+    evaluations=1,
+    rounds=0,
+    tolerance=1e-3,
+    most=AFFORDABLE,
+)
+# sets besides, and how many times the answer's mean square they may leave
+DISPUTED, POOR = 2, 10.0
+WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all, have to leave
+# of typical strengths, from which an effect begins of which little is known
+UNSEEN_SHARES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
+
+
+@dataclass(kw_only=True)
+class Around(Refits):
+    """Refits of which the best, and what disputes with it, are refitted again.
+
+    `refused` : sets of which an effect may be chance.
+    """
+
+    refused: dict[Set, str] = field(default_factory=dict)
+    _hopped: dict[Set, Answer] = field(default_factory=dict)
+
+    @property
+    def answer(self) -> Answer:
+        """The best so far."""
+        return self.evidence.best(self.allowed)
+
+    @property
+    def allowed(self) -> list[Answer]:
+        """Refitted sets that may be the answer."""
+        return self.evidence.allowed(list(self.answers.values()), self.refused)
+
+    def why_refused(self, added: Set) -> str:
+        """Why a set cannot be the answer, "" where it can, or was not refitted."""
+        if added in self.failures:
+            return self.failures[added]
+        if added in self.refused or added not in self.answers:
+            return self.refused.get(added, "")
+        return self.evidence.refusal(self.answers[added], list(self.answers.values()))
+
+    def _badness(self, added: Set) -> float:
+        return badness(self.estimates[added]) if added in self.estimates else np.inf
+
+    def _hop(self) -> bool:
+        """Refit the answer, and what the screen holds for better, from places around them.
+
+        Where a joint sticks or strikes, the sum of squares has many minima.
+
+        Returns
+        -------
+        whether the answer has changed, or leaves far less
+        """
+        answer, before = self.answer, self.answer.mean_square
+        self._lead_back()
+        disputed = self._disputed()
+        self._refit(disputed, "refitting again", again=True)
+        for added in (answer.added, *disputed):
+            self._scan_around(added) if any(map(swings, added)) else self._hop_around(added)
+        after = self.answer
+        return after.added != answer.added or after.mean_square < FAR_HOP * before
+
+    def _disputed(self) -> list[Set]:
+        """Sets that do better than the answer on the screen and worse when refitted."""
+        own, least = self._badness(self.answer.added), self._left(self.answer.added)
+        if not np.isfinite(own):  # the screen does not see the answer
+            return []
+        better = [
+            added
+            for added in self.answers
+            if self._badness(added) < own and least < self._left(added) < POOR * least
+        ]
+        return sorted(filter(self._could_win, better), key=self._badness)[:DISPUTED]
+
+    def _could_win(self, added: Set) -> bool:
+        """Whether a set would do better than the answer if it left nothing but noise."""
+        answer = self.answer
+        facts = self.evidence.facts([answer])
+        more = size_of(added) - size_of(answer.added)
+        square = answer.mean_square * max(self.evidence.heldout_square(answer), 1.0)
+        least = log(facts) * more - facts * log(max(square, 1e-12))
+        return least < (DECISIVE if more < 0 else -DECISIVE)
+
+    def _lead_back(self) -> None:
+        """Laws that do worse than a simpler one of the same thing, which they need not, begin
+        beside its parameters; and simpler ones that fail on held-out data where the answer does
+        not, beside the answer's."""
+        simple = self.answer
+        misled = [
+            added
+            for added in self.answers
+            if simple.added in simpler(added)
+            and self._left(added) > simple.mean_square
+            and self._could_win(added)
+        ]
+        self._take_beside(simple, misled, "refitting again")
+        laws = [added for added in simpler(self.answer.added) if added in self.answers]
+        most = HELDOUT_AT_NOISE * self.evidence.heldout_square(self.answer)
+        failing = [
+            added for added in laws if self.evidence.heldout_square(self.answers[added]) > most
+        ]
+        self._take_beside(self.answer, failing, "refitting again")
+        if laws and self._could_win(self.answer.added):
+            closest = self.answers[min(laws, key=self._left)]
+            self._take_beside(closest, [self.answer.added], "refitting again")
+
+    def _take_beside(self, simple: Answer, laws: Sequence[Set], words: str) -> None:
+        """Refit sets with one other law than an answer from its parameters."""
+        work = [(told(words, added), partial(self._beside, simple, added)) for added in laws]
+        self._take(laws, self._at_once(work))
+
+    def _beside(self, simple: Answer, added: Set, check: Check) -> Answer:
+        (law,), (own,) = (
+            map(effects.BY_ID.__getitem__, set(has) - set(lacks))
+            for has, lacks in ((added, simple.added), (simple.added, added))
+        )
+        known = simple.values(own.id)
+        alike = {
+            parameter.name: known[parameter.name]
+            for parameter in law.parameters
+            if parameter.name in known
+        }
+        shares: tuple[float, ...] = UNSEEN_SHARES
+        if len(law.parameters) < len(own.parameters) and law.strength.unit == own.strength.unit:
+            alike[law.strength.name], shares = known[own.strength.name], (1.0,)
+        values = starts(self.data.given, law, self.data.fitted, shares)
+        models = self._models_beside(
+            simple, added, law.id, ({**start, **alike} for start in values)
+        )
+        effort = self._effort(models)
+        return refit(self.data.given, added, self.data.fitted, models, effort, check)
+
+    def _scan_around(self, added: Set) -> None:
+        """Refit a set of which something swings at other frequencies, as long as that helps."""
+        for _ in range(MOST_SCANS):
+            before = self.answers[added]
+            if self._hopped.get(added) is before or before.mean_square < SETTLED or self._tired:
+                break
+            scan = partial(self._at_other_frequencies, before, EFFORT)
+            self._take([added], self._at_once([("refitting at other frequencies", scan)]))
+            if self._left(added) > WORTH_HOPPING * before.mean_square:
+                self._hopped[added] = self.answers[added]
+
+    def _hop_around(self, added: Set) -> None:
+        first = answer = self.answers[added]
+        if self._hopped.get(added) is first:
+            return
+        random = np.random.default_rng(0)
+        starts, vain = self._around(answer, random), 0
+        for _ in range(0, HOPS, AT_ONCE):
+            if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._tired:
+                break
+            work = [
+                ("refitting from places around", partial(self._from, added, start))
+                for start in islice(starts, AT_ONCE)
+            ]
+            found = [part for part in self._at_once(work) if isinstance(part, Answer)]
+            best = self._likeliest([answer, *found])
+            if best.mean_square < WORTH_HOPPING * answer.mean_square:
+                answer, vain, starts = best, 0, self._around(best, random)
+            else:
+                vain += AT_ONCE
+        if answer is not first:
+            self.answers[added] = answer
+            self._refit([added], "refitting from there", again=True)
+        self._hopped[added] = self.answers[added]
+
+    def _around(self, answer: Answer, random: np.random.Generator) -> Iterator[Model]:
+        """Models around an answer without end: along what it leaves open, then anywhere."""
+        problem, vector = answer.result.problem, answer.result.vector
+        lower, upper = problem.bounds()
+        _, singular, axes = np.linalg.svd(answer.result.derivatives, full_matrices=False)
+        inside = (lower < vector) & (vector < upper)
+        left_open = (singular < OPEN) & (np.linalg.norm(axes * inside, axis=1) > 0.5)
+        steps = [step * axis for axis in axes[left_open] for step in STEPS]
+        for number in count():
+            if number < len(steps):
+                step = steps[number]
+            else:
+                distance = DISTANCES[number % len(DISTANCES)]
+                reach = distance / np.maximum(singular, distance / FARTHEST)
+                step = axes.T @ (reach * random.standard_normal(len(reach)))
+            moved = np.clip(_turned(problem.coordinates, vector + step), lower, upper)
+            with suppress(ModelError):
+                yield problem.model(moved)
+
+    def _from(self, added: Set, start: Model, check: Check) -> Answer:
+        return refit(self.data.given, added, self.data.fitted, [start], HOPPING, check)
+
+    def _models_beside(
+        self, answer: Answer, added: Set, effect_id: str, values: Iterable[Mapping[str, float]]
+    ) -> list[Model]:
+        """Models of a set with an answer's parameters and these of one effect."""
+        own = answer.result.model.values()
+        paths = [
+            {f"effects.{effect_id}.{name}": value for name, value in start.items()}
+            for start in values
+        ]
+        return [model_with(self.data.given, added, {**own, **start}) for start in paths]
+
+
+def _turned(coordinates: Coordinates, vector: Array) -> Array:
+    """A vector whose angles are within half a turn of zero."""
+    count = len(coordinates.paths)
+    values = coordinates.values(vector[:count])
+    for index, path in enumerate(coordinates.paths):
+        if _is_angle(path):
+            values[index] = (values[index] + np.pi) % (2.0 * np.pi) - np.pi
+    return np.concatenate([coordinates.variables(values), vector[count:]])
+
+
+def _is_angle(path: str) -> bool:
+    section, effect_id, name = (*path.split("."), "", "")[:3]
+    return section == "effects" and any(
+        parameter.name == name and parameter.spread is Spread.TURN
+        for parameter in effects.BY_ID[effect_id].parameters
+    )
