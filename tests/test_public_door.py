@@ -204,7 +204,7 @@ def test_a_result_shows_itself_and_becomes_table_figure_and_data(
 ) -> None:
     result = RESULTS[name](model, recording)
     assert type(result) is getattr(et, name)
-    assert 15 < len(repr(result)) < LONGEST
+    assert 20 < len(repr(result)) < LONGEST
     assert result._repr_html_().startswith("<pre>")
     if not isinstance(result, et.LinearModel):  # matrices are no table
         assert len(result.to_dataframe()) > 0
@@ -364,7 +364,7 @@ def test_numbers_are_varied_and_swept_into_a_table(model, tmp_path) -> None:
     task = et.simulations(model, varied, motion=motion, outputs=["joint_torque"])
     done = et.sweep(task, tmp_path / "runs.csv", workers=1)
     table = done.to_dataframe()
-    assert repr(done) == f"{tmp_path / 'runs.csv'}: 8 runs, 0 failed"
+    assert repr(done) == f"Sweep of 8 runs, 0 failed; results in {tmp_path / 'runs.csv'}"
     assert done.to_dict()["runs"] == len(table) == 8
     run = model.with_values(
         {path: float(table[path].iloc[3]) for path in ("link.inertia", "link.damping")}
@@ -376,7 +376,7 @@ def test_numbers_are_varied_and_swept_into_a_table(model, tmp_path) -> None:
 def test_a_model_is_swept_at_once(model, recording, tmp_path) -> None:
     spread = {"link.inertia": "5%"}
     swept = et.sweep(model, vary=spread, runs=8, motion=recording, workers=1)
-    assert repr(swept) == "8 runs, 0 failed"
+    assert repr(swept) == "Sweep of 8 runs, 0 failed"
     assert swept.to_dict()["path"] is None
     table = swept.to_dataframe()
     assert table["link.inertia"].nunique() == 8

@@ -51,17 +51,17 @@ class Swept(Result):
         return self.task.runs
 
     def summary(self) -> str:
-        """Where the table is, and how many runs it holds."""
+        """How many runs there were, and where their table is."""
         before = f", {self.resumed} of them done before" if self.resumed else ""
-        where = "" if self.path is None else f"{self.path}: "
-        return f"{where}{self.runs} runs{before}, {self.failed} failed"
+        where = "" if self.path is None else f"; results in {self.path}"
+        return f"Sweep of {self.runs} runs{before}, {self.failed} failed{where}"
 
     def to_dataframe(self) -> pd.DataFrame:
         """The table of results, a row for each run."""
         return self.table if self.path is None else read_results(self.path, TEXTS)
 
     def to_dict(self) -> dict[str, Any]:
-        """Where the table is, and how many runs it holds."""
+        """How many runs there were, and where their table is."""
         path = None if self.path is None else str(self.path)
         return {"path": path} | {
             name: getattr(self, name) for name in ("runs", "failed", "resumed")
