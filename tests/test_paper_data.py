@@ -1,14 +1,13 @@
 """The measurements of examples/paper_figures are what their script makes, and fit for it."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import regenerating
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.locate import locate
@@ -27,11 +26,7 @@ STIFFNESS = 0.03**2 * 23160.0  # N·m/rad, of one side
 
 @pytest.fixture(scope="module")
 def regenerated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("paper")
-    script = ROOT / "build_scripts" / "make_paper_data.py"
-    command = [sys.executable, "-W", "error", str(script), "--output", str(folder)]
-    subprocess.run(command, check=True, capture_output=True)
-    return folder
+    return regenerating.regenerated("make_paper_data.py", tmp_path_factory.mktemp("paper"))
 
 
 @pytest.mark.parametrize("name", ["static_curve.csv", "excitation.csv"])

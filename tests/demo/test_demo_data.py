@@ -1,13 +1,13 @@
 """The bundled demonstration is what its script makes, and fit for what it demonstrates."""
 
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+
+import regenerating
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "fmu_src" / "elastic_tendon" / "demo"
@@ -24,11 +24,7 @@ SHARE_OF_MOVED_COUNTS = 5e-4
 
 @pytest.fixture(scope="module")
 def regenerated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("demo")
-    script = ROOT / "build_scripts" / "make_demo_data.py"
-    command = [sys.executable, "-W", "error", str(script), "--output", str(folder)]
-    subprocess.run(command, check=True, capture_output=True)
-    return folder
+    return regenerating.regenerated("make_demo_data.py", tmp_path_factory.mktemp("demo"))
 
 
 def test_the_script_writes_just_the_bundled_files(regenerated: Path) -> None:
