@@ -292,12 +292,12 @@ def certainty(
     weights = probabilities(search.evidence.of(answers))
 
     def of(effect_id: str) -> float:
-        has = [effect_id in other.added or other.added in same for other in answers]
+        has = [effect_id in known.added or known.added in same for known in answers]
         share = sum(weight for weight, there in zip(weights, has, strict=True) if there)
         if explained:
             return share
-        others = (other for other, there in zip(answers, has, strict=True) if not there)
-        without = min(other.mean_square for other in others)
+        lacking = (known for known, there in zip(answers, has, strict=True) if not there)
+        without = min(known.mean_square for known in lacking)
         return min(share, beside_unknown(without, search.answers[answer.added].mean_square))
 
     return {effect_id: of(effect_id) for effect_id in answer.added}

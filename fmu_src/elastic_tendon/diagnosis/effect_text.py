@@ -22,7 +22,7 @@ WIDTHS = {widths}
 
 def total(p, shapes, first=0):
     """Sum of coefficients, from number `first` on, times shapes."""
-    return sum(getattr(p, f"c{{first + i + 1}}") * one for i, one in enumerate(shapes))
+    return sum(getattr(p, f"c{{first + i + 1}}") * shape for i, shape in enumerate(shapes))
 
 
 def equations(at, p, _state, _mode):

@@ -38,11 +38,11 @@ def round_at(search: Search, before: Set, chosen: Set) -> Round:
     }
     evidence = _evidence(search, search.answers[before], refitted)
     weight = _probabilities(_possible(search, evidence) | expected)
-    rows_of = _Rows(search, before, evidence, weight)
+    candidates = _Candidates(search, before, evidence, weight)
     told = sorted(evidence, key=evidence.__getitem__)[:ESTIMATED]
-    rows = [rows_of.refitted(added, chosen, told=added in told) for added in refitted]
-    rows += [rows_of.screened(added, value) for added, value in expected.items()]
-    rows += [rows_of.failed(added) for added in _grown(search.failures, before)]
+    rows = [candidates.refitted(added, chosen, told=added in told) for added in refitted]
+    rows += [candidates.screened(added, value) for added, value in expected.items()]
+    rows += [candidates.failed(added) for added in _grown(search.failures, before)]
     rows.sort(key=lambda row: (row.ids != chosen, not row.fitted, _order(row.evidence)))
     return Round(chosen, tuple(rows), _reason(rows, chosen))
 
@@ -155,7 +155,7 @@ def _expected(search: Search, before: Set, added: Set) -> float:
 
 
 @dataclass(frozen=True)
-class _Rows:
+class _Candidates:
     """Rows of the candidates beside the set `before`.
 
     `evidence` : of refitted sets less its own; `probabilities` of those that may be the answer.
@@ -184,9 +184,9 @@ class _Rows:
             if search.evidence.heldout
             else None,
             equivalence_class=tuple(
-                self._came(other)
-                for other, value in self.evidence.items()
-                if abs(value - self.evidence[added]) < DECISIVE and len(other) <= len(added)
+                self._came(near)
+                for near, value in self.evidence.items()
+                if abs(value - self.evidence[added]) < DECISIVE and len(near) <= len(added)
             ),
             reason=TAKEN if row.ids == chosen else self._why(added, answer),
         )

@@ -166,6 +166,7 @@ class Screen:
         self.given = given
         self.measurements = tuple(measurements)
         self.recordings: list[Weak] = [weak_form(part) for part in measurements]
+        self._shown = tuple(dict.fromkeys(name for part in self.recordings for name in part.shown))
         self._given = given.values()
         self._models: dict[tuple[str, ...], Model] = {(): given}
         self._structures: dict[tuple[str, ...], Structure] = {}
@@ -177,10 +178,10 @@ class Screen:
             part.whitener(values["link.inertia"], torques)
             for part, torques in zip(self.recordings, along, strict=True)
         ]
-        # 1 for residuals of the link, whose noise is the encoder's times the stiffness
+        # residuals of the link, whose noise is the encoder's times the stiffness
         self._of_link = np.concatenate(
             [
-                np.repeat([1.0, 0.0], [part.test.shape[0], part.test.shape[0] * len(part.shown)])
+                np.repeat([True, False], part.test.shape[0] * np.array([1, len(part.shown)]))
                 for part in self.recordings
             ]
         )
@@ -223,7 +224,7 @@ class Screen:
             lower=lower,
             upper=upper,
             shapes=tuple(shape.get(path, False) for path in paths),
-            shown=tuple(dict.fromkeys(name for part in self.recordings for name in part.shown)),
+            shown=self._shown,
             values=model.values(),
         )
 
@@ -239,10 +240,10 @@ class Screen:
             residuals.append(whiten(part.residuals(values["link.inertia"], torques)))
             derivatives.append(whiten(part.jacobian(torques, structure.inertia_column)))
         scale, slopes = self._scale(structure, values, np.concatenate(slopes_by_position))
-        scales = scale**self._of_link
-        whole = np.concatenate(residuals) / scales
-        by_parameter = np.vstack(derivatives) / scales[:, np.newaxis]
-        by_parameter -= np.outer(whole * self._of_link, slopes)
+        whole, by_parameter = np.concatenate(residuals), np.vstack(derivatives)
+        whole[self._of_link] /= scale
+        by_parameter[self._of_link] /= scale
+        by_parameter[self._of_link] -= np.outer(whole[self._of_link], slopes)
         return whole, by_parameter @ structure.coordinates.derivatives(x)
 
     def _scale(
@@ -473,8 +474,8 @@ class Screen:
                 for torques in [structure.plain.torques(values, part.motion)]
             ]
         )
-        scale = _stiffness(values) / _stiffness(self._given)
-        return np.asarray(whole / scale**self._of_link)
+        whole[self._of_link] /= _stiffness(values) / _stiffness(self._given)
+        return whole
 
     def _around(self, estimate: Estimate) -> Around | None:
         """What further effects are scored from, the last remembered; None without derivatives."""

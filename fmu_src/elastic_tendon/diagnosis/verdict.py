@@ -90,7 +90,7 @@ def contradicting_of(recordings: Sequence[RecordingSummary]) -> tuple[str, ...]:
     """Names of the fitted recording that contradicts most others, and of these; or none."""
     fitted = {part.file for part in recordings if part.role == "fitted"}
     found = [
-        (part.file, *(other for other in part.contradicts if other in fitted))
+        (part.file, *(rival for rival in part.contradicts if rival in fitted))
         for part in recordings
         if part.role == "fitted"
     ]
