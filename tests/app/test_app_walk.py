@@ -112,6 +112,8 @@ def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
     walk.settle()
     before = walk.document()
     walk.button("Find which effect is missing").click()
+    # other work may be shown: to cancel that would let the search run
+    walk.page.locator("#work", has_text="finding which effect is missing").wait_for()
     walk.button("Cancel").click()
     walk.page.locator("#work").wait_for(state="hidden")
     walk.button("Find which effect is missing").wait_for()
