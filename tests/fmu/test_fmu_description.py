@@ -141,13 +141,13 @@ def test_an_unknown_unit_is_refused():
 
 
 def test_generation_time_comes_from_the_environment(fmus, tmp_path, monkeypatch):
+    assert fmus("base").description.generationDateAndTime is None
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     path = export_fmu(MODELS["base"], tmp_path / "x.fmu")
     with zipfile.ZipFile(path) as archive:
         assert b'generationDateAndTime="1970-01-02T00:00:00Z"' in archive.read(
             "modelDescription.xml"
         )
-    assert fmus("base").description.generationDateAndTime is None
 
 
 def test_sources_have_no_writable_globals(base):

@@ -309,6 +309,7 @@ def test_pythonfmu_flavour_hides_no_package_from_who_loads_it(flavour):
     assert run.returncode == 0, run.stderr
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_pythonfmu_flavour_leaves_the_importing_process_alone(tmp_path):
     path, modules = list(sys.path), "pythonfmu_slave" in sys.modules
     export_pythonfmu(MODELS["base"], tmp_path / "x.fmu")

@@ -48,6 +48,7 @@ def test_two_exports_of_fmi3_are_the_same_bytes(tmp_path):
     assert _elsewhere(tmp_path, 3, "").read_bytes() == here.read_bytes()
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_another_number_gives_another_token(tmp_path):
     tokens = []
     for inertia in (0.03, 0.031):
@@ -60,6 +61,7 @@ def test_another_number_gives_another_token(tmp_path):
 
 
 @pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.usefixtures("made_soon")
 def test_every_zip_tool_can_read_it(version, tmp_path):
     path = export_fmu(MODELS["base"], tmp_path / "x.fmu", fmi_version=version, source=True)
     with zipfile.ZipFile(path) as archive:
@@ -89,6 +91,7 @@ def test_every_zip_tool_can_read_it(version, tmp_path):
         ),
     ],
 )
+@pytest.mark.usefixtures("made_soon")
 def test_what_is_in_it_beside_the_binary(version, expected, tmp_path):
     path = export_fmu(
         MODELS["base"], tmp_path / "x.fmu", fmi_version=version, platforms="x86_64-linux"
@@ -101,6 +104,7 @@ def test_what_is_in_it_beside_the_binary(version, expected, tmp_path):
         }
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_an_existing_file_is_replaced_only_when_told(tmp_path):
     path = tmp_path / "x.fmu"
     path.write_text("precious")
@@ -122,6 +126,7 @@ def test_a_folder_is_refused_before_any_work(tmp_path):
         export_fmu(MODELS["base"], tmp_path)
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_an_interrupted_export_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
@@ -138,6 +143,7 @@ def test_an_interrupted_export_leaves_nothing(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_progress_names_what_is_built_and_warns_of_windows(tmp_path):
     told = []
     export_fmu(
@@ -186,17 +192,20 @@ def test_identifier_is_a_c_name(name, identifier):
 
 @pytest.mark.parametrize("name", ['3rd "joint" <ü> & %s', "long " * 60])
 @pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.usefixtures("made_soon")
 def test_any_name_can_be_exported(version, name, tmp_path):
     model = MODELS["base"].model_copy(update={"name": name})
     path = export_fmu(model, tmp_path / "x.fmu", fmi_version=version, source=True)
     assert validate_fmu(str(path)) == []
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_two_exports_of_the_pythonfmu_flavour_are_the_same_bytes(tmp_path):
     here, there = (export_pythonfmu(MODELS["base"], tmp_path / name) for name in ("a.fmu", "b.fmu"))
     assert here.read_bytes() == there.read_bytes()
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_the_pythonfmu_flavour_has_one_wrapper_and_the_licenses(tmp_path):
     path = export_pythonfmu(MODELS["base"], tmp_path / "x.fmu")
     host = compiler.host_platform()
@@ -214,6 +223,7 @@ def test_the_pythonfmu_flavour_has_one_wrapper_and_the_licenses(tmp_path):
     assert all(b"MIT License" in text for text in licenses.values())
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_the_pythonfmu_flavour_says_what_it_needs(tmp_path):
     path = export_pythonfmu(MODELS["base"], tmp_path / "x.fmu")
     told = read_model_description(str(path)).description

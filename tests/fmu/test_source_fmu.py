@@ -181,6 +181,7 @@ def test_build_description_follows_the_schema(version, unpacked):
         assert found == [("x86_64-linux", libm), ("aarch64-linux", libm), (None, [])]
 
 
+@pytest.mark.usefixtures("made_soon")
 def test_without_asking_there_are_none(version, tmp_path):
     path = export_fmu(MODELS["base"], tmp_path / "x.fmu", fmi_version=version)
     with zipfile.ZipFile(path) as archive:

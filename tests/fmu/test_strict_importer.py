@@ -8,7 +8,6 @@ from fmu_cases import BOTH, motion, with_typical
 from elastic_tendon.actuator.parameters import load_model, models
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.fmu.export import export_fmu
-from elastic_tendon.native import compiler
 from fmu_driver import Fmu, run_co_simulation, run_model_exchange
 
 TOLERANCE = 1e-6
@@ -19,9 +18,9 @@ MODELS = {name: load_model(name) for name in models} | {
 
 @pytest.mark.parametrize("name", MODELS)
 @BOTH
-def test_every_call_returns_ok(name, version, instances, tmp_path, monkeypatch):
+@pytest.mark.usefixtures("made_soon")
+def test_every_call_returns_ok(name, version, instances, tmp_path):
     """Spring damping and rates without the motor's velocity, springs stretched too far."""
-    monkeypatch.setattr(compiler, "_FLAGS", (*compiler._FLAGS, "-O0"))  # made soon, run once
     path = export_fmu(MODELS[name], tmp_path / "x.fmu", fmi_version=version)
     fmu = Fmu(path, tmp_path / "unpacked")
     without_velocity = partial(run_model_exchange, connected=False)

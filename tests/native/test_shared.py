@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 
-from elastic_tendon.native import shared
+from elastic_tendon.native import compiler, shared
 from elastic_tendon.simulation.interpolation import Interpolation
 
 _PROGRAM = """
@@ -38,8 +38,12 @@ def _in_c(structures, folder):
     ]
     (folder / "shared.h").write_text(shared.header(structures))
     (folder / "program.c").write_text(_PROGRAM.format(lines="\n".join(lines)))
-    compiler = [sys.executable, "-m", "ziglang", "cc", "-Wall", "-Werror", "program.c", "-o", "x"]
-    subprocess.run(compiler, cwd=folder, check=True)
+    target = compiler.host_platform().target
+    command = [  # target and -O2 as the models', else zig builds its C library for this one again
+        *(sys.executable, "-m", "ziglang", "cc", "-target", target, "-O2"),
+        *("-Wall", "-Werror", "program.c", "-o", "x"),
+    ]
+    subprocess.run(command, cwd=folder, check=True)
     done = subprocess.run([str(folder / "x")], capture_output=True, text=True, check=True)
     return [int(line) for line in done.stdout.split()]
 
