@@ -110,10 +110,10 @@ class Search(Around):
         """From the base to an answer that no neighbour beats."""
         self._climb()
         self.limit = MOST_WORK
-        while self._better_detour():
-            self._follow_neighbours(np.inf)
-        while self._doubted():
-            pass
+        while self._better_detour() or self._doubted():
+            if self.answer.mean_square > MUCH:
+                self._follow_neighbours(np.inf)
+                self._hop()
 
     def _climb(self) -> None:
         """From the base to sets whose neighbours do worse, with refits from places around them."""
@@ -296,8 +296,9 @@ class Search(Around):
         return disturbed
 
     def _better_detour(self) -> bool:
-        """Where much is left: additions to the best sets of fewer effects, which the way to the
-        answer may have passed by.
+        """Where much is left: additions to, and richer laws of, refused sets that leave far less,
+        which may lack what they were refused for; and additions to the best sets of fewer
+        effects, which the way to the answer may have passed by.
 
         Returns
         -------
@@ -308,15 +309,23 @@ class Search(Around):
             return False
         fewer = [part for part in self.allowed if len(part.added) < len(answer.added)]
         values = dict(zip((part.added for part in fewer), self.evidence.of(fewer), strict=True))
-        for added in sorted(values, key=values.__getitem__)[:DETOURS]:
+        refused = sorted(filter(self._refused_for_less, self.answers), key=self._left)
+        for added in (*refused, *sorted(values, key=values.__getitem__))[:DETOURS]:
             if self._tired or added in self._passed:
                 continue
             self._passed.add(added)
+            if added in refused:
+                self._take_beside(self.answers[added], list(richer(added)), "trying other laws")
             unlike = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
             looks = self._looks(added, unlike)
             likely = [near for near in sorted(looks, key=looks.__getitem__) if looks[near] < WORTH]
             self._refit(likely[:REFITTED], "refitting what was passed by")
         return self.answer is not answer
+
+    def _refused_for_less(self, added: Set) -> bool:
+        """Whether a set that cannot be the answer leaves far less than the answer."""
+        refused = bool(self.why_refused(added))
+        return refused and self._left(added) < FAR_BETTER * self.answer.mean_square
 
     def _better_law(self) -> bool:
         """Where anything audible is left: richer laws of what was found, from its parameters.
