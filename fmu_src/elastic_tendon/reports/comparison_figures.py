@@ -16,7 +16,7 @@ from elastic_tendon.estimation.ladder import FittedStep, Step
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.output import OutputError
 from elastic_tendon.reports.names import shortened, verbatim
-from elastic_tendon.reports.thinning import envelope, stride
+from elastic_tendon.reports.thinning import envelope, path, some
 from elastic_tendon.reports.units import shown, times_noise
 
 # Okabe and Ito: told apart with every kind of colour vision
@@ -103,10 +103,10 @@ def _draw_curves(upper: Axes, lower: Axes, file: FileComparison) -> None:
     torque = static_torque(file.measurement)
     measured = file.measurement.signals["joint_position"]
     simulated = file.trajectory[file.trajectory.measured("joint_position")]
-    kept = stride(len(torque))
+    kept = some(len(torque))
     dots: dict[str, Any] = {"linestyle": "none", "marker": "."}
     upper.plot(measured[kept], torque[kept], color=BLACK, label="measured", **dots)
-    upper.plot(simulated[kept], torque[kept], color=VERMILLION, lw=1.1, label="simulated")
+    upper.plot(*path(simulated, torque), color=VERMILLION, lw=1.1, label="simulated")
     upper.set_ylabel("joint torque (N·m)")
     error = quantity.small * (simulated - measured)
     lower.plot(measured[kept], error[kept], color=BLUE, markersize=4, **dots)

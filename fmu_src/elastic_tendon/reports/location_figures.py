@@ -37,7 +37,7 @@ from elastic_tendon.reports.comparison_figures import (
 from elastic_tendon.reports.comparison_tables import STATES, sample_shares
 from elastic_tendon.reports.loops import measured_loop, springs_over
 from elastic_tendon.reports.names import shortened
-from elastic_tendon.reports.thinning import envelope, some, stride
+from elastic_tendon.reports.thinning import envelope, path, some
 from elastic_tendon.reports.units import shown, with_unit
 
 BLANK = "0.85"  # of cells without samples; white is zero
@@ -126,8 +126,7 @@ def torque_loop(model: Model, file: FileComparison, found: FileLocation) -> Figu
 
 
 def _draw_model(axes: Axes, model: Model, file: FileComparison, deflection: Array) -> None:
-    kept = stride(len(deflection))
-    simulated = file.trajectory["deflection"][kept], file.trajectory["joint_torque"][kept]
+    simulated = path(file.trajectory["deflection"], file.trajectory["joint_torque"])
     axes.plot(*simulated, color="0.6", linewidth=0.8, label="simulated")
     springs = springs_over(model, deflection)
     axes.set_xlim(*springs.ends)

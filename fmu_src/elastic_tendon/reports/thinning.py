@@ -6,6 +6,11 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 BUCKETS = 1500  # more than a figure has pixels across
+PIXELS = 1200  # more than a loop has across and up
+SHORT, MOVES = (
+    2000,
+    100_000,
+)  # samples of a path that is drawn as it is; moves that are judged at once
 POINTS = 20_000
 
 
@@ -33,9 +38,58 @@ def envelope(horizontal: Array, values: Array, buckets: int = BUCKETS) -> tuple[
     return horizontal[kept], values[kept]
 
 
-def stride(n: int, points: int = POINTS) -> slice:
-    """Every so many of n samples that `points` are left at most; for loops, drawn as lines."""
-    return slice(None, None, max(1, -(-n // points)))
+def path(horizontal: Array, vertical: Array, pixels: int = PIXELS) -> tuple[Array, Array]:
+    """A curve that may turn back, as loops do: its moves that come to a pixel for the first time.
+
+    All that is left out lies in pixels that a drawn move touches, so less than a pixel and a half
+    from the drawing.
+
+    Parameters
+    ----------
+    horizontal, vertical : (n,) arrays, any unit
+    pixels : across the extent of each, positive
+
+    Returns
+    -------
+    two (m,) arrays with NaN where the line is interrupted; the given ones where they are short
+    """
+    if len(horizontal) <= SHORT:
+        return horizontal, vertical
+    places = np.stack([_scaled(horizontal, pixels), _scaled(vertical, pixels)], axis=1)
+    moves = _moves_to_new_pixels(places, pixels)
+    kept = np.stack([moves, moves + 1], axis=1)
+    pixel = np.floor(places[kept])
+    apart = 1 + np.flatnonzero((pixel[:-1, 1] != pixel[1:, 0]).any(axis=1))
+    samples = np.insert(kept.ravel(), 2 * apart, -1)  # a gap; within a pixel the line goes on
+    samples = samples[np.diff(samples, prepend=-1) != 0]
+    across, up = (
+        np.where(samples < 0, np.nan, values[samples]) for values in (horizontal, vertical)
+    )
+    return across, up
+
+
+def _scaled(values: Array, pixels: int) -> Array:
+    extent = float(np.ptp(values)) or 1.0
+    return np.asarray((values - values.min()) * (pixels / extent))
+
+
+def _moves_to_new_pixels(places: Array, pixels: int) -> NDArray[np.intp]:
+    """Indices of the samples from which a move to the next touches a pixel that none before did."""
+    touched = np.zeros((pixels + 1) ** 2, dtype=np.bool_)
+    kept = []
+    for start in range(0, len(places) - 1, MOVES):
+        ends = places[start : start + MOVES + 1]
+        steps = np.diff(ends, axis=0)
+        counts = np.ceil(2.0 * np.hypot(*steps.T)).astype(np.intp) + 1
+        move = np.repeat(np.arange(len(steps)), counts)
+        share = (np.arange(len(move)) - (np.cumsum(counts) - counts)[move]) / counts[move]
+        across, up = np.floor(ends[move] + share[:, None] * steps[move]).astype(np.intp).T
+        pixel = across * (pixels + 1) + up
+        fresh = ~touched[pixel]
+        first = np.unique(pixel[fresh], return_index=True)[1]
+        kept.append(start + np.unique(move[fresh][first]))
+        touched[pixel] = True
+    return np.concatenate(kept)
 
 
 def some(n: int, points: int = POINTS) -> NDArray[np.intp]:

@@ -11,7 +11,7 @@ from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.reports.comparison_figures import BLACK, BLUE, static_torque, tidy
 from elastic_tendon.reports.names import at_dots, shortened, verbatim
-from elastic_tendon.reports.thinning import Array, envelope, some, stride
+from elastic_tendon.reports.thinning import Array, envelope, some
 from elastic_tendon.reports.units import shown, with_unit
 from elastic_tendon.simulation.simulate import MAIN_OUTPUTS, Sensitivities, Trajectory
 
@@ -138,7 +138,7 @@ def _draw(axes: Axes, name: str, time: Array, values: Array, looks: Mapping[str,
 def _static_figure(measurement: Measurement) -> Figure:
     figure = Figure(figsize=(7.0, 5.0), layout="constrained")
     axes = figure.subplots()
-    kept = stride(len(measurement.time))
+    kept = some(len(measurement.time))
     deflection = measurement.signals["joint_position"][kept]
     axes.plot(deflection, static_torque(measurement)[kept], ".", color=BLACK)
     axes.set_xlabel("deflection (rad)")

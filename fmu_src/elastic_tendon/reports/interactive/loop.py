@@ -14,10 +14,9 @@ from elastic_tendon.reports.comparison_tables import STATES
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
 from elastic_tendon.reports.loops import MEASURED, Springs, measured_loop, springs_over
 from elastic_tendon.reports.names import abridged
-from elastic_tendon.reports.thinning import some, stride
+from elastic_tendon.reports.thinning import path, some
 
 DOTS = 4000  # of all states together; the browser draws each by itself
-POINTS = 8000  # of the simulated curve
 LABELS = {
     SlackState.I: STATES["I"],
     SlackState.II: STATES["II"],
@@ -101,11 +100,12 @@ def torque_words(model: Model, file: FileComparison, found: FileLocation) -> str
 def _draw_simulated(
     figure: go.Figure, file: FileComparison, inside: NDArray[np.bool_], theme: Theme
 ) -> None:
-    chosen = np.flatnonzero(inside)
-    chosen = chosen[stride(len(chosen), POINTS)]
+    across, up = path(
+        file.trajectory["deflection"][inside], file.trajectory["joint_torque"][inside]
+    )
     figure.add_scatter(
-        x=file.trajectory["deflection"][chosen],
-        y=file.trajectory["joint_torque"][chosen],
+        x=across,
+        y=up,
         mode="lines",
         name="simulated",
         line={"color": theme.quiet, "width": 1.0},

@@ -13,7 +13,7 @@ from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.reports.comparison_figures import static_torque
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
 from elastic_tendon.reports.names import abridged
-from elastic_tendon.reports.thinning import BUCKETS, envelope, stride
+from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some
 from elastic_tendon.reports.units import Shown, shown
 
 UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
@@ -235,12 +235,11 @@ def _draw_curves(
     """A static curve: torque over deflection, and by how much the models' deflection is off."""
     signal = "joint_position"
     measurement = runs[0].file.measurement
-    kept = stride(len(measurement.time))
-    torque = static_torque(measurement)[kept]
-    measured = measurement.signals[signal][kept]
+    torque, measured = static_torque(measurement), measurement.signals[signal]
+    kept = some(len(torque))
     figure.add_scatter(
-        x=measured,
-        y=torque,
+        x=measured[kept],
+        y=torque[kept],
         mode="markers",
         name="measured",
         marker={"color": theme.measured, "size": 4},
@@ -248,21 +247,23 @@ def _draw_curves(
     for index, run in enumerate(runs):
         line = _line(runs, index, theme)
         group = {"legendgroup": f"run {index}", "mode": "lines", "line": line}
+        across, up = path(run.simulated(signal), torque)
+        figure.add_scatter(x=across, y=up, name=_label(run, signal, quantity), **group)
+        across, up = path(measured, quantity.small * run.error(signal))
         figure.add_scatter(
-            x=run.simulated(signal)[kept], y=torque, name=_label(run, signal, quantity), **group
-        )
-        figure.add_scatter(
-            x=measured,
-            y=quantity.small * run.error(signal)[kept],
+            x=across,
+            y=up,
             name=f"error, {plain(run.label)}",
             yaxis="y2",
             showlegend=False,
             **group,
         )
-    if highlighted is not None and highlighted[kept].any():
+    if highlighted is not None and highlighted.any():
+        chosen = np.flatnonzero(highlighted)
+        chosen = chosen[some(len(chosen))]
         figure.add_scatter(
-            x=measured[highlighted[kept]],
-            y=torque[highlighted[kept]],
+            x=measured[chosen],
+            y=torque[chosen],
             mode="markers",
             name="chosen samples",
             marker={"color": theme.highlight, "size": 10},

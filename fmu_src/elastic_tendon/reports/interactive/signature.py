@@ -6,10 +6,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, dressed
-from elastic_tendon.reports.thinning import stride
+from elastic_tendon.reports.thinning import path
 from elastic_tendon.simulation.signature import HIDDEN, Beside, Signature
 
-POINTS = 900  # of a curve; a panel has fewer pixels across
 DEFLECTION, TIME = "deflection (rad)", "time (s)"
 
 
@@ -74,10 +73,10 @@ def _draw(figure: go.Figure, panel: _Panel, found: Signature, theme: Theme, colu
     if panel.is_step:
         curves.insert(0, (found.motor, "motor", theme.muted, 1.2, "dash"))
     for curve, label, colour, width, dash in curves:
-        kept = stride(len(curve.x), POINTS)
+        across, up = path(curve.x, curve.y)
         figure.add_scatter(
-            x=curve.x[kept],
-            y=curve.y[kept],
+            x=across,
+            y=up,
             mode="lines",
             name=label,
             legendgroup=label,
