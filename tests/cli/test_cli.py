@@ -113,6 +113,40 @@ def test_a_joint_that_stands_still_is_compared(run, angle: float, swing: float) 
     assert file["signals"]["joint_position"]["fit_percent"] is None
 
 
+def test_a_tolerance_decides_the_exit_status(run, recording: str) -> None:
+    result = run("compare", MODEL, recording, "--tolerance", "joint_position=1rad")
+    assert result.exit_code == 0
+    assert "joint position keeps the tolerance of 1000 mrad" in result.stdout
+    options = ("--tolerance", "joint_position=0.1 mrad", "--json", "c.json", "--plot", "c.png")
+    result = run("compare", MODEL, recording, *options)
+    assert result.exit_code == 1
+    words = " ".join(result.stdout.split())
+    assert "run.csv: joint position exceeds the tolerance of 0.100 mrad in " in words
+    signal = json.loads(Path("c.json").read_text())["files"][0]["signals"]["joint_position"]
+    found = signal["tolerance"]
+    assert not found["met"]
+    assert found["value"] == pytest.approx(1e-4)
+    assert 0.0 < found["share_beyond"] <= 1.0
+    assert f"{1e3 * signal['max_abs']:.3g} mrad at " in words
+    assert Path("c.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "status", "says"),
+    [
+        ("joint_torque=1Nm", 1, "tolerance of joint_torque: no recording holds this signal"),
+        ("joint_position", 2, "write SIGNAL=SIZE"),
+        ("joint_position=-1mrad", 2, "positive and finite, not -0.001"),
+    ],
+)
+def test_a_tolerance_that_is_none_is_refused(
+    run, recording: str, tolerance: str, status: int, says: str
+) -> None:
+    result = run("compare", MODEL, recording, "--tolerance", tolerance, columns="300")
+    assert result.exit_code == status
+    assert says in result.stderr
+
+
 def test_add_writes_a_model_that_compares_better(run, recording: str) -> None:
     done = run(
         *("add", MODEL, "coulomb_friction", f"{recording}[0:1.4]"),

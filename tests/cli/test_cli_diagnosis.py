@@ -252,7 +252,7 @@ def test_noise_that_is_known_is_that_of_all_recordings(run) -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--noise", "joint_position"), "write SIGNAL=SIGMA"),
+        (("--noise", "joint_position"), "write SIGNAL=SIZE"),
         (("--noise", "joint_position=1mrad", "--noise", "joint_position=2mrad"), "noise twice"),
         (("--relevance", "5 percent"), "write a share from 0 to below 1"),
         (("--relevance", "200%"), "write a share from 0 to below 1"),

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, filtfilt
 
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.measurement import Measurement, parse_noise
+from elastic_tendon.measurement import Measurement, parse_size
 
 TIME = np.arange(5000) / 500.0
 MOTION = 0.5 * np.sin(37.0 * TIME) + np.sin(2.0 * TIME)
@@ -35,7 +35,7 @@ def noisy() -> Measurement:
     ],
 )
 def test_noise_is_read_in_any_unit(text: str, signal: str, sigma: float) -> None:
-    name, size = parse_noise(text)
+    name, size = parse_size(text)
     assert name == signal
     assert size == pytest.approx(sigma)
 
@@ -50,13 +50,13 @@ def test_noise_is_read_in_any_unit(text: str, signal: str, sigma: float) -> None
         ("joint_position=0", "positive and finite, not 0"),
         ("joint_position=-0.2mrad", "positive and finite, not -0.0002"),
         ("joint_position=1e999", "positive and finite, not inf"),
-        ("joint_position", "write SIGNAL=SIGMA"),
-        ("joint_position=small", "write SIGNAL=SIGMA"),
+        ("joint_position", "write SIGNAL=SIZE"),
+        ("joint_position=small", "write SIGNAL=SIZE"),
     ],
 )
 def test_refusals_are_one_sentence(text: str, says: str) -> None:
     with pytest.raises(MeasurementError, match=says) as refusal:
-        parse_noise(text)
+        parse_size(text)
     assert "\n" not in str(refusal.value)
 
 

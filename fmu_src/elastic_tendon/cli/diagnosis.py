@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import elastic_tendon as et
-from elastic_tendon.cli.reading import DataArgument, ValidateOption, read_all, reading, words
+from elastic_tendon.cli.reading import (
+    DataArgument,
+    ValidateOption,
+    read_all,
+    reading,
+    sizes_of,
+    words,
+)
 from elastic_tendon.cli.search_options import (
     HorizonOption,
     NoiseOption,
@@ -19,7 +26,6 @@ from elastic_tendon.cli.search_options import (
     RelevanceOption,
     TimeLimitOption,
     WithoutOption,
-    noise_of,
     options_of,
     repeated,
     with_noise,
@@ -135,7 +141,7 @@ def diagnose(
     if step and not _is_terminal():
         fault = "it asks on the terminal, and there is none; leave it out"
         raise typer.BadParameter(fault, param_hint="--step")
-    sigmas = noise_of(noise)
+    sigmas = sizes_of("noise", noise)
     loaded = load(model, own_effects)
     search = options_of(only, without, relevance, horizon, time_limit)
     from elastic_tendon.reports.diagnosis_tables import Call, next_lines

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import elastic_tendon as et
-from elastic_tendon.cli.reading import DataArgument, ValidateOption, read_all, read_motion, reading
+from elastic_tendon.cli.reading import (
+    DataArgument,
+    ValidateOption,
+    read_all,
+    read_motion,
+    reading,
+    sizes_of,
+)
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
     EffectOption,
@@ -38,6 +45,7 @@ from elastic_tendon.progress import Progress
 
 if TYPE_CHECKING:
     from elastic_tendon.comparison.compare import FileComparison
+    from elastic_tendon.comparison.tolerance import ToleranceCheck
 
 
 @app.command()
@@ -86,6 +94,15 @@ def compare(
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tolerance",
+            metavar="SIGNAL=SIZE",
+            help="Largest error to accept, e.g. joint_position=2mrad: the exit status is 1 where a "
+            "sample lies beyond it; repeatable.",
+        ),
+    ] = None,
     all_bins: Annotated[
         bool, typer.Option("--all-bins", help="Show the error in all bins, not the worst only.")
     ] = False,
@@ -101,6 +118,7 @@ def compare(
     """
     from elastic_tendon.comparison.comparison_json import comparison_json
 
+    tolerances = sizes_of("tolerance", tolerance)
     check_page(page)
     check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
     if figures is not None:
@@ -109,6 +127,7 @@ def compare(
     with progress_bar() as progress:
         measurements = read_all(loaded, data, options, progress)
         comparison = _compared(loaded, measurements, progress)
+        checks = comparison.within(tolerances)
         location = et.locate(comparison, progress)
         # files first: a reader that closes the pipe must not cost the user a result
         if figures is not None:
@@ -124,16 +143,17 @@ def compare(
                 comparison, location, origin_of(command_line(), read), progress
             )
             write_text(page, text, force=force)
-    save_json(comparison_json(comparison, location), json_file, force)
+    save_json(comparison_json(comparison, location, checks), json_file, force)
     if plot is not None:
         from elastic_tendon.reports.comparison_figures import overlay
 
-        save_picture(overlay(comparison), plot, force)
+        save_picture(overlay(comparison, tolerances), plot, force)
     _show_comparison(comparison, location, all_bins)
     if figures is not None:
         output.print(f"The figures are in {figures}.", highlight=False)
     if page is not None:
         output.print(f"The report is {page}.", highlight=False)
+    _show_tolerances(checks)
 
 
 @app.command()
@@ -246,6 +266,16 @@ def _show_comparison(comparison: "et.Comparison", location: "et.Location", all_b
         output.print()
         for table in tables.bin_tables(file, found, all_bins=all_bins, advice=", see --all-bins"):
             output.print(table)
+
+
+def _show_tolerances(checks: Sequence["ToleranceCheck"]) -> None:
+    """Say of each whether it is met; the exit status says whether all are."""
+    from elastic_tendon.reports.comparison_tables import tolerance_sentence
+
+    for check in checks:
+        output.print(tolerance_sentence(check), highlight=False, markup=False)
+    if not all(check.met for check in checks):
+        raise typer.Exit(1)
 
 
 def _show_addition(addition: "et.Addition") -> None:

@@ -118,6 +118,19 @@ def reading(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
+def sizes_of(kind: str, given: Sequence[str] | None) -> dict[str, float]:
+    """What an option gives by signal, rad or N·m; what cannot be read is wrong usage."""
+    from elastic_tendon.measurement import parse_size
+
+    try:
+        parsed = [parse_size(text, kind) for text in given or ()]
+    except et.MeasurementError as error:
+        raise typer.BadParameter(str(error), param_hint=f"--{kind}") from None
+    if len(dict(parsed)) < len(parsed):
+        raise typer.BadParameter(f"a signal has its {kind} twice", param_hint=f"--{kind}")
+    return dict(parsed)
+
+
 def words(options: "et.ReadOptions") -> tuple[str, ...]:
     """The options again, as words of a command; those that are left out are defaults."""
     words = [word for item in options.mapping for word in ("--map", item)]

@@ -106,19 +106,6 @@ def _share(text: str) -> float:
     return share
 
 
-def noise_of(given: Sequence[str] | None) -> dict[str, float]:
-    """Standard deviations by signal, rad or N·m; what cannot be read is wrong usage."""
-    from elastic_tendon.measurement import parse_noise
-
-    try:
-        parsed = [parse_noise(text) for text in given or ()]
-    except et.MeasurementError as error:
-        raise typer.BadParameter(str(error), param_hint="--noise") from None
-    if len(dict(parsed)) < len(parsed):
-        raise typer.BadParameter("a signal has its noise twice", param_hint="--noise")
-    return dict(parsed)
-
-
 def with_noise(
     measurements: Sequence["et.Measurement"], sigmas: dict[str, float]
 ) -> list["et.Measurement"]:

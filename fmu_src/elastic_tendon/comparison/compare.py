@@ -17,6 +17,7 @@ from elastic_tendon.comparison.residuals import (
     rms,
     simulate_measurement,
 )
+from elastic_tendon.comparison.tolerance import ToleranceCheck, check_tolerances
 from elastic_tendon.measurement import Measurement, NoiseFloor, Recordings, listed
 from elastic_tendon.result import Result
 from elastic_tendon.simulation.simulate import Trajectory
@@ -128,6 +129,10 @@ class Comparison(Result):
         from elastic_tendon.reports.comparison_figures import overlay
 
         return overlay(self)
+
+    def within(self, tolerances: Mapping[str, float]) -> tuple[ToleranceCheck, ...]:
+        """Hold every sample against tolerances, rad or N·m by signal: see `check_tolerances`."""
+        return check_tolerances(self, tolerances)
 
     def rmse(self) -> dict[str, float]:
         """Root mean square error over all files, by signal, in the signals' units."""

@@ -1,5 +1,6 @@
 """The contract ``elastic-tendon/comparison/1``: a comparison as plain data."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -8,17 +9,21 @@ import numpy as np
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.comparison.missing_torque import MissingTorque
+from elastic_tendon.comparison.tolerance import ToleranceCheck
 from elastic_tendon.measurement.preparation import COMPARISON
 from elastic_tendon.result import plain
 
 
-def comparison_json(comparison: Comparison, location: Location) -> dict[str, Any]:
+def comparison_json(
+    comparison: Comparison, location: Location, checks: Sequence[ToleranceCheck] = ()
+) -> dict[str, Any]:
     """Everything that was compared and located, as plain data for `json.dumps`.
 
     Parameters
     ----------
     comparison : Comparison
     location : Location of the same comparison
+    checks : of its signals against tolerances; a signal's says so under ``tolerance``
 
     Returns
     -------
@@ -29,14 +34,21 @@ def comparison_json(comparison: Comparison, location: Location) -> dict[str, Any
         {
             "schema": COMPARISON,
             "model": comparison.model.name,
-            "files": [_file(compared, located) for compared, located in files],
+            "files": [_file(compared, located, checks) for compared, located in files],
         }
     )
     return content
 
 
-def _file(compared: FileComparison, located: FileLocation) -> dict[str, Any]:
+def _file(
+    compared: FileComparison, located: FileLocation, checks: Sequence[ToleranceCheck]
+) -> dict[str, Any]:
     measurement = compared.measurement
+    tolerances = {
+        check.signal: {"tolerance": _tolerance(check)}
+        for check in checks
+        if check.recording == measurement.name
+    }
     return {
         "name": measurement.name,
         "source": measurement.source,
@@ -50,9 +62,19 @@ def _file(compared: FileComparison, located: FileLocation) -> dict[str, Any]:
                 **asdict(error),
                 "where": [asdict(bin_) for bin_ in located.bins[name]],
                 "in_words": located.in_words[name],
+                **tolerances.get(name, {}),
             }
             for name, error in compared.signals.items()
         },
+    }
+
+
+def _tolerance(check: ToleranceCheck) -> dict[str, Any]:
+    return {
+        "value": check.tolerance,
+        "met": check.met,
+        "time_of_largest": check.time,
+        "share_beyond": check.share_beyond,
     }
 
 

@@ -1,7 +1,7 @@
 """Measurements: read at the door, SI inside, with the noise floor of each signal."""
 
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors
-from elastic_tendon.measurement.noise_text import parse_noise
+from elastic_tendon.measurement.noise_text import parse_size
 from elastic_tendon.measurement.options import ReadOptions
 from elastic_tendon.measurement.preparation import Preparation
 from elastic_tendon.measurement.reader import (
@@ -19,7 +19,7 @@ __all__ = [
     "Recordings",
     "listed",
     "noise_floors",
-    "parse_noise",
+    "parse_size",
     "read_measurement",
     "read_measurements",
     "read_prepared",

@@ -13,23 +13,24 @@ COMPARED = ("joint_position", "joint_torque", "motor_torque")
 APART = 2.0  # figures of one noise that differ by more disagree
 
 _GIVEN = re.compile(
-    r"\s*(?P<signal>\w+)\s*=\s*(?P<sigma>[+-]?[0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?)\s*(?P<unit>.*?)\s*"
+    r"\s*(?P<signal>\w+)\s*=\s*(?P<size>[+-]?[0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?)\s*(?P<unit>.*?)\s*"
 )
 # as people write it; `USUAL` has what a column's name may hold
 _WRITTEN = {"angle": "rad", "torque": "N·m"}
 
 
-def parse_noise(text: str) -> tuple[str, float]:
-    """Read the noise that a user gives of one signal.
+def parse_size(text: str, kind: str = "noise") -> tuple[str, float]:
+    """Read the size that a user gives of one signal's noise or tolerance.
 
     Parameters
     ----------
     text : str, ``joint_position=0.2mrad``; without a unit it is in rad or N·m
+    kind : what it is the size of, for messages
 
     Returns
     -------
     signal : str, one of `COMPARED`
-    sigma : float > 0, standard deviation, rad or N·m
+    size : float > 0, rad or N·m
 
     Raises
     ------
@@ -38,40 +39,38 @@ def parse_noise(text: str) -> tuple[str, float]:
     match = _GIVEN.fullmatch(text)
     if match is None:
         raise MeasurementError(
-            f"noise {text!r}: write SIGNAL=SIGMA, such as joint_position=0.2mrad"
+            f"{kind} {text!r}: write SIGNAL=SIZE, such as joint_position=0.2mrad"
         )
     signal = match["signal"]
     if signal not in COMPARED:
         raise MeasurementError(
-            f"noise {text!r}: {signal} is not compared with a model; give that of "
+            f"{kind} {text!r}: {signal} is not compared with a model; give that of "
             f"{', '.join(COMPARED[:-1])} or {COMPARED[-1]}"
         )
-    sigma = float(match["sigma"]) * _factor(match["unit"], signal, text)
-    check_sigma(sigma, f"noise {text!r}")
-    return signal, sigma
+    size = float(match["size"]) * _factor(match["unit"], signal, f"{kind} {text!r}")
+    check_size(size, f"{kind} {text!r}")
+    return signal, size
 
 
-def check_sigma(sigma: float, called: str) -> None:
-    """Refuse a standard deviation that is none, with a sentence that begins as `called`.
+def check_size(size: float, called: str) -> None:
+    """Refuse a size that is none, with a sentence that begins as `called`.
 
     Raises
     ------
     MeasurementError : not positive, or not finite
     """
-    if not 0.0 < sigma < float("inf"):
-        raise MeasurementError(
-            f"{called}: a standard deviation is positive and finite, not {sigma:g}"
-        )
+    if not 0.0 < size < float("inf"):
+        raise MeasurementError(f"{called}: it has to be positive and finite, not {size:g}")
 
 
-def _factor(unit: str, signal: str, text: str) -> float:
+def _factor(unit: str, signal: str, called: str) -> float:
     dimension = DIMENSIONS[signal]
     parsed = parse_unit(unit) if unit else None
     if not unit:
         return next(iter(USUAL[dimension].values()))
     if parsed is None or parsed.dimension != dimension:
         raise MeasurementError(
-            f"noise {text!r}: {unit} is no unit of {dimension}; {signal} needs one such as "
+            f"{called}: {unit} is no unit of {dimension}; {signal} needs one such as "
             f"{EXAMPLES[dimension]}"
         )
     return parsed.factor

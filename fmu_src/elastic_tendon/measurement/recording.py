@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
-from elastic_tendon.measurement.noise_text import check_sigma, floor_notes, given_note
+from elastic_tendon.measurement.noise_text import check_size, floor_notes, given_note
 from elastic_tendon.measurement.preparation import (
     Preparation,
     check_preparation,
@@ -173,7 +173,7 @@ class Measurement(Result):
         for name, sigma in sigmas.items():
             if name not in self.signals:
                 raise MeasurementError(f"{self.name}: {name} was not measured and has no noise")
-            check_sigma(sigma, f"{self.name}: noise of {name}")
+            check_size(sigma, f"{self.name}: noise of {name}")
             rounding = rounding_noise(self.signals[name])
             notes.append(given_note(name, sigma, self.noise[name], rounding))
         return replace(

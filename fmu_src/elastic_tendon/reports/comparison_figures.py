@@ -1,6 +1,6 @@
 """Figures of a comparison and of the ladder of errors; nothing is computed here."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -32,7 +32,7 @@ TITLE = 20  # letters of a step's title in a line
 STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
 
 
-def overlay(comparison: Comparison) -> Figure:
+def overlay(comparison: Comparison, tolerances: Mapping[str, float] | None = None) -> Figure:
     """Measured and simulated signals over time, the residual below each.
 
     A static curve is drawn as torque over deflection.
@@ -40,6 +40,7 @@ def overlay(comparison: Comparison) -> Figure:
     Parameters
     ----------
     comparison : Comparison
+    tolerances : by signal, rad or N·m, drawn about its error
 
     Returns
     -------
@@ -54,12 +55,12 @@ def overlay(comparison: Comparison) -> Figure:
     figure.suptitle(title)
     parts = figure.subfigures(len(pairs), 1, squeeze=False)
     for part, (file, name) in zip(parts.flat, pairs, strict=True):
-        _overlay_one(part, file, name)
+        _overlay_one(part, file, name, (tolerances or {}).get(name))
     figure.align_ylabels()
     return figure
 
 
-def _overlay_one(part: SubFigure, file: FileComparison, name: str) -> None:
+def _overlay_one(part: SubFigure, file: FileComparison, name: str, tolerance: float | None) -> None:
     upper, lower = part.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
     if file.measurement.static:
         _draw_curves(upper, lower, file)
@@ -78,7 +79,12 @@ def _overlay_one(part: SubFigure, file: FileComparison, name: str) -> None:
     lower.axhline(0.0, color="0.5", linewidth=0.8)
     lower.set_ylabel(f"error ({quantity.small_unit})")
     upper.legend(loc="best", **LEGEND)
-    if band > VISIBLE * quantity.small * error.max_abs:
+    if tolerance is not None:
+        for bound in (-tolerance, tolerance):
+            label = f"tolerance ± {quantity.error(tolerance)}" if bound > 0.0 else None
+            looks: dict[str, Any] = {"color": VERMILLION, "linestyle": "--", "linewidth": 1.0}
+            lower.axhline(quantity.small * bound, label=label, **looks)
+    if tolerance is not None or band > VISIBLE * quantity.small * error.max_abs:
         lower.legend(loc="best", **LEGEND)
     tidy(upper)
     tidy(lower)

@@ -11,6 +11,7 @@ from elastic_tendon.comparison.compare import Comparison, ErrorFigures, FileComp
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.places import by_concentration
 from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.comparison.tolerance import ToleranceCheck
 from elastic_tendon.reports.units import (
     Shown,
     noise_in_words,
@@ -54,6 +55,18 @@ def _figures(error: ErrorFigures, quantity: Shown) -> tuple[str, ...]:
     sizes = (quantity.small * value for value in (error.rmse, error.max_abs, error.bias))
     fit = "-" if error.fit_percent is None else f"{error.fit_percent:.1f}"
     return (*(number(size) for size in sizes), fit, noise_ratio(error.noise_ratio))
+
+
+def tolerance_sentence(check: ToleranceCheck) -> str:
+    """Whether a signal keeps its tolerance, and by how much it misses."""
+    quantity = shown(check.signal)
+    words = f"{check.recording}: {quantity.words} "
+    largest = f"largest error {quantity.error(check.largest)} at {number(check.time)} s"
+    bound = f"the tolerance of {quantity.error(check.tolerance)}"
+    if check.met:
+        return f"{words}keeps {bound}: {largest}."
+    share = f"{100.0 * check.share_beyond:.2g} % of the samples"
+    return f"{words}exceeds {bound} in {share}: {largest}."
 
 
 def noise_sentence(file: FileComparison) -> str:
