@@ -92,6 +92,7 @@ def dash_app(workspace: Workspace, token: str) -> Dash:
         suppress_callback_exceptions=True,
         assets_folder=str(Path(__file__).parent / "assets"),
     )
+    app.index_string = app.index_string.replace("<html>", '<html lang="en">')
     app.enable_dev_tools(debug=False)
     app.layout = lambda: shell.layout(STEPS)
     shell.register(app, workspace, STEPS)

@@ -5,6 +5,8 @@ from typing import Any
 
 from dash import html
 
+from elastic_tendon.app.step import aria
+
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> html.Div:
     """A table whose first column says what each row is; the others hold figures.
@@ -25,6 +27,9 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = ""
         for name, *cells in rows
     ]
     above = [html.Caption(caption)] if caption else []
-    return html.Div(
-        html.Table([*above, html.Thead(html.Tr(head)), html.Tbody(body)]), className="table"
-    )
+    return scrolling(html.Table([*above, html.Thead(html.Tr(head)), html.Tbody(body)]))
+
+
+def scrolling(wide: html.Table) -> html.Div:
+    """A table in a frame that scrolls, also by the keyboard, where the window is narrow."""
+    return html.Div(wide, className="table", tabIndex="0", role="group", **aria(label="Table"))

@@ -14,7 +14,7 @@ from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.step import PageStep
-from elastic_tendon.app.tables import table
+from elastic_tendon.app.tables import scrolling, table
 from elastic_tendon.app.view import SIGNAL, compared_now
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.diagnosis.answer import Answer
@@ -88,7 +88,7 @@ def _tree(rows: Sequence[versions.Row], words: str, deleting: str | None) -> Com
         for index, text in enumerate(heads)
     ]
     body = [_row(row, deleting) for row in rows]
-    return html.Div(html.Table([html.Thead(html.Tr(head)), html.Tbody(body)]), className="table")
+    return scrolling(html.Table([html.Thead(html.Tr(head)), html.Tbody(body)]))
 
 
 def _row(row: versions.Row, deleting: str | None) -> Component:

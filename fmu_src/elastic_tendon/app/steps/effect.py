@@ -12,6 +12,7 @@ from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
+from elastic_tendon.app.tables import scrolling
 from elastic_tendon.app.view import compared_now, recordings, view_of
 from elastic_tendon.app.workspace import Failure, Result, Session, Work, Workspace
 from elastic_tendon.diagnosis.by_hand import decided
@@ -120,7 +121,7 @@ def _table(bodies: Sequence[Component]) -> Component:
         html.Th(head, scope="col", className="figure" if index else "")
         for index, head in enumerate(HEADS)
     ]
-    return html.Div(html.Table([html.Thead(html.Tr(heads)), *bodies]), className="table")
+    return scrolling(html.Table([html.Thead(html.Tr(heads)), *bodies]))
 
 
 def _group(group: Sequence[Candidate]) -> Component:

@@ -15,7 +15,7 @@ from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
-from elastic_tendon.app.tables import table
+from elastic_tendon.app.tables import scrolling, table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
@@ -132,7 +132,7 @@ def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
         )
         for section in sections(version.loaded(), version.as_loaded())
     ]
-    return [html.Div(html.Table([head, *bodies]), className="table")]
+    return [scrolling(html.Table([head, *bodies]))]
 
 
 def _row(number: Number, section: str, refused: str) -> html.Tr:

@@ -1,0 +1,65 @@
+"""Every step for everybody: WCAG 2.2 AA as axe-core measures it, narrow windows, the dark."""
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("playwright")
+pytest.importorskip("dash")
+pytest.importorskip("axe_playwright_python")
+
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page, ViewportSize
+
+from app_driver import CHROMIUM, SIZE, Walk, browser
+from app_process import served
+from screenshots import walked
+
+PHONE: ViewportSize = {"width": 390, "height": 844}
+OTHERS: tuple[ViewportSize, ...] = (
+    {"width": 1024, "height": 768},
+    {"width": 640, "height": 400},  # 1280 x 800, enlarged to 200 %
+)
+LEVEL_AA = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+CURVES = {"exclude": [[".main-svg"]]}  # thousands of points, none of which is text of the page
+BEYOND = "document.documentElement.scrollWidth - window.innerWidth"
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+
+
+def violations(page: Page, rules: dict[str, object]) -> list[str]:
+    """What axe-core finds wrong, each with the first place."""
+    found = Axe().run(page, context=CURVES, options={"runOnly": rules}).response["violations"]
+    return [f"{rule['id']}: {rule['help']}, {rule['nodes'][0]['target']}" for rule in found]
+
+
+def faults_of(walk: Walk) -> list[str]:
+    """What is wrong with the step that is open: in the dark, and in ever narrower windows."""
+    contrast = {"type": "rule", "values": ["color-contrast"]}
+    walk.page.locator("#switch-theme").click()
+    walk.settle()
+    found = [f"in the dark, {fault}" for fault in violations(walk.page, contrast)]
+    walk.page.locator("#switch-theme").click()
+    for size in (*OTHERS, PHONE):
+        walk.page.set_viewport_size(size)
+        walk.settle()
+        if (beyond := walk.page.evaluate(BEYOND)) > 0:
+            found.append(f"{beyond} pixels beyond a window of {size['width']}")
+    level = {"type": "tag", "values": LEVEL_AA}
+    found += [f"on a phone, {fault}" for fault in violations(walk.page, level)]
+    walk.page.set_viewport_size(SIZE)
+    walk.settle()
+    return found
+
+
+def test_every_step_can_be_read_and_reached_by_everybody(tmp_path: Path) -> None:
+    with served("--demo") as url, browser() as chromium:
+        walk = Walk(chromium, url)
+        found = {name: faults_of(walk) for name in walked(walk, tmp_path)}
+        walk.close()
+        (report,) = tmp_path.iterdir()
+        page = chromium.new_page(viewport=SIZE)
+        page.goto(report.as_uri())
+        found["report"] = violations(page, {"type": "tag", "values": LEVEL_AA})
+    assert len(found) == 8
+    assert {name: faults for name, faults in found.items() if faults} == {}
