@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("mujoco")
 
 import engine.cases as engine
+from contradictions_in_words import contradictions_of
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.result import Diagnosis
@@ -52,8 +53,9 @@ CELLS = tuple(
 
 
 def asked(given: Model, fit: Sequence[Measurement], floor: float) -> Diagnosis:
-    """What the tool says; its error is down to the noise."""
+    """What the tool says, and says alike everywhere; its error is down to the noise."""
     found = diagnose(given, fit)
+    assert contradictions_of(found.to_dict()) == []
     assert found.complete
     assert found.ladder[-1].rmse["joint_position"] <= MOST_ERROR * floor
     return found

@@ -62,7 +62,7 @@ def _chance(search_round: Round) -> float:
     return sum(
         row.probability
         for row in search_round.candidates
-        if set(chosen.ids) <= set(row.ids) or row.ids in chosen.equivalence_class
+        if row is chosen or row.ids in chosen.equivalence_class
     )
 
 

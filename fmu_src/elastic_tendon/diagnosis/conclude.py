@@ -33,7 +33,7 @@ from elastic_tendon.diagnosis.result import (
     Round,
     WouldShow,
 )
-from elastic_tendon.diagnosis.rounds import neighbours_of
+from elastic_tendon.diagnosis.rounds import as_sure, neighbours_of
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.separation import Rival
 from elastic_tendon.diagnosis.sets import in_order, model_with
@@ -256,7 +256,7 @@ def conclude(
         findings=answer.result.findings,
         steps=steps,
         ladder=climb(steps),
-        rounds=tuple(found.rounds),
+        rounds=tuple(as_sure(entry, sure) for entry in found.rounds),
         neighbours=neighbours_of(search, _searched(search, answer)),
         would_show=found.would_show,
         recordings=recordings,

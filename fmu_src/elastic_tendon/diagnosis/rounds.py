@@ -11,7 +11,7 @@ from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.evidence import DECISIVE, implausible_values, probabilities
 from elastic_tendon.diagnosis.result import Candidate, Neighbour, Round
 from elastic_tendon.diagnosis.search import Search, expected_evidence
-from elastic_tendon.diagnosis.sets import Set, change_between, size_of
+from elastic_tendon.diagnosis.sets import Set, change_between, in_order, size_of
 
 TAKEN = "taken"
 LESSER = "explains less, or is less simple, than what was taken"
@@ -23,28 +23,47 @@ NO_REFIT = "the screen expects too little of it for a refit"
 def round_at(search: Search, before: Set, chosen: Set) -> Round:
     """The candidates that were considered when a set was the model.
 
+    Sets that hold what was chosen and more are no rivals of it: they belong to later rounds, and
+    their probability to what was chosen.
+
     Parameters
     ----------
     search : Search
     before : a refitted set
     chosen : ids that came in next, none where nothing did
     """
-    refitted = _grown(search.answers, before)
-    known = (*refitted, *search.failures)
+    taken = in_order((*before, *chosen))
+    grown = _grown(search.answers, before)
+    later = _grown((*grown, *search.failures), taken) if chosen else []
+    refitted = [added for added in grown if added not in later]
+    known = (*grown, *search.failures)
     expected = {
         added: _expected(search, before, added)
         for added in _grown(search.estimates, before)
         if added not in known and len(added) == len(before) + 1
     }
-    evidence = _evidence(search, search.answers[before], refitted)
+    evidence = _evidence(search, search.answers[before], grown)
     weight = _probabilities(_possible(search, evidence) | expected)
+    weight[taken] = sum(weight.get(added, 0.0) for added in (taken, *later))
     candidates = _Candidates(search, before, evidence, weight)
-    told = sorted(evidence, key=evidence.__getitem__)[:ESTIMATED]
+    told = sorted(refitted, key=evidence.__getitem__)[:ESTIMATED]
     rows = [candidates.refitted(added, chosen, told=added in told) for added in refitted]
     rows += [candidates.screened(added, value) for added, value in expected.items()]
-    rows += [candidates.failed(added) for added in _grown(search.failures, before)]
+    rows += [
+        candidates.failed(added) for added in _grown(search.failures, before) if added not in later
+    ]
     rows.sort(key=lambda row: (row.ids != chosen, not row.fitted, _order(row.evidence)))
     return Round(chosen, tuple(rows), _reason(rows, chosen))
+
+
+def as_sure(entry: Round, certainty: Mapping[str, float]) -> Round:
+    """A round whose chosen candidate is no likelier than the verdict has its effects."""
+    sure = min((certainty[effect_id] for effect_id in entry.chosen), default=1.0)
+    rows = (
+        replace(row, probability=min(row.probability, sure)) if row.ids == entry.chosen else row
+        for row in entry.candidates
+    )
+    return replace(entry, candidates=tuple(rows))
 
 
 def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
