@@ -18,6 +18,7 @@ LESSER = "explains less, or is less simple, than what was taken"
 NOT_ENOUGH = "explains no more than its parameters cost"
 ESTIMATED = 3  # candidates of a round, the best first, whose parameters get intervals
 NO_REFIT = "the screen expects too little of it for a refit"
+IN_VAIN = "not refitted: refits of what the screen expected more of gained nothing"
 
 
 def round_at(search: Search, before: Set, chosen: Set) -> Round:
@@ -36,22 +37,18 @@ def round_at(search: Search, before: Set, chosen: Set) -> Round:
     grown = _grown(search.answers, before)
     later = _grown((*grown, *search.failures), taken) if chosen else []
     refitted = [added for added in grown if added not in later]
-    known = (*grown, *search.failures)
-    expected = {
-        added: _expected(search, before, added)
-        for added in _grown(search.estimates, before)
-        if added not in known and len(added) == len(before) + 1
-    }
     evidence = _evidence(search, search.answers[before], grown)
+    expected, reason = _expected_beside(search, before), NO_REFIT
+    if refitted and not chosen:  # those that were as likely did not do better
+        expected, reason = {added: max(value, 0.0) for added, value in expected.items()}, IN_VAIN
     weight = _probabilities(_possible(search, evidence) | expected)
     weight[taken] = sum(weight.get(added, 0.0) for added in (taken, *later))
     candidates = _Candidates(search, before, evidence, weight)
     told = sorted(refitted, key=evidence.__getitem__)[:ESTIMATED]
     rows = [candidates.refitted(added, chosen, told=added in told) for added in refitted]
-    rows += [candidates.screened(added, value) for added, value in expected.items()]
-    rows += [
-        candidates.failed(added) for added in _grown(search.failures, before) if added not in later
-    ]
+    rows += [candidates.screened(added, value, reason) for added, value in expected.items()]
+    failed = _grown(search.failures, before)
+    rows += [candidates.failed(added) for added in failed if added not in later]
     rows.sort(key=lambda row: (row.ids != chosen, not row.fitted, _order(row.evidence)))
     return Round(chosen, tuple(rows), _reason(rows, chosen))
 
@@ -164,6 +161,16 @@ def _probabilities(evidence: Mapping[Set, float]) -> dict[Set, float]:
     return dict(zip(evidence, probabilities([0.0, *evidence.values()])[1:], strict=True))
 
 
+def _expected_beside(search: Search, before: Set) -> dict[Set, float]:
+    """What the screen expects of one effect more, where none was refitted."""
+    known = (*search.answers, *search.failures)
+    return {
+        added: _expected(search, before, added)
+        for added in _grown(search.estimates, before)
+        if added not in known and len(added) == len(before) + 1
+    }
+
+
 def _expected(search: Search, before: Set, added: Set) -> float:
     """What the screen expects of a set, in evidence beside another."""
     own, grown = search.estimates[before], search.estimates[added]
@@ -210,10 +217,10 @@ class _Candidates:
             reason=TAKEN if row.ids == chosen else self._why(added, answer),
         )
 
-    def screened(self, added: Set, expected: float) -> Candidate:
+    def screened(self, added: Set, expected: float, reason: str) -> Candidate:
         own, grown = self.search.estimates[self.before], self.search.estimates[added]
         gain = 1.0 - grown.square / own.square
-        return replace(self._row(added), evidence=expected, gain=gain, reason=NO_REFIT)
+        return replace(self._row(added), evidence=expected, gain=gain, reason=reason)
 
     def failed(self, added: Set) -> Candidate:
         reason = f"could not be refitted: {self.search.failures[added]}"
