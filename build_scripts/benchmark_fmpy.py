@@ -70,7 +70,9 @@ def driver(path: Path, folder: Path, kind: Kind, motion: Motion) -> Callable[[],
     description = read_model_description(str(path))
     unpacked = extract(str(path), str(folder))
     instance = instantiate_fmu(unpacked, description, kind)
-    inputs = {one.name for one in description.modelVariables if one.causality == "input"}
+    inputs = {
+        variable.name for variable in description.modelVariables if variable.causality == "input"
+    }
     signals = motion.signals(inputs)
 
     def run() -> Array:

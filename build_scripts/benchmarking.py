@@ -79,7 +79,7 @@ def fastest(call: Callable[[], object], repetitions: int) -> float:
 
 def spoken(duration: float) -> str:
     """A time in s, with the unit that suits it."""
-    scale, unit = next((one for one in UNITS if duration >= one[0]), UNITS[-1])
+    scale, unit = next((scaled for scaled in UNITS if duration >= scaled[0]), UNITS[-1])
     return f"{duration / scale:.3g} {unit}"
 
 

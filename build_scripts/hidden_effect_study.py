@@ -63,13 +63,13 @@ def results_of(
 def report(found: list[Result], absent: list[str], faults: list[str]) -> None:
     """Print the table, the misses by name, and the cases that could not be judged."""
     table = figures(found)
-    print_table(f"Hidden effects, {len(found)} cases", [row_of(one) for one in table])
+    print_table(f"Hidden effects, {len(found)} cases", [row_of(row) for row in table])
     print("\nMissed")
-    for one in table:
-        if one.missed and one.target is not None:
-            more = len(one.missed) - MOST_NAMED
+    for row in table:
+        if row.missed and row.target is not None:
+            more = len(row.missed) - MOST_NAMED
             tail = [f"... and {more} more"] if more > 0 else []
-            print(f"  {one.what}", *one.missed[:MOST_NAMED], *tail, sep="\n    ")
+            print(f"  {row.what}", *row.missed[:MOST_NAMED], *tail, sep="\n    ")
     print(f"\n{len(absent)} cases cannot be: their effect does not show in their experiment")
     for name in absent[:MOST_NAMED]:
         print(f"    {name}")
@@ -91,7 +91,9 @@ def main() -> None:
     )  # fmt: skip
     chosen = parser.parse_args()
     wanted = [
-        one for one in orders(chosen.cases, chosen.seeds == "report") if chosen.only in one.name
+        order
+        for order in orders(chosen.cases, chosen.seeds == "report")
+        if chosen.only in order.name
     ][: chosen.most]
     found: list[Result] = []
     absent: list[str] = []

@@ -223,7 +223,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=100, help="cases beside real recordings")
     chosen = parser.parse_args()
     every = orders(chosen.seeds == "report", chosen.count)
-    wanted = [one for one in every if chosen.only in one.name]
+    wanted = [candidate_set for candidate_set in every if chosen.only in candidate_set.name]
     rows, faults = collected(wanted, partial(judged, folder=chosen.folder), chosen.jobs)
     rows.sort(key=lambda row: str(row["name"]))
     heads = ["case", "verdict", "named", "error/noise", "rival", "error/noise", "gain", ""]

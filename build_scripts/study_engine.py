@@ -43,7 +43,7 @@ def row_of(case: Case) -> Content:
     return asdict(said) | {
         "name": case.name,
         "hidden": case.hidden,
-        "accepted": sorted(sorted(one) for one in case.accepted),
+        "accepted": sorted(sorted(answer) for answer in case.accepted),
         "unknown": case.unknown,
         "floor": case.floor_rmse,
         "right": case.right(said.verdict, named, said.error),

@@ -61,7 +61,7 @@ def row_of(case: FreshCase) -> Content:
         "validation": bool(case.validation),
         "hidden": sorted(facts.hidden),
         "ratios": facts.ratios,
-        "alternatives": sorted(sorted(one) for one in facts.alternatives),
+        "alternatives": sorted(sorted(alternative) for alternative in facts.alternatives),
         "floor": facts.floor,
     }
 
@@ -91,7 +91,7 @@ def line_of(row: Content) -> list[str]:
         f"{ratio(row):.3f}",
         f"{row['seconds']:.0f}",
         "exact" if exact(row) else "alias" if of_class(row) else "WRONG",
-        " | ".join("+".join(one) or "none" for one in row["alternatives"]),
+        " | ".join("+".join(alternative) or "none" for alternative in row["alternatives"]),
     ]
 
 

@@ -70,9 +70,9 @@ def session() -> Iterator[Session]:
     )
     made = Session("0", document, files)
     for version in document.versions:
-        made.shelf.obtain(results.compared(document, version, files), quiet)
-    made.shelf.obtain(results.located(document, document.version, files), quiet)
-    made.shelf.obtain(located_heldout(document, document.version, files), quiet)
+        made.cache.obtain(results.compared(document, version, files), quiet)
+    made.cache.obtain(results.located(document, document.version, files), quiet)
+    made.cache.obtain(located_heldout(document, document.version, files), quiet)
     return made
 
 
@@ -154,7 +154,7 @@ def test_what_failed_is_not_waited_for(session: Session) -> None:
     fresh = Session("2", session.document, session.files)
     needed = results.compared(fresh.document, fresh.document.version, fresh.files)
     assert while_waiting(fresh, [needed], "Comparing…") == "Comparing…"
-    fresh.shelf.put(needed, Failure("the file has no rows"))
+    fresh.cache.put(needed, Failure("the file has no rows"))
     assert while_waiting(fresh, [needed], "Comparing…") == ""
 
 

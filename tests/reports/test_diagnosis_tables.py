@@ -48,7 +48,7 @@ def test_the_verdict_comes_first_and_then_sizes() -> None:
     assert verdict == found.sentence
     text = joined(details)
     assert re.match(r"Added: Coulomb friction, torque 0.3[45]\d* ± 0.00\d+ N·m\.", text)
-    assert "Numbers that are off too: link.inertia by +13 %." in text
+    assert "Parameters that are off too: link.inertia by +13 %." in text
     assert "error goes from 37.5 to 0.230 mrad, 0.991 times the noise; on held-out data" in text
 
 
@@ -66,7 +66,7 @@ def test_a_size_that_the_data_leave_open_is_said_to_be_so() -> None:
 def test_wrong_numbers_are_told_with_interval_and_what_was_given() -> None:
     wrong = replace(friction_found(), verdict="wrong_parameter", added=())
     text = joined(verdict_sentences(wrong)[1:])
-    sizes = r"Wrong numbers: link.inertia is 0.03[34]\d* ± 0.00\d+ kg·m², not 0.03 \(\+13 %\)\."
+    sizes = r"Wrong parameters: link.inertia is 0.03[34]\d* ± 0.00\d+ kg·m², not 0.03 \(\+13 %\)\."
     assert re.match(sizes, text)
 
 
@@ -118,7 +118,7 @@ def test_sets_that_cannot_be_told_apart_are_told_by_their_titles() -> None:
 def test_recordings_that_do_not_fit_in_are_named_once() -> None:
     text = joined(doubt_sentences(friction_found()))
     assert "the zero of the joint's encoder is 3 mrad off" in text
-    assert "demo_validate.csv contradicts demo_fit.csv: no numbers" in text
+    assert "demo_validate.csv contradicts demo_fit.csv: no parameters" in text
     both = [
         replace(summary, contradicts=(recording.file,))
         for summary, recording in zip(RECORDINGS, RECORDINGS[::-1], strict=True)

@@ -59,7 +59,7 @@ VaryOption = Annotated[
     typer.Option(
         "--vary",
         metavar="PATH=...",
-        help="A number of model.toml: PATH by its uncertainty, PATH=5% Gaussian of that sigma, "
+        help="A parameter of model.toml: PATH by its uncertainty, PATH=5% Gaussian of that sigma, "
         "PATH=LOW:HIGH or PATH=-5%:5% uniform, PATH=LOW:HIGH:COUNT or PATH=A,B,C these values; "
         "repeatable. Without: all that stands in \\[uncertainty].",
     ),
@@ -119,8 +119,8 @@ class Asked:
         for name in idle[self.work]:
             given = getattr(self, name)
             if not (given is None or given is False or given == ()):
-                told = f"says nothing where --do is {self.work}"
-                raise typer.BadParameter(told, param_hint=f"--{name}")
+                refusal = f"says nothing where --do is {self.work}"
+                raise typer.BadParameter(refusal, param_hint=f"--{name}")
         if self.work is not Work.SIMULATE and not self.data:
             raise typer.BadParameter(f"--do {self.work} needs recordings", param_hint="DATA")
         if self.work is Work.SIMULATE and len(self.data) > 1:
@@ -244,8 +244,10 @@ def _fleet(asked: Asked, model: "et.Model", options: "et.ReadOptions") -> "et.Ta
     robots = robots_of(asked.data)
     for robot in robots:
         if len(robot.data) > 1:
-            told = f"its {len(robot.data)} recordings are taken together; else name them one by one"
-            notice.print(f"note: {robot.name} is one robot, and {told}", markup=False)
+            advice = (
+                f"its {len(robot.data)} recordings are taken together; else name them one by one"
+            )
+            notice.print(f"note: {robot.name} is one robot, and {advice}", markup=False)
     return et.fleet(model, robots, options)
 
 
@@ -255,8 +257,8 @@ def _stopped(out: Path) -> None:
 
     folder = folder_of(out)
     kept = f"what was done is in {folder}; the same command goes on from there"
-    told = kept if folder.is_dir() else "nothing was written"
-    notice.print(f"elastic-tendon: stopped, {told}", markup=False, soft_wrap=True)
+    outcome = kept if folder.is_dir() else "nothing was written"
+    notice.print(f"elastic-tendon: stopped, {outcome}", markup=False, soft_wrap=True)
     raise typer.Exit(INTERRUPTED)
 
 

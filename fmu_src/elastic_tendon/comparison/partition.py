@@ -165,7 +165,7 @@ def partitions(
     -------
     dict, name of a variable -> Partition; a variable that does not change is left out
     """
-    found = [_slack_states(variables["slack_state"], sizes)]
+    partitions = [_slack_states(variables["slack_state"], sizes)]
     boundaries = slack_boundaries(model.transmission)
     for by in UNITS:
         if static and by in NOT_STATIC:
@@ -174,9 +174,9 @@ def partitions(
         if np.ptp(values) > 1e-9 * np.max(np.abs(values)):
             inner = boundaries if by == "deflection" else ()
             parts = STRETCHES if by == "time" else PARTS
-            found.append(_parts(by, values, parts, inner, sizes))
-    found.append(_directions(variables["joint_velocity"], velocity_noise, sizes))
-    return {partition.by: partition for partition in found if len(partition.counts)}
+            partitions.append(_parts(by, values, parts, inner, sizes))
+    partitions.append(_directions(variables["joint_velocity"], velocity_noise, sizes))
+    return {partition.by: partition for partition in partitions if len(partition.counts)}
 
 
 def _slack_states(states: Array, sizes: Integers | None) -> Partition:

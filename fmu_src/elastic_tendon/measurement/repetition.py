@@ -149,8 +149,8 @@ def repeated_noise(signal: Array, period: int) -> tuple[float, float] | None:
         return 0.0, 0.0
     correlation = 0.5 * float(np.mean(settled[1:] * settled[:-1])) / variance
     chance = max(_CHANCE / np.sqrt(len(settled)), _LEAST_CORRELATION)
-    found = min(correlation, _MOST_CORRELATION) if correlation > chance else 0.0
-    return float(np.sqrt(variance)), found
+    significant = min(correlation, _MOST_CORRELATION) if correlation > chance else 0.0
+    return float(np.sqrt(variance)), significant
 
 
 def _end_of_transient(differences: Array, quarter: int) -> int | None:

@@ -81,7 +81,7 @@ def summary_sentences(comparison: Comparison) -> list[str]:
     """How large the error of each signal is over all recordings, beside the noise."""
     static = all(file.measurement.static for file in comparison.files)
     ratios = comparison.noise_ratio()
-    told = []
+    sentences = []
     for name, rmse in comparison.rmse().items():
         quantity = shown(name, static=static)
         errors = [file.signals[name] for file in comparison.files if name in file.signals]
@@ -93,8 +93,8 @@ def summary_sentences(comparison: Comparison) -> list[str]:
         if fits:
             ends = dict.fromkeys(f"{fit:.1f}" for fit in (min(fits), max(fits)))
             text += f"; the fit is {' to '.join(ends)} %"
-        told.append(f"{text}.")
-    return told
+        sentences.append(f"{text}.")
+    return sentences
 
 
 def bin_tables(
@@ -137,15 +137,15 @@ def _alike(bins: Mapping[str, Sequence[Bin]]) -> dict[str, list[str]]:
 
     Where a torque was measured at the motor as at the joint, one is a multiple of the other.
     """
-    found: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for name, own in bins.items():
-        for earlier in found:
+        for earlier in groups:
             if _same_places(own, bins[earlier]):
-                found[earlier].append(name)
+                groups[earlier].append(name)
                 break
         else:
-            found[name] = []
-    return found
+            groups[name] = []
+    return groups
 
 
 def repeats(files: Sequence[FileComparison]) -> dict[str, list[str]]:
@@ -153,15 +153,15 @@ def repeats(files: Sequence[FileComparison]) -> dict[str, list[str]]:
 
     Unlike signals that are off in the same places, these are the same curve in another unit.
     """
-    found: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for name in dict.fromkeys(name for file in files for name in file.signals):
-        for earlier in found:
+        for earlier in groups:
             if all(_repeats(file, name, earlier) for file in files):
-                found[earlier].append(name)
+                groups[earlier].append(name)
                 break
         else:
-            found[name] = []
-    return found
+            groups[name] = []
+    return groups
 
 
 def _repeats(file: FileComparison, name: str, earlier: str) -> bool:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are told and drawn
+MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are tabled and drawn
 _EVENT_CAPACITY = 4096
 _KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
 
@@ -321,7 +321,7 @@ class _Motion:
 
 
 def _parameters(model: Model, as_measured: bool) -> Array:
-    """Parameters of the library: the model's numbers, and the settings of a call."""
+    """Parameters of the library: the model's parameters, and the settings of a call."""
     settings = [float(as_measured)] if interface(model.effect_ids).reads_signals else []
     return np.array([*model.values().values(), *settings])
 
@@ -474,7 +474,7 @@ def simulate_many(
         raise ValueError(f"the model has no output {', '.join(unknown)}")
     k, n = len(sets), motion.time.size
     kept = np.array([variables.output_names.index(name) for name in outputs], dtype=np.int32)
-    found = np.empty((k, len(kept), n))
+    values = np.empty((k, len(kept), n))
     outcome = np.empty(k, dtype=np.int32)
     stopped = np.empty(k)
     states = np.empty((n, len(variables.states)))
@@ -484,7 +484,7 @@ def simulate_many(
         parameters=_address(sets),
         n_kept=len(kept),
         kept=_address(kept),
-        outputs=_address(found),
+        outputs=_address(values),
         outcome=_address(outcome),
         failure_time=_address(stopped),
     )
@@ -495,7 +495,7 @@ def simulate_many(
     failures = [""] * k
     for i in np.flatnonzero(outcome):
         failures[i] = _reason(outcome[i], stopped[i])
-    return Many(motion.time, found, tuple(outputs), tuple(failures))
+    return Many(motion.time, values, tuple(outputs), tuple(failures))
 
 
 def _parameter_sets(model: Model, varied: Mapping[str, ArrayLike], as_measured: bool) -> Array:

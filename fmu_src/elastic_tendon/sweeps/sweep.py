@@ -92,9 +92,9 @@ def sweep(
     force: bool = False,
     progress: Progress = silent,
 ) -> Swept:
-    """Simulate a model many times with other numbers, or do all runs of a task, into a table.
+    """Simulate a model many times with other parameters, or do all runs of a task, into a table.
 
-    ``et.sweep(model, vary={"link.inertia": "5%"}, runs=200)`` varies a number, and
+    ``et.sweep(model, vary={"link.inertia": "5%"}, runs=200)`` varies a parameter, and
     ``et.sweep(model, runs=200)`` all whose uncertainty the model states.
 
     What is done is kept in the folder `output`.parts until all is done. A sweep that was stopped,

@@ -291,7 +291,7 @@ def test_an_interrupted_diagnosis_says_so() -> None:
     )
     text = Page(document_of(found)).text
     assert stopped in text
-    assert "This was not judged." in text
+    assert "This was not tested." in text
 
 
 def test_without_held_out_data_there_is_one_line() -> None:

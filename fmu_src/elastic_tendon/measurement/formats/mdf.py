@@ -110,13 +110,13 @@ def _channels(file: Any, group: int) -> dict[str, int]:
     data = file.groups[group]
     left_out = _LEFT_OUT[file.version[0]]
     master = file.masters_db.get(group)
-    found: dict[str, int] = {} if master is None else {_TIME: master}
+    channels: dict[str, int] = {} if master is None else {_TIME: master}
     for index, channel in enumerate(data.channels):
         whole = data.channel_dependencies[index] is None
         if index != master and whole and channel.data_type not in left_out:
             name = str(channel.name)
-            found[name if name not in found else f"{name} ({index})"] = index
-    return found
+            channels[name if name not in channels else f"{name} ({index})"] = index
+    return channels
 
 
 def _unit(channel: Any) -> str:

@@ -49,19 +49,19 @@ def bode(runs: Sequence[tuple[str, LinearModels]], *, theme: Theme = LIGHT) -> g
     for column, state in enumerate(states, start=1):
         for index, (label, models) in enumerate(runs):
             if state in models:
-                looks = {
+                style = {
                     "line": line_of_run(index, len(runs), theme),
                     "name": plain(label),
                     "legendgroup": label,
                 }
                 first = column == 1
-                _draw(figure, models[state], omega, column, showlegend=first, **looks)
+                _draw(figure, models[state], omega, column, showlegend=first, **style)
     _label(figure, len(states))
     return figure
 
 
 def _draw(
-    figure: go.Figure, model: LinearModel, omega: Array, column: int, **looks: object
+    figure: go.Figure, model: LinearModel, omega: Array, column: int, **style: object
 ) -> None:
     channel = selected(model, (MOTOR_POSITION,), (JOINT_POSITION,))
     response = control.frequency_response(channel, omega)
@@ -74,7 +74,7 @@ def _draw(
         row=1,
         col=column,
         mode="lines",
-        **looks,
+        **style,
     )
     figure.add_scatter(
         x=omega,
@@ -83,7 +83,7 @@ def _draw(
         row=2,
         col=column,
         mode="lines",
-        **(looks | {"showlegend": False}),
+        **(style | {"showlegend": False}),
     )
 
 

@@ -195,9 +195,9 @@ def _draw_series(
 ) -> None:
     time = runs[0].file.measurement.time[kept]
 
-    def draw(values: Array, **looks: Any) -> None:
+    def draw(values: Array, **style: Any) -> None:
         across, up = envelope(time, values[kept], buckets)
-        figure.add_scatter(x=across, y=up, mode="lines", **looks)
+        figure.add_scatter(x=across, y=up, mode="lines", **style)
 
     draw(
         runs[0].file.measurement.signals[signal],
@@ -207,13 +207,13 @@ def _draw_series(
         hovertemplate=HOVER.replace("UNIT", quantity.unit),
     )
     for index, run in enumerate(runs):
-        looks = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
+        style = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
         draw(
             run.simulated(signal),
             name=_label(run, signal, quantity),
             meta=plain(abridged(run.label)),
             hovertemplate=HOVER.replace("UNIT", quantity.unit),
-            **looks,
+            **style,
         )
         draw(
             quantity.small * run.error(signal),
@@ -221,7 +221,7 @@ def _draw_series(
             hovertemplate=HOVER_ERROR.replace("UNIT", quantity.small_unit),
             yaxis="y2",
             showlegend=False,
-            **looks,
+            **style,
         )
 
 

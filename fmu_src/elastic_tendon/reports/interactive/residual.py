@@ -26,12 +26,12 @@ def residual(run: Run, signal: str, *, theme: Theme = LIGHT) -> go.Figure:
     figure = blank(theme, height=300)
     error = quantity.small * run.error(signal)
     if measurement.static:
-        looks = {"x": measurement.signals[signal], "y": error, "mode": "markers"}
+        style = {"x": measurement.signals[signal], "y": error, "mode": "markers"}
     else:
         across, up = envelope(measurement.time, error)
-        looks = {"x": across, "y": up, "mode": "lines"}
+        style = {"x": across, "y": up, "mode": "lines"}
     figure.add_scatter(
-        **looks,
+        **style,
         name=f"error, {plain(run.label)}",
         line={"color": theme.after, "width": 1},
         showlegend=True,

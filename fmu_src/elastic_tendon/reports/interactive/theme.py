@@ -142,7 +142,7 @@ def blank(theme: Theme, **layout: Any) -> go.Figure:
 
 
 def dressed(figure: go.Figure, theme: Theme, **layout: Any) -> go.Figure:
-    """The same figure with the looks of a theme; for those of `plotly.subplots`.
+    """The same figure with the style of a theme; for those of `plotly.subplots`.
 
     Parameters
     ----------
