@@ -60,10 +60,10 @@ def results_of(
         yield from pool.imap_unordered(work, wanted)
 
 
-def report(found: list[Result], absent: list[str], faults: list[str]) -> None:
-    """Print the table, the misses by name, and the cases that could not be judged."""
+def report(found: list[Result], absent: list[str], faults: list[str]) -> int:
+    """Print the table, the misses by name, and the cases that could not be judged; exit status."""
     table = figures(found)
-    print_table(f"Hidden effects, {len(found)} cases", [row_of(row) for row in table])
+    status = print_table(f"Hidden effects, {len(found)} cases", [row_of(row) for row in table])
     print("\nMissed")
     for row in table:
         if row.missed and row.target is not None:
@@ -75,10 +75,11 @@ def report(found: list[Result], absent: list[str], faults: list[str]) -> None:
         print(f"    {name}")
     if faults:
         print(f"\n{len(faults)} cases failed", *faults, sep="\n    ")
+    return status
 
 
-def main() -> None:
-    """Run what is not yet done and print the table."""
+def main() -> int:
+    """Run what is not yet done and print the table; exit status 1 where a target is missed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--cases", type=int, default=1, help="for each cell")
     parser.add_argument("--seeds", choices=("dev", "report"), default="dev")
@@ -113,8 +114,8 @@ def main() -> None:
             print(f"\r{number} of {len(wanted)}, {elapsed:.0f} s  ", end="", file=sys.stderr)
     except KeyboardInterrupt:
         print("\ninterrupted; what is done is kept", file=sys.stderr)
-    report(found, absent, faults)
+    return report(found, absent, faults)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -126,8 +126,8 @@ def figures(rows: list[Content]) -> list[Row]:
     return [*found, Row("time: median, 95 %, largest", spread)]
 
 
-def main() -> None:
-    """Run what is not yet done and print the table."""
+def main() -> int:
+    """Run what is not yet done and print the table; exit status 1 where a target is missed."""
     parser = parser_of(__doc__, "elastic-tendon-study-fresh")
     parser.add_argument("--count", type=int, default=24, help="machines")
     parser.add_argument(
@@ -144,9 +144,8 @@ def main() -> None:
     heads = ["case", "hidden", "verdict", "named", "error/noise", "s", "", "alternatives"]
     print_columns([heads, *map(line_of, rows)])
     print_faults(faults)
-    if rows:
-        print_table(f"Fresh machines, {len(rows)} cases", figures(rows))
+    return print_table(f"Fresh machines, {len(rows)} cases", figures(rows)) if rows else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

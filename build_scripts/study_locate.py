@@ -186,6 +186,11 @@ def rows(seeds: int) -> list[Row]:
     return result
 
 
-if __name__ == "__main__":
+def main() -> int:
+    """Print the table; exit status 1 where a target is missed."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 25
-    print_table("Bins that stand out", rows(count))
+    return print_table("Bins that stand out", rows(count))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -203,8 +203,8 @@ def without_noise(motions: Sequence[Mapping[str, Array]]) -> Row:
     return Row("no noise: estimate over spread", f"{median:.1e} ({low:.0e}–{high:.0e})")
 
 
-def main() -> None:
-    """Print the table."""
+def main() -> int:
+    """Print the table; exit status 1 where a target is missed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
         "--development", action="store_true", help="show the seeds of development instead"
@@ -213,8 +213,8 @@ def main() -> None:
     cases = [(effects, name) for effects in EFFECTS.values() for name in EXPERIMENTS]
     motions = [motion(effects, name, seed + index) for index, (effects, name) in enumerate(cases)]
     rows = [*rows_of(motions, seed), without_noise(motions)]
-    print_table("Noise floor over the true one: median (5–95 %)", rows)
+    return print_table("Noise floor over the true one: median (5–95 %)", rows)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
