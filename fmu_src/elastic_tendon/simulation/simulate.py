@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.actuator.variables import interface
+from elastic_tendon.actuator.variables import OUTPUTS, READINGS, interface
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.native import interrupt
 from elastic_tendon.native.library import DEFAULT_TOLERANCE, Runs, Simulation, load
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are tabled and drawn
+_UNITS = {output.name: unit_text(output.unit) for output in (*OUTPUTS, *READINGS)}
 _EVENT_CAPACITY = 4096
 _KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
 
@@ -76,7 +77,7 @@ class Trajectory(Result):
         """Length, and the range of each output."""
         lines = [f"Trajectory of {self.time[-1] - self.time[0]:.4g} s, {len(self.time)} samples"]
         for name, column in zip(self.output_names, self.outputs.T, strict=True):
-            lines.append(f"  {name:24} {column.min():11.4g} to {column.max():11.4g}")
+            lines.append(_range(name, column))
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -172,8 +173,7 @@ class Many(Result):
         lines += [f"  the first: {reason}" for reason in failed[:1]]
         if len(failed) < len(self.failures):
             for index, name in enumerate(self.output_names):
-                low, high = np.nanmin(self.outputs[:, index]), np.nanmax(self.outputs[:, index])
-                lines.append(f"  {name:24} {low:11.4g} to {high:11.4g}")
+                lines.append(_range(name, self.outputs[:, index]))
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -198,6 +198,12 @@ class Many(Result):
         from elastic_tendon.reports.trajectory_figure import runs_figure
 
         return runs_figure(self.to_dataframe())
+
+
+def _range(name: str, values: Array) -> str:
+    """A line of a summary: the smallest and the largest value of an output, NaN apart."""
+    unit = f" {_UNITS[name]}" if _UNITS.get(name, "1") != "1" else ""
+    return f"  {name:24} {np.nanmin(values):11.4g} to {np.nanmax(values):11.4g}{unit}"
 
 
 def _samples(name: str, values: ArrayLike | None, n: int) -> Array:

@@ -72,7 +72,13 @@ class Swept(Result):
 
         Of simulations the statistics of each output over what varied, or the trajectories over
         time; of a fleet what moved in each robot; of other tasks how each number is distributed.
+
+        Raises
+        ------
+        SweepError : all runs failed
         """
+        if self.failed == self.runs:
+            raise SweepError("all runs failed: there is nothing to draw; the table says why")
         from elastic_tendon.reports.sweep_figures import sweep_figure
 
         return sweep_figure(self.task, self.to_dataframe())
