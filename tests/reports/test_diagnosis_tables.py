@@ -89,7 +89,7 @@ def test_what_no_effect_explains_is_told_as_such() -> None:
 
 def test_what_the_data_cannot_tell_apart_is_said() -> None:
     text = joined(doubt_sentences(friction_found()))
-    assert "These data cannot tell apart: Coulomb friction and LuGre friction." in text
+    assert "These data cannot distinguish: Coulomb friction and LuGre friction." in text
     assert "Coulomb friction was added; the others would do as well." in text
     assert "No motion tells the two apart." in text
     assert "demo_fit.csv: its noise is known badly." in text
@@ -111,7 +111,7 @@ def test_sets_that_cannot_be_told_apart_are_told_by_their_titles() -> None:
     alike = (("coulomb_friction", "gear_backlash+spring_mass"),)
     found = friction_found(indistinguishable=alike)
     text = joined(doubt_sentences(found))
-    assert "tell apart: Coulomb friction and Gear backlash + Spring mass." in text
+    assert "distinguish: Coulomb friction and Gear backlash + Spring mass." in text
     assert meant(found) == ("coulomb_friction", "gear_backlash", "spring_mass")
 
 

@@ -57,7 +57,7 @@ def suggestion(search_round: Round) -> str:
 
 
 def _chance(search_round: Round) -> float:
-    """Probability of what was chosen, or of what these data cannot tell from it, 0 to 1."""
+    """Probability of what was chosen, or of what these data cannot distinguish from it, 0 to 1."""
     chosen = next(row for row in search_round.candidates if row.ids == search_round.chosen)
     return sum(
         row.probability

@@ -207,7 +207,7 @@ def _counts(number: Integers, bins: int, sizes: Integers | None) -> Integers:
 
 
 def range_text(lower: float, upper: float, between: str = " to ") -> str:
-    """Two numbers of one quantity, with three digits or as many as tell them apart."""
+    """Two numbers of one quantity, with three digits or as many as distinguish them."""
     for digits in range(3, MOST_DIGITS + 1):
         texts = f"{lower:.{digits}g}", f"{upper:.{digits}g}"
         # a rounded width must still be the width

@@ -87,7 +87,7 @@ class Registry(dict[str, Effect]):
         return (*self, *sorted(self.installed()))
 
     def aliases_of(self, effect: Effect) -> tuple[Alias, ...]:
-        """What an effect cannot be told from: what it says itself, and what says so of it."""
+        """What an effect is indistinguishable from: what it says, and what says so of it."""
         told_by = (
             Alias((rival.id,), alias.when)
             for rival in self.values()

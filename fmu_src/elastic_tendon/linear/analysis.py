@@ -300,7 +300,7 @@ def _pole(value: complex) -> Pole:
 
 
 def _eigenvalues(A: Array, size: float = 0.0) -> list[complex]:
-    """Eigenvalues; 0 for those which rounding cannot tell from 0, judged by their condition.
+    """Eigenvalues; 0 for those which rounding cannot distinguish from 0, judged by their condition.
 
     `size` is that of the terms by which A was found, where they are larger than A. A double
     eigenvalue at 0 comes out as large as sqrt(eps), a single one as eps.
@@ -384,7 +384,7 @@ def _gain(system: _System) -> float:
 
 
 def _static(A: Array | Complex, B: Array | Complex, C: Array | Complex, D: Array) -> float:
-    """D - C A⁻¹ B, real; 0 where rounding cannot tell it from 0."""
+    """D - C A⁻¹ B, real; 0 where rounding cannot distinguish it from 0."""
     parts = np.append(C.ravel() * np.linalg.solve(A, -B).ravel(), D.ravel())
     gain = float(parts.sum().real)
     noise = 100.0 * len(parts) * np.finfo(float).eps * float(np.abs(parts).sum())

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# fewer samples than this cannot tell an initial state from noise
+# fewer samples than this cannot distinguish an initial state from noise
 MINIMUM_SAMPLES = 10
 
 

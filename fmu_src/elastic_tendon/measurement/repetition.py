@@ -21,7 +21,7 @@ _EXACT = 1e-6
 # a period is longer than the lag at which the input has come away from itself by this share of
 # its variance
 _AWAY = 0.1
-# fewer samples of a period cannot tell a transient from noise
+# fewer samples of a period cannot distinguish a transient from noise
 _SHORTEST_PERIOD = 40
 # samples that show a period; more are thinned first
 _ENOUGH = 100_000

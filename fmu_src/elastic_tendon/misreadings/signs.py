@@ -55,7 +55,7 @@ def sign_errors(model: Model, measurements: Sequence[Measurement]) -> list[Findi
 
     Returns
     -------
-    list of Finding, at most one for each recording: two signals where they cannot be told apart
+    list of Finding, at most one for each recording: two signals where they cannot be distinguished
     """
     errors = []
     for measurement in measurements:

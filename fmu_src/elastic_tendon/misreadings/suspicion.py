@@ -105,7 +105,7 @@ def refuse_suspicious(model: Model, measurements: Sequence[Measurement]) -> None
 def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Trial, ...]:
     """The reading that explains an excerpt far better than what is declared, if there is one.
 
-    Two where two units, or a unit and the ratio of a gear, cannot be told apart.
+    Two where two units, or a unit and the ratio of a gear, cannot be distinguished.
     """
     if declared <= FINE:
         return ()

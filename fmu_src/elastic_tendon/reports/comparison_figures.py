@@ -19,7 +19,7 @@ from elastic_tendon.reports.names import shortened, verbatim
 from elastic_tendon.reports.thinning import envelope, stride
 from elastic_tendon.reports.units import shown, times_noise
 
-# Okabe and Ito: told apart with every kind of colour vision
+# Okabe and Ito: distinguished with every kind of colour vision
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 

@@ -145,11 +145,11 @@ def _falls(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
-    """What these data cannot tell apart, what they leave open, which recordings do not fit in,
+    """What these data cannot distinguish, what they leave open, which recordings do not fit in,
     and what remains of the error."""
     sentences = []
     for alike in diagnosis.indistinguishable:
-        text = f"These data cannot tell apart: {_listed(alike)}."
+        text = f"These data cannot distinguish: {_listed(alike)}."
         taken = [answer for answer in alike if set(ids_in(answer)) <= set(diagnosis.added)]
         if taken:
             text += f" {called(taken[0])} was added; the others would do as well."

@@ -33,7 +33,7 @@ Channels = Sequence[tuple[str, str]]  # input and output
 
 
 def columns(models: Sequence[LinearModel]) -> list[tuple[str, LinearModel]]:
-    """Models with what tells them apart beside their state; on a boundary, those of both sides.
+    """Models with what distinguishes them beside their state; on a boundary, those of both sides.
 
     A model that is that of neither side of its boundary comes first.
     """

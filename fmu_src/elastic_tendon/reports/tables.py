@@ -182,7 +182,8 @@ def fall_sentences(first: Step, last: Step, *, static: bool = False) -> list[str
 def alias_sentences(effect: Effect, refitted: Collection[str] = ()) -> list[str]:
     """What no measurement of the joint can tell the effect from, but for what was judged by one."""
     return [
-        f"{effect.title} is not to be told from {' and '.join(alias.of)} as long as {alias.when}."
+        f"{effect.title} cannot be distinguished from {' and '.join(alias.of)} as long as "
+        f"{alias.when}."
         for alias in effects.BY_ID.aliases_of(effect)
         if not set(alias.of) <= set(refitted)
     ]

@@ -16,7 +16,7 @@ from elastic_tendon.reports.units import shown, with_unit
 from elastic_tendon.simulation.simulate import MAIN_OUTPUTS, Sensitivities, Trajectory
 
 DRAWN = ("joint_position", "joint_torque", "slack_state")
-MOST_RUNS = 100  # more lines could not be told apart
+MOST_RUNS = 100  # more lines could not be distinguished
 FEW_RUNS = 5  # lines of more than these are faint, for they lie upon each other
 FAINT = 0.3
 Curve = tuple[Array, Array]  # time, values

@@ -62,7 +62,7 @@ class Fleet:
     * `drifted`: parameters of the model that moved significantly, each as
       "link.damping 0.16 -> 0.31 N·m·s/rad (0.29 to 0.33)", joined by "; ";
     * `appeared`: effects that are missing in the model, each as "coulomb_friction: torque 0.35
-      N·m (0.34 to 0.36), not told apart from stribeck_friction", joined by "; ";
+      N·m (0.34 to 0.36), indistinguishable from stribeck_friction", joined by "; ";
     * for each of `SIGNALS` its error with the model as given (`..._before`) and as improved
       (`..._after`): over the noise, and RMS in the signal's SI unit; NaN where not measured;
     * each free number by its dotted path, and `.low` and `.high`, its 95 % interval.
@@ -323,7 +323,7 @@ def _drift(estimate: Estimate) -> str:
 
 
 def _with_interval(estimate: Estimate) -> str:
-    """Fitted number, unit and interval, with as many digits as tell its ends apart."""
+    """Fitted number, unit and interval, with as many digits as distinguish its ends."""
     low, high = estimate.interval
     size, width = max(abs(low), abs(high)), high - low
     digits = 2 + floor(log10(size / width)) if 0.0 < width < size else DIGITS
@@ -342,7 +342,7 @@ def _appearances(diagnosis: Diagnosis, estimates: Mapping[str, Estimate]) -> Ite
                 f"{name} {_number(value) if estimate is None else _with_interval(estimate)}"
             )
         if alike := _alike(diagnosis, effect_id):
-            parts.append(f"not told apart from {' and '.join(sorted(alike))}")
+            parts.append(f"indistinguishable from {' and '.join(sorted(alike))}")
         yield f"{effect_id}: {', '.join(parts)}"
     if diagnosis.verdict == "unexplained":
         left = "what remains of the error" if diagnosis.added else "the error"

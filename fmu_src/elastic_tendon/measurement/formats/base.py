@@ -98,7 +98,7 @@ def refusing_damage(path: Path, kind: str) -> Iterator[None]:
 
 
 def check_columns(path: Path, groups: Sequence[Group]) -> tuple[Group, ...]:
-    """Pass on the groups of a file that has columns to choose from, by names that tell them apart.
+    """Pass on the groups of a file that has columns to choose from, by names that distinguish them.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from elastic_tendon.reports.units import Shown, shown
 
 UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
 CURSORS = ("A", "B")
-STRETCHES = 400  # of highlighted samples; more are told apart by zooming in
+STRETCHES = 400  # of highlighted samples; more are distinguished by zooming in
 # the name stands in `meta`: in the template itself its letters could be taken for commands
 HOVER, HOVER_ERROR = "%{meta}: %{y:.4g} UNIT<extra></extra>", "error: %{y:.3g} UNIT<extra></extra>"
 DASHES = "4px,2px"

@@ -166,7 +166,7 @@ def shares(
 def _draw_bars(
     figure: go.Figure, bins: Sequence[Bin], quantity: Shown, theme: Theme, place: dict[str, int]
 ) -> None:
-    """Two traces, so that the legend tells them apart; they share the axis of all bins."""
+    """Two traces, so that the legend distinguishes them; they share the axis of all bins."""
     kinds = (
         (True, "squared error, stands out", theme.stands_out),
         (False, "squared error, does not stand out", theme.quiet),
