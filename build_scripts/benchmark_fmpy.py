@@ -28,8 +28,8 @@ from benchmarking import Array, Row, at_least, fastest, in_turn, print_table, sp
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
-from elastic_tendon.simulation.interpolation import Interpolation
 from elastic_tendon.simulation.simulate import simulate
 
 MODEL = "biorob_x4_joint_3"

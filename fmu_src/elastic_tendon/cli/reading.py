@@ -10,8 +10,8 @@ import typer
 
 import elastic_tendon as et
 from elastic_tendon.cli.shared import notice
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.progress import Progress
-from elastic_tendon.simulation.interpolation import Interpolation
 
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")

@@ -22,7 +22,7 @@ from elastic_tendon.measurement.recording import (
 )
 from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Label, Run
 from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.native.interpolation import Interpolation
 
 # s between the samples of a static curve: the sweep is slow against every motion of a joint
 STATIC_STEP = 1000.0

@@ -19,8 +19,8 @@ from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 from elastic_tendon.measurement.preparation import Preparation, read_preparations
 from elastic_tendon.measurement.recording import Measurement, window_text
 from elastic_tendon.measurement.rows import read_runs
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.progress import Progress, silent
-from elastic_tendon.simulation.interpolation import Interpolation
 
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")
 _MOST_NAMES = 6  # measurements that a sentence names

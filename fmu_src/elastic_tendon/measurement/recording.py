@@ -16,8 +16,8 @@ from elastic_tendon.measurement.preparation import (
     check_preparation,
     preparation_json,
 )
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.result import Result
-from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,10 +14,10 @@ from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.variables import OUTPUTS, READINGS, interface
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.native import interrupt
+from elastic_tendon.native.interpolation import INTERPOLATIONS, Interpolation
 from elastic_tendon.native.library import DEFAULT_TOLERANCE, Runs, Simulation, load
-from elastic_tendon.native.shared import INTERPOLATIONS, OUTCOMES, STATISTICS
+from elastic_tendon.native.shared import OUTCOMES, STATISTICS, TOLERANCES
 from elastic_tendon.result import Result, plain
-from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -296,8 +296,8 @@ class _Motion:
             raise ValueError(
                 f"interpolation {interpolation!r} is none of {', '.join(INTERPOLATIONS)}"
             )
-        if not 1e-14 <= tolerance <= 1e-2:
-            raise ValueError(f"tolerance {tolerance} is outside 1e-14 to 1e-2")
+        if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
+            raise ValueError("tolerance {} is outside {:g} to {:g}".format(tolerance, *TOLERANCES))
         cubic = interpolation == "cubic"
         return cls(
             time=time,
