@@ -8,11 +8,8 @@ Nothing is ever tuned on the seeds of the report.
 """
 
 import argparse
-import multiprocessing
-import signal
 import sys
 import time
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +23,7 @@ from hidden_effect.cases import Order
 from hidden_effect.plan import orders
 from hidden_effect.score import Figure, Result, figures
 from hidden_effect.study import judged
+from kept_answers import mapped
 
 MOST_NAMED = 12  # misses of a row
 
@@ -44,20 +42,6 @@ def attempted(order: Order, folder: Path) -> tuple[str, Result | None, str]:
         return order.name, judged(order, folder), ""
     except Exception as fault:
         return order.name, None, f"{type(fault).__name__}: {fault}"
-
-
-def results_of(
-    wanted: list[Order], folder: Path, jobs: int
-) -> Iterator[tuple[str, Result | None, str]]:
-    """What each case gave, as they come."""
-    work = partial(attempted, folder=folder)
-    if jobs == 1:
-        yield from map(work, wanted)
-        return
-    # an interrupt is the parent's to handle: it ends the workers
-    ignore = (signal.SIGINT, signal.SIG_IGN)
-    with multiprocessing.get_context("spawn").Pool(jobs, signal.signal, ignore) as pool:
-        yield from pool.imap_unordered(work, wanted)
 
 
 def report(found: list[Result], absent: list[str], faults: list[str]) -> int:
@@ -102,7 +86,7 @@ def main() -> int:
     begin = time.monotonic()
     try:
         for number, (name, result, fault) in enumerate(
-            results_of(wanted, chosen.folder, chosen.jobs), start=1
+            mapped(partial(attempted, folder=chosen.folder), wanted, chosen.jobs), start=1
         ):
             if fault:
                 faults.append(f"{name}: {fault}")

@@ -331,15 +331,7 @@ def parse_model(tree: Mapping[str, Any], source: str) -> Model:
 
 
 def model_from_toml(content: bytes | str, source: str) -> Model:
-    """The model that the text of a model.toml describes; `source` names it in messages.
-
-    Raises
-    ------
-    ModelError
-        with all problems at once
-    EffectError
-        for an effect of an installed package that cannot be used
-    """
+    """The model that the text of a model.toml describes; errors as of `parse_model`."""
     try:
         text = content if isinstance(content, str) else content.decode("utf-8-sig")
         tree = tomllib.loads(text)

@@ -76,6 +76,26 @@ class Source(Protocol):
         """
 
 
+@dataclass(frozen=True)
+class FileSource:
+    """What all opened files have; each kind adds `read`."""
+
+    path: Path
+    groups: tuple[Group, ...]
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    @property
+    def first_row(self) -> int:
+        return 1
+
+    def rows_of(self, group: str) -> int | None:
+        """Rows of a group, None where they are not known before reading."""
+        return next(each.rows for each in self.groups if each.name == group)
+
+
 def label(group: str, column: str) -> str:
     """Name by which a preparation finds a column."""
     return f"{group}/{column}" if group else column

@@ -67,24 +67,10 @@ def _draw(
     response = control.frequency_response(channel, omega)
     magnitude = np.asarray(response.magnitude)
     phase = np.degrees(np.unwrap(np.asarray(response.phase)))
-    figure.add_scatter(
-        x=omega,
-        y=magnitude,
-        hovertemplate="%{y:.3g}",
-        row=1,
-        col=column,
-        mode="lines",
-        **style,
-    )
-    figure.add_scatter(
-        x=omega,
-        y=phase,
-        hovertemplate="%{y:.0f}°",
-        row=2,
-        col=column,
-        mode="lines",
-        **(style | {"showlegend": False}),
-    )
+    for row, values, hover in ((1, magnitude, "%{y:.3g}"), (2, phase, "%{y:.0f}°")):
+        place = {"row": row, "col": column}
+        figure.add_scatter(x=omega, y=values, hovertemplate=hover, mode="lines", **place, **style)
+        style = style | {"showlegend": False}
 
 
 def _label(figure: go.Figure, columns: int) -> None:
