@@ -180,10 +180,6 @@ def _largest_deflection(model: Model) -> float:
     return sizes.torque / sizes.joint_stiffness
 
 
-def _largest_torque(model: Model) -> float:
-    return sizes_of(model.transmission, model.link).torque
-
-
 def _zeroed_joint(
     model: Model, measurement: Measurement, offset: float
 ) -> tuple[Model, Measurement]:
@@ -252,7 +248,7 @@ CONSTANTS = (
         "load",
         "N·m",
         0.0,
-        _largest_torque,
+        lambda model: sizes_of(model.transmission, model.link).torque,
         _loaded,
         "a constant load of {value:.3g} N·m acts beside what was recorded",
     ),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from elastic_tendon.comparison.compare import FileComparison
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.reports.comparison_figures import static_torque
-from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain
 from elastic_tendon.reports.names import abridged
 from elastic_tendon.reports.thinning import BUCKETS, envelope, stride
 from elastic_tendon.reports.units import Shown, shown
@@ -273,20 +273,13 @@ def _draw_curves(
 def _draw_noise(
     figure: go.Figure, runs: Sequence[Run], signal: str, quantity: Shown, theme: Theme
 ) -> None:
-    band = 2.0 * quantity.small * runs[-1].file.signals[signal].noise.sigma
     figure.add_shape(
         type="rect",
         xref="x domain",
         yref="y2",
         x0=0.0,
         x1=1.0,
-        y0=-band,
-        y1=band,
-        fillcolor=theme.band,
-        line={"width": 0},
-        layer="below",
-        name="± 2σ of the noise",
-        showlegend=True,
+        **noise_band(quantity.small * runs[-1].file.signals[signal].noise.sigma, theme),
     )
 
 
