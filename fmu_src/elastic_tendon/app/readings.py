@@ -242,16 +242,3 @@ def strongest_bins(bins: Sequence[Bin]) -> list[Bin]:
     shares = sample_shares(bins)
     strong = strongest([error_bin for error_bin in bins if error_bin.stands_out], shares)
     return sorted(strong, key=lambda error_bin: shares[error_bin] - error_bin.share)
-
-
-def bin_row(error_bin: Bin, quantity: Shown, sample_share: float) -> list[str]:
-    """A bin in words and numbers: what, where, RMS, bias, share of error, of samples."""
-    in_time = error_bin.by != "frequency"  # a band has neither samples nor a bias
-    return [
-        error_bin.by.replace("_", " "),
-        error_bin.bin,
-        number(quantity.small * error_bin.rmse),
-        number(quantity.small * error_bin.bias) if in_time else "–",
-        f"{100.0 * error_bin.share:.0f}",
-        f"{100.0 * sample_share:.0f}" if in_time else "–",
-    ]

@@ -27,6 +27,7 @@ ROWS = 10
 DENSER = 1.3
 # of the squared error; torques that are multiples of one another differ less, by rounding
 SAME_SHARE = 1e-3
+NOTHING = "–"
 
 FIGURES = (
     "error = simulated − measured; fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %; times noise = RMS / floor"
@@ -211,18 +212,24 @@ def _fill(
     if mark:
         table.add_column("")
     for bin_ in bins:
-        in_time = bin_.by != "frequency"  # a band has neither samples nor a bias
-        cells = [
-            bin_.by.replace("_", " "),
-            bin_.bin,
-            number(quantity.small * bin_.rmse),
-            number(quantity.small * bin_.bias) if in_time else "-",
-            f"{100.0 * bin_.share:.0f} %",
-            f"{100.0 * sample_share[bin_]:.0f} %" if in_time else "-",
-        ]
+        *cells, of_error, of_samples = bin_cells(bin_, quantity, sample_share[bin_])
+        cells += [share if share == NOTHING else f"{share} %" for share in (of_error, of_samples)]
         if mark:
             cells.append("*" if bin_.stands_out else " ")
         table.add_row(*cells)
+
+
+def bin_cells(error_bin: Bin, quantity: Shown, sample_share: float) -> list[str]:
+    """A bin in words and numbers: what, where, RMS, bias, and in % share of error, of samples."""
+    in_time = error_bin.by != "frequency"  # a band has neither samples nor a bias
+    return [
+        error_bin.by.replace("_", " "),
+        error_bin.bin,
+        number(quantity.small * error_bin.rmse),
+        number(quantity.small * error_bin.bias) if in_time else NOTHING,
+        f"{100.0 * error_bin.share:.0f}",
+        f"{100.0 * sample_share:.0f}" if in_time else NOTHING,
+    ]
 
 
 def sample_shares(bins: Sequence[Bin]) -> dict[Bin, float]:

@@ -12,7 +12,6 @@ from elastic_tendon.app import results
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.readings import (
     beyond,
-    bin_row,
     chosen_samples,
     chosen_words,
     strongest_bins,
@@ -40,7 +39,7 @@ from elastic_tendon.app.view import (
 )
 from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.locate import FileLocation
-from elastic_tendon.reports.comparison_tables import sample_shares, sentences
+from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares, sentences
 from elastic_tendon.reports.interactive.overlay import overlay
 from elastic_tendon.reports.interactive.places import Mark, error_maps, shares
 from elastic_tendon.reports.interactive.theme import THEMES, blank
@@ -171,7 +170,7 @@ def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Componen
     held = sample_shares(bins)
     rows = []
     for error_bin in strongest_bins(bins):
-        by, where, *figures = bin_row(error_bin, quantity, held[error_bin])
+        by, where, *figures = bin_cells(error_bin, quantity, held[error_bin])
         button: Any = html.Span("–", title=NO_SAMPLES)
         if error_bin.by != "frequency":
             number = bins.index(error_bin)
