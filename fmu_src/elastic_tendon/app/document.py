@@ -179,10 +179,6 @@ class Document(BaseModel):
         """The current version's model with parameters changed by hand, as a model given.
 
         In place of a root on which nothing was built, else beside; what it was loaded as is kept.
-
-        Parameters
-        ----------
-        model : Model
         """
         current = self.version
         loaded, text = current.given or current.model, model.to_toml()

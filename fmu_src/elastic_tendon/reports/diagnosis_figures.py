@@ -38,12 +38,7 @@ BARS = 8  # candidates of a round that are drawn
 
 
 def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
-    """Every figure of a diagnosis: the name of its file without suffix, and what draws it.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-    """
+    """Every figure of a diagnosis: the name of its file without suffix, and what draws it."""
     for signal in diagnosis.ladder[0].rmse:
         yield f"ladder_{signal}", partial(ladder, diagnosis.ladder, signal)
     if any(candidate_round.candidates for candidate_round in diagnosis.rounds):
@@ -298,16 +293,7 @@ def _draw_cloud(
 
 
 def next_experiment(experiment: Experiment) -> Figure:
-    """Motor motion and load over time.
-
-    Parameters
-    ----------
-    experiment : Experiment
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Motor motion and load over time."""
     columns = [("motor position (rad)", experiment.motor_position, BLUE)]
     if np.any(experiment.load_torque):
         columns.append(("load torque (N·m)", experiment.load_torque, VERMILLION))
