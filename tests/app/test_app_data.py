@@ -118,7 +118,7 @@ def test_noise_and_what_no_column_tells_are_findings(tmp_path: Path) -> None:
     known = seen(opened(tmp_path, GOOD), GOOD)
     told = findings(known)
     assert told[0].startswith("Noise of the joint position: 0.2")
-    assert "There is no measured torque: the model is judged by the joint position alone." in told
+    assert "There is no measured torque: only the joint position tests the model." in told
     graph, _ = overview(known, LIGHT)
     assert [trace.name for trace in graph.figure.data] == [
         *("motor position", "joint position", "load torque"),

@@ -114,9 +114,7 @@ class Form:
         self.structure.append(dom_id(place))
         return place
 
-    def text(
-        self, key: str, name: str, value: str, signal: str = "", **attributes: Any
-    ) -> dcc.Input:
+    def text(self, key: str, name: str, value: str, signal: str = "", **props: Any) -> dcc.Input:
         """A field for a number."""
         place = self.place(key, name, value, signal)
         return dcc.Input(
@@ -125,22 +123,16 @@ class Form:
             type="text",
             autoComplete="off",
             debounce=True,
-            **attributes,
+            **props,
         )
 
     def choice(
-        self,
-        key: str,
-        name: str,
-        value: str | None,
-        options: Any,
-        signal: str = "",
-        **attributes: Any,
+        self, key: str, name: str, value: str | None, options: Any, signal: str = "", **props: Any
     ) -> dcc.Dropdown:
         """A list to choose from."""
         place = self.place(key, name, value, signal)
         self.structure.append(options)
-        return dcc.Dropdown(options, value, id=place, clearable=False, **attributes)
+        return dcc.Dropdown(options, value, id=place, clearable=False, **props)
 
     @staticmethod
     def of_signal(signal: str, name: str, control: Any) -> html.Label:
@@ -378,12 +370,8 @@ def _figure(seen: Seen, theme: Theme) -> list[Component]:
 
 
 def _quality(seen: Seen) -> list[Component]:
-    sentences = findings(seen)
-    return (
-        [html.Ul([html.Li(sentence) for sentence in sentences], className="findings")]
-        if sentences
-        else []
-    )
+    items = [html.Li(sentence) for sentence in findings(seen)]
+    return [html.Ul(items, className="findings")] if items else []
 
 
 def findings(seen: Seen) -> list[str]:
@@ -391,21 +379,19 @@ def findings(seen: Seen) -> list[str]:
     first = seen.first
     if first is None:
         return []
-    sentences = [
+    texts = [
         f"Noise of the {shown(name, static=first.static).words}: "
         f"{noise_in_words(noise, shown(name, static=first.static))}"
         for name, noise in (first.noise.items() if isinstance(seen.checked, tuple) else ())
     ]
     if first.load_torque is None and not first.static:
-        sentences.append("There is no load torque: none is taken to act.")
+        texts.append("There is no load torque: none is taken to act.")
     if len(first.signals) == 1 and not first.static:
-        sentences.append(
-            "There is no measured torque: the model is judged by the joint position alone."
-        )
-    sentences += noted(seen.recordings)
+        texts.append("There is no measured torque: only the joint position tests the model.")
+    texts += noted(seen.recordings)
     if seen.checked is None and seen.source.role != "off" and not seen.sentence():
-        sentences.append("Checking units, signs and columns against the model…")
-    return sentences
+        texts.append("Checking units, signs and columns against the model…")
+    return texts
 
 
 def noted(recordings: Sequence[Measurement]) -> list[str]:
