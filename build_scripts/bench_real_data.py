@@ -108,7 +108,9 @@ def print_climb(folder: Path, climb: Climb) -> None:
     )
     print(f"\n{climb.model + ', mrad RMS':22}{'fitted':>8}{'held out':>10}    trial")
     for step, trial in zip(result.ladder, climb.trial, strict=True):
-        fitted, judged = (1e3 * one["joint_position"] for one in (step.rmse, step.heldout_rmse))
+        fitted, judged = (
+            1e3 * errors["joint_position"] for errors in (step.rmse, step.heldout_rmse)
+        )
         print(f"{step.title:22}{fitted:8.1f}{judged:10.1f}    {trial}".rstrip())
     for ratio in result.findings.ratios:
         low, high = ratio.interval
@@ -123,7 +125,9 @@ def print_diagnosis(folder: Path, climb: Climb) -> None:
     found = diagnose(load_model(climb.model), [read(folder, climb.fitted)], [heldout])
     print(f"\ndiagnose {climb.model}: {found.sentence}")
     for step in found.ladder:
-        fitted, judged = (1e3 * one["joint_position"] for one in (step.rmse, step.heldout_rmse))
+        fitted, judged = (
+            1e3 * errors["joint_position"] for errors in (step.rmse, step.heldout_rmse)
+        )
         print(f"{step.title:40}{fitted:8.1f}{judged:10.1f}")
     for considered in found.rounds:
         print(f"  {considered.reason}")

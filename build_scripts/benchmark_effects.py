@@ -48,7 +48,9 @@ def slower(base: Model, effects: Sequence[Effect]) -> float:
     """Time over that of the base model, both taken now."""
     model = base
     for effect in effects:
-        numbers = {one.name: typical_value(base, one) for one in effect.parameters}
+        numbers = {
+            parameter.name: typical_value(base, parameter) for parameter in effect.parameters
+        }
         model = model.with_effect(effect.id, numbers)
     library_path(model.effect_ids)
     return run_time(model) / run_time(base)
@@ -113,13 +115,22 @@ def main() -> int:
         chosen = np.random.default_rng(SEED).permutation(len(sets))[: arguments.triples]
         sets = [sets[i] for i in chosen]
     ratios = {three: slower(base, three) for three in sets}
-    slow = sorted((one for one in sets if not is_fast(one)), key=lambda one: -ratios[one])
-    fast = sorted((one for one in sets if is_fast(one)), key=lambda one: -ratios[one])
-    values = np.array([ratios[one] for one in slow])
+    slow = sorted(
+        (effect_set for effect_set in sets if not is_fast(effect_set)),
+        key=lambda effect_set: -ratios[effect_set],
+    )
+    fast = sorted(
+        (effect_set for effect_set in sets if is_fast(effect_set)),
+        key=lambda effect_set: -ratios[effect_set],
+    )
+    values = np.array([ratios[effect_set] for effect_set in slow])
     rows.append(at_most(f"median of {len(slow)} triples", float(np.median(values)), ALLOWED))
     rows.append(Row("triples within the target", f"{100 * np.mean(values <= ALLOWED):.0f} %"))
-    rows += [at_most(name(one), ratios[one], ALLOWED) for one in slow[:10]]
-    rows += [Row(f"with fast dynamics: {name(one)}", f"{ratios[one]:.1f}") for one in fast[:3]]
+    rows += [at_most(name(effect_set), ratios[effect_set], ALLOWED) for effect_set in slow[:10]]
+    rows += [
+        Row(f"with fast dynamics: {name(effect_set)}", f"{ratios[effect_set]:.1f}")
+        for effect_set in fast[:3]
+    ]
     return print_table("Time of a simulation with effects / base model", rows)
 
 

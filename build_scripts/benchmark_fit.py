@@ -31,7 +31,7 @@ INFLUENCE = 1e-9  # rad for a change of 100 %, below which a number has none
 # of a fit: without a known load, stiffnesses and inertia could grow together, and finite
 # differences would lose their way in that valley
 FREE = ("transmission.pretension_force", "link.inertia", "link.damping")
-OTHER_MACHINE = (1.1, 1.15, 0.8)  # times the model's numbers
+OTHER_MACHINE = (1.1, 1.15, 0.8)  # times the model's parameters
 NOISE = 5e-4  # rad
 # of the peer: the least effort of those tried that finds the same optimum
 METHOD, TOLERANCE, DIFFERENCE = "LSODA", 1e-7, 1e-3
@@ -47,7 +47,7 @@ def silent(_text: str, _share: float) -> None:
 
 @dataclass(frozen=True)
 class Derivation:
-    """Derivatives of the joint position (n, m) to m numbers of a model, on one motion."""
+    """Derivatives of the joint position (n, m) to m parameters of a model, on one motion."""
 
     model: Model
     time: Array
@@ -190,7 +190,7 @@ class Peer:
 
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest variables, from the bounds of the numbers."""
-        declared = {one.path: one for one in quantities(self.given.effect_ids)}
+        declared = {quantity.path: quantity for quantity in quantities(self.given.effect_ids)}
         given = self.given.values()
         free = np.full(len(STATE_SCALES), np.inf)
         lower = np.array([declared[path].lower / given[path] for path in FREE])

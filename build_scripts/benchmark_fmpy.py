@@ -28,8 +28,8 @@ from benchmarking import Array, Row, at_least, fastest, in_turn, print_table, sp
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
-from elastic_tendon.simulation.interpolation import Interpolation
 from elastic_tendon.simulation.simulate import simulate
 
 MODEL = "biorob_x4_joint_3"
@@ -70,7 +70,9 @@ def driver(path: Path, folder: Path, kind: Kind, motion: Motion) -> Callable[[],
     description = read_model_description(str(path))
     unpacked = extract(str(path), str(folder))
     instance = instantiate_fmu(unpacked, description, kind)
-    inputs = {one.name for one in description.modelVariables if one.causality == "input"}
+    inputs = {
+        variable.name for variable in description.modelVariables if variable.causality == "input"
+    }
     signals = motion.signals(inputs)
 
     def run() -> Array:

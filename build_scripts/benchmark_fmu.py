@@ -52,7 +52,7 @@ def step_time(path: Path, folder: Path) -> float:
         modelIdentifier=description.coSimulation.modelIdentifier,
         instanceName="actuator",
     )
-    references = {one.name: one.valueReference for one in description.modelVariables}
+    references = {variable.name: variable.valueReference for variable in description.modelVariables}
     slave.instantiate()
     times = []
     for _ in range(REPETITIONS):

@@ -26,9 +26,9 @@ from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.native import compiler
 from elastic_tendon.native.binary import write_sources, write_token
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.native.layout import default_layout
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
-from elastic_tendon.simulation.interpolation import Interpolation
 from elastic_tendon.simulation.simulate import simulate
 
 Array = NDArray[np.float64]

@@ -179,8 +179,8 @@ def scaling_rows(counts: Sequence[int]) -> list[Row]:
     swept(counts[0])  # loads the library
     each = {count: swept(count) / count for count in counts}
     return [
-        Row(f"{count:.0e} runs, one core", f"{1 / one:.3g} runs/s", beside=f"{spoken(one)} a run")
-        for count, one in each.items()
+        Row(f"{count:.0e} runs, one core", f"{1 / item:.3g} runs/s", beside=f"{spoken(item)} a run")
+        for count, item in each.items()
     ]
 
 

@@ -1,9 +1,11 @@
 """What the benchmark scripts share: rows, ways to time, the table, and where it was measured.
 
-A target that is missed makes a benchmark's exit status 1, unless known_misses.toml names it.
+A target that is missed makes the exit status of a benchmark or study 1, unless known_misses.toml
+names it.
 """
 
 import platform
+import re
 import subprocess
 import sys
 import time
@@ -23,6 +25,7 @@ PACKAGES = (
     *("joblib", "distributed", "ziglang"),
 )
 KNOWN_MISSES = Path(__file__).with_name("known_misses.toml")
+_COUNT = re.compile(r" \(\d+\)$")
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
 
@@ -79,7 +82,7 @@ def fastest(call: Callable[[], object], repetitions: int) -> float:
 
 def spoken(duration: float) -> str:
     """A time in s, with the unit that suits it."""
-    scale, unit = next((one for one in UNITS if duration >= one[0]), UNITS[-1])
+    scale, unit = next((scaled for scaled in UNITS if duration >= scaled[0]), UNITS[-1])
     return f"{duration / scale:.3g} {unit}"
 
 
@@ -142,15 +145,21 @@ def print_rows(rows: Sequence[Row], known: Mapping[str, str] | None = None) -> i
         line = f"  {row.what:<{width}}  {row.figure:>14}  {row.target:>14}  {_verdict(row, known)}"
         print(f"{line}  {row.beside}".rstrip())
     sys.stdout.flush()
-    return int(any(row.met is False and row.what not in known for row in rows))
+    return int(any(row.met is False and _known(row, known) is None for row in rows))
+
+
+def _known(row: Row, known: Mapping[str, str]) -> str | None:
+    """The known figure of a row, whose name may end in the count of its cases."""
+    return known.get(_COUNT.sub("", row.what))
 
 
 def _verdict(row: Row, known: Mapping[str, str]) -> str:
     """Whether the target is met, and what is known of that."""
     if row.met is None:
         return " " * 6
-    told = f" (known: {known[row.what]})" if row.what in known else ""
-    return f"{'met' if row.met else 'MISSED':6}{told}"
+    figure = _known(row, known)
+    note = "" if figure is None else f" (known: {figure})"
+    return f"{'met' if row.met else 'MISSED':6}{note}"
 
 
 def print_provenance() -> None:

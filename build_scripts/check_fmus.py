@@ -134,7 +134,7 @@ def casadi_model_exchange(path: Path, model: Model) -> float:
             imported.set(name, value)
         rates = imported.create("rates", ["x", "u"], ["ode"])
         names = {"x": imported.x(), "u": imported.u()}
-        x0, u0 = (np.array([start.get(one, 0.0) for one in names[which]]) for which in "xu")
+        x0, u0 = (np.array([start.get(state, 0.0) for state in names[which]]) for which in "xu")
         compare_jacobian(rates, x0, u0)
         x, u = ca.MX.sym("x", x0.size), ca.MX.sym("u", u0.size)
         problem = {"x": x, "p": u, "ode": rates(x, u)}
@@ -148,7 +148,10 @@ def compare_jacobian(rates: Any, x: Array, u: Array) -> None:
     """Raise `ImporterError` where the derivatives of rates by states differ from differences."""
     given = np.array(rates.jacobian()(x, u, 0)[0])
     step = 1e-5
-    found = [(rates(x + one, u) - rates(x - one, u)) / (2 * step) for one in step * np.eye(x.size)]
+    found = [
+        (rates(x + step_along, u) - rates(x - step_along, u)) / (2 * step)
+        for step_along in step * np.eye(x.size)
+    ]
     apart = np.abs(np.hstack([np.array(column) for column in found]) - given).max()
     if not apart <= 1e-6 * np.abs(given).max():
         raise ImporterError(f"the Jacobian differs from differences by {apart:.1g}")
@@ -341,11 +344,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for title, model in zip(titles, [*wanted, several_effects()], strict=True):
         for flavour in EVERY:
             found = list(outcomes(model, flavour))
-            print(_line(f"{title}, {flavour}", [one.cell for one in found]), flush=True)
+            print(_line(f"{title}, {flavour}", [result.cell for result in found]), flush=True)
             failures += [
-                f"{title}, {flavour}, {importer.name}: {one.failure}"
-                for importer, one in zip(IMPORTERS, found, strict=True)
-                if one.failure
+                f"{title}, {flavour}, {importer.name}: {result.failure}"
+                for importer, result in zip(IMPORTERS, found, strict=True)
+                if result.failure
             ]
     listed = ", ".join(several_effects().effect_ids)
     print(f"\n-: not for this flavour; 0: to the last bit; several effects: {listed}")

@@ -63,7 +63,7 @@ def _model(effect_ids: tuple[str, ...]) -> Model:
     model = load_model("biorob_x4_joint_3")
     for effect_id in effect_ids:
         parameters = BY_ID[effect_id].parameters
-        numbers = {one.name: typical_value(model, one) for one in parameters}
+        numbers = {parameter.name: typical_value(model, parameter) for parameter in parameters}
         model = model.with_effect(effect_id, numbers)
     return model
 
@@ -71,9 +71,9 @@ def _model(effect_ids: tuple[str, ...]) -> Model:
 def _first(variables: Sequence[FmuVariable], kind: Kind) -> int:
     """Value reference of the first variable of a type that can be got, behind the inputs."""
     return next(
-        one.value_reference
-        for one in variables
-        if one.variable.kind is kind and one.role not in (Role.TIME, Role.INPUT)
+        variable.value_reference
+        for variable in variables
+        if variable.variable.kind is kind and variable.role not in (Role.TIME, Role.INPUT)
     )
 
 
@@ -102,7 +102,7 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
     command = [
         *("gcc", *_FLAGS),
         *(f"-D{name}={size}" for name, size in sizes.items()),
-        *(f"-I{one}" for one in (folder, compiler.RUNTIME, compiler.fmi_headers())),
+        *(f"-I{path}" for path in (folder, compiler.RUNTIME, compiler.fmi_headers())),
         *(str(compiler.RUNTIME / "library.c"), str(FUZZERS / f"fuzz_fmi{fmi_version}.c")),
         *("-o", str(program), "-lm"),
     ]

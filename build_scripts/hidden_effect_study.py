@@ -8,11 +8,8 @@ Nothing is ever tuned on the seeds of the report.
 """
 
 import argparse
-import multiprocessing
-import signal
 import sys
 import time
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +23,7 @@ from hidden_effect.cases import Order
 from hidden_effect.plan import orders
 from hidden_effect.score import Figure, Result, figures
 from hidden_effect.study import judged
+from kept_answers import mapped
 
 MOST_NAMED = 12  # misses of a row
 
@@ -46,39 +44,26 @@ def attempted(order: Order, folder: Path) -> tuple[str, Result | None, str]:
         return order.name, None, f"{type(fault).__name__}: {fault}"
 
 
-def results_of(
-    wanted: list[Order], folder: Path, jobs: int
-) -> Iterator[tuple[str, Result | None, str]]:
-    """What each case gave, as they come."""
-    work = partial(attempted, folder=folder)
-    if jobs == 1:
-        yield from map(work, wanted)
-        return
-    # an interrupt is the parent's to handle: it ends the workers
-    ignore = (signal.SIGINT, signal.SIG_IGN)
-    with multiprocessing.get_context("spawn").Pool(jobs, signal.signal, ignore) as pool:
-        yield from pool.imap_unordered(work, wanted)
-
-
-def report(found: list[Result], absent: list[str], faults: list[str]) -> None:
-    """Print the table, the misses by name, and the cases that could not be judged."""
+def report(found: list[Result], absent: list[str], faults: list[str]) -> int:
+    """Print the table, the misses by name, and the cases that could not be judged; exit status."""
     table = figures(found)
-    print_table(f"Hidden effects, {len(found)} cases", [row_of(one) for one in table])
+    status = print_table(f"Hidden effects, {len(found)} cases", [row_of(row) for row in table])
     print("\nMissed")
-    for one in table:
-        if one.missed and one.target is not None:
-            more = len(one.missed) - MOST_NAMED
+    for row in table:
+        if row.missed and row.target is not None:
+            more = len(row.missed) - MOST_NAMED
             tail = [f"... and {more} more"] if more > 0 else []
-            print(f"  {one.what}", *one.missed[:MOST_NAMED], *tail, sep="\n    ")
+            print(f"  {row.what}", *row.missed[:MOST_NAMED], *tail, sep="\n    ")
     print(f"\n{len(absent)} cases cannot be: their effect does not show in their experiment")
     for name in absent[:MOST_NAMED]:
         print(f"    {name}")
     if faults:
         print(f"\n{len(faults)} cases failed", *faults, sep="\n    ")
+    return status
 
 
-def main() -> None:
-    """Run what is not yet done and print the table."""
+def main() -> int:
+    """Run what is not yet done and print the table; exit status 1 where a target is missed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--cases", type=int, default=1, help="for each cell")
     parser.add_argument("--seeds", choices=("dev", "report"), default="dev")
@@ -91,7 +76,9 @@ def main() -> None:
     )  # fmt: skip
     chosen = parser.parse_args()
     wanted = [
-        one for one in orders(chosen.cases, chosen.seeds == "report") if chosen.only in one.name
+        order
+        for order in orders(chosen.cases, chosen.seeds == "report")
+        if chosen.only in order.name
     ][: chosen.most]
     found: list[Result] = []
     absent: list[str] = []
@@ -99,7 +86,7 @@ def main() -> None:
     begin = time.monotonic()
     try:
         for number, (name, result, fault) in enumerate(
-            results_of(wanted, chosen.folder, chosen.jobs), start=1
+            mapped(partial(attempted, folder=chosen.folder), wanted, chosen.jobs), start=1
         ):
             if fault:
                 faults.append(f"{name}: {fault}")
@@ -111,8 +98,8 @@ def main() -> None:
             print(f"\r{number} of {len(wanted)}, {elapsed:.0f} s  ", end="", file=sys.stderr)
     except KeyboardInterrupt:
         print("\ninterrupted; what is done is kept", file=sys.stderr)
-    report(found, absent, faults)
+    return report(found, absent, faults)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -21,6 +21,7 @@ from elastic_tendon.measurement import Measurement
 
 Content = dict[str, Any]
 Order = TypeVar("Order")  # what a case is made of
+Outcome = TypeVar("Outcome")
 SIGNAL = "joint_position"
 UNEXPLAINED = ("unexplained", "unknown_effect")
 
@@ -70,15 +71,16 @@ def answers(
     """The row of each case as they come, with its number on the way; a fault ends no study."""
     work = partial(_attempted, judged=judged)
     begin = time.monotonic()
-    for number, row in enumerate(_mapped(work, wanted, jobs), start=1):
+    for number, row in enumerate(mapped(work, wanted, jobs), start=1):
         elapsed = time.monotonic() - begin
         print(f"\r{number} of {len(wanted)}, {elapsed:.0f} s  ", end="", file=sys.stderr)
         yield row
 
 
-def _mapped(
-    work: Callable[[Order], Content], wanted: Sequence[Order], jobs: int
-) -> Iterator[Content]:
+def mapped(
+    work: Callable[[Order], Outcome], wanted: Sequence[Order], jobs: int
+) -> Iterator[Outcome]:
+    """What some processes make of each case, as it comes."""
     if jobs == 1:
         yield from map(work, wanted)
         return

@@ -64,7 +64,7 @@ def static_torque(actuator: Actuator, deflection: float) -> float:
     """Torque on the joint at rest, N·m, of a deflection (rad): (7) with protected springs."""
     lengths = actuator.elongations(0.0, deflection)
     springs = zip(actuator.springs, lengths, strict=True)
-    upper, lower = (max(one.static_force(e, e > ENGAGEMENT), 0.0) for one, e in springs)
+    upper, lower = (max(spring.static_force(e, e > ENGAGEMENT), 0.0) for spring, e in springs)
     return actuator.joint_pulley_radius * (upper - lower)
 
 
@@ -72,7 +72,7 @@ def static_curve(actuator: Actuator) -> dict[str, NDArray[np.float64]]:
     """The joint turned by hand to both sides and back, read at rest in between."""
     there = np.linspace(0.0, LARGEST, ROWS_EACH_WAY + 1)
     deflection = np.concatenate([there, there[-2::-1], -there[1:], -there[-2::-1]])
-    torque = np.array([static_torque(actuator, float(one)) for one in deflection])
+    torque = np.array([static_torque(actuator, float(angle)) for angle in deflection])
     streams = [np.random.default_rng([STATIC_SEED, column]) for column in range(3)]
     # the motor's encoder stands at zero and has its noise too
     joint = measured(deflection, ENCODER, streams[0])

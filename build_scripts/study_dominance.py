@@ -217,25 +217,26 @@ def line_of(row: Content) -> list[str]:
     ]
 
 
-def main() -> None:
-    """Run what is not yet done and print the table."""
+def main() -> int:
+    """Run what is not yet done and print the table; exit status 1 where a target is missed."""
     parser = parser_of(__doc__, "elastic-tendon-study-dominance")
     parser.add_argument("--count", type=int, default=100, help="cases beside real recordings")
     chosen = parser.parse_args()
     every = orders(chosen.seeds == "report", chosen.count)
-    wanted = [one for one in every if chosen.only in one.name]
+    wanted = [candidate_set for candidate_set in every if chosen.only in candidate_set.name]
     rows, faults = collected(wanted, partial(judged, folder=chosen.folder), chosen.jobs)
     rows.sort(key=lambda row: str(row["name"]))
     heads = ["case", "verdict", "named", "error/noise", "rival", "error/noise", "gain", ""]
     print_columns([heads, *map(line_of, rows)])
     print_faults(faults)
-    if rows:
-        unbeaten = 100.0 * sum(not row["beaten"] for row in rows) / len(rows)
-        print_table(
-            "Nothing in the catalogue does better",
-            [at_least(f"not beaten ({len(rows)})", unbeaten, TARGET, "%")],
-        )
+    if not rows:
+        return 1
+    unbeaten = 100.0 * sum(not row["beaten"] for row in rows) / len(rows)
+    return print_table(
+        "Nothing in the catalogue does better",
+        [at_least(f"not beaten ({len(rows)})", unbeaten, TARGET, "%")],
+    )
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -43,7 +43,7 @@ def row_of(case: Case) -> Content:
     return asdict(said) | {
         "name": case.name,
         "hidden": case.hidden,
-        "accepted": sorted(sorted(one) for one in case.accepted),
+        "accepted": sorted(sorted(answer) for answer in case.accepted),
         "unknown": case.unknown,
         "floor": case.floor_rmse,
         "right": case.right(said.verdict, named, said.error),
@@ -82,8 +82,8 @@ def figures(rows: list[Content]) -> list[Row]:
     return [*found, Row("outside the catalogue, something named", f"{len(blamed)} cases")]
 
 
-def main() -> None:
-    """Run what is not yet done and print the table."""
+def main() -> int:
+    """Run what is not yet done and print the table; exit status 1 where a target is missed."""
     parser = parser_of(__doc__, "elastic-tendon-study-engine")
     parser.add_argument("--rounds", type=int, default=1, help="seeds of each machine")
     parser.add_argument("--hidden-only", action="store_true", help="no machine without its effect")
@@ -95,9 +95,8 @@ def main() -> None:
     heads = ["case", "hidden", "verdict", "named", "error/noise", "s", ""]
     print_columns([heads, *map(line_of, rows)])
     print_faults(faults)
-    if rows:
-        print_table(f"Machines of MuJoCo, {len(rows)} cases", figures(rows))
+    return print_table(f"Machines of MuJoCo, {len(rows)} cases", figures(rows)) if rows else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

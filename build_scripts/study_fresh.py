@@ -61,7 +61,7 @@ def row_of(case: FreshCase) -> Content:
         "validation": bool(case.validation),
         "hidden": sorted(facts.hidden),
         "ratios": facts.ratios,
-        "alternatives": sorted(sorted(one) for one in facts.alternatives),
+        "alternatives": sorted(sorted(alternative) for alternative in facts.alternatives),
         "floor": facts.floor,
     }
 
@@ -91,7 +91,7 @@ def line_of(row: Content) -> list[str]:
         f"{ratio(row):.3f}",
         f"{row['seconds']:.0f}",
         "exact" if exact(row) else "alias" if of_class(row) else "WRONG",
-        " | ".join("+".join(one) or "none" for one in row["alternatives"]),
+        " | ".join("+".join(alternative) or "none" for alternative in row["alternatives"]),
     ]
 
 
@@ -126,8 +126,8 @@ def figures(rows: list[Content]) -> list[Row]:
     return [*found, Row("time: median, 95 %, largest", spread)]
 
 
-def main() -> None:
-    """Run what is not yet done and print the table."""
+def main() -> int:
+    """Run what is not yet done and print the table; exit status 1 where a target is missed."""
     parser = parser_of(__doc__, "elastic-tendon-study-fresh")
     parser.add_argument("--count", type=int, default=24, help="machines")
     parser.add_argument(
@@ -144,9 +144,8 @@ def main() -> None:
     heads = ["case", "hidden", "verdict", "named", "error/noise", "s", "", "alternatives"]
     print_columns([heads, *map(line_of, rows)])
     print_faults(faults)
-    if rows:
-        print_table(f"Fresh machines, {len(rows)} cases", figures(rows))
+    return print_table(f"Fresh machines, {len(rows)} cases", figures(rows)) if rows else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -136,8 +136,8 @@ def _beside_target(name: str, value: float, hidden: bool) -> Row:
     return at_most(name, value, CHANCE_TARGET, "%")
 
 
-def main() -> None:
-    """Run what is not yet done and print the table."""
+def main() -> int:
+    """Run what is not yet done and print the table; exit status 1 where a target is missed."""
     parser = parser_of(__doc__, "elastic-tendon-study-lack-of-fit")
     parser.add_argument("--cases", type=int, default=6, help="of every unknown")
     parser.add_argument("--ratio", type=float, default=3.0, help="of effect to noise, R")
@@ -148,9 +148,8 @@ def main() -> None:
     rows = sorted((row for row in rows if row["reached"]), key=lambda row: str(row["name"]))
     print_columns([["case", "", "error/noise", "p", "explains", "by", "s"], *map(line_of, rows)])
     print_faults(faults)
-    if rows:
-        print_table(f"What remains, {len(rows)} cases", figures(rows))
+    return print_table(f"What remains, {len(rows)} cases", figures(rows)) if rows else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -91,7 +91,7 @@ def moved(
 ) -> Motion:
     """What an actuator does in an experiment; the load `unknown` acts as well and is not told."""
     time = np.arange(round(experiment.duration * rate)) / rate
-    load = np.array([experiment.load_torque.value(float(one)) for one in time])
+    load = np.array([experiment.load_torque.value(float(moment)) for moment in time])
     if unknown is not None:
         experiment = replace(experiment, load_torque=total(experiment.load_torque, unknown))
     run = record(actuator_of(numbers), experiment, time, signal_maps_of(numbers))
@@ -132,7 +132,11 @@ def located(measurement: Measurement) -> tuple[Bin, ...]:
 def false_alarms(sensor: Sensor, made: list[Motion], seeds: range) -> list[list[str]]:
     """For each motion and seed, the variables by which a bin stands out of noise alone."""
     return [
-        [one.by for one in located(recording(one_motion, sensor, seed)) if one.stands_out]
+        [
+            error_bin.by
+            for error_bin in located(recording(one_motion, sensor, seed))
+            if error_bin.stands_out
+        ]
         for one_motion in made
         for seed in seeds
     ]
@@ -144,7 +148,9 @@ def found(effect: str, kind: str, seed: int) -> list[Bin]:
     clean = recording(made, Sensor(), seed)
     error = compare(load_model("biorob_x4_joint_3"), [clean]).files[0].signals["joint_position"]
     return [
-        one for one in located(recording(made, Sensor(white=error.rmse), seed)) if one.stands_out
+        error_bin
+        for error_bin in located(recording(made, Sensor(white=error.rmse), seed))
+        if error_bin.stands_out
     ]
 
 
@@ -180,6 +186,11 @@ def rows(seeds: int) -> list[Row]:
     return result
 
 
-if __name__ == "__main__":
+def main() -> int:
+    """Print the table; exit status 1 where a target is missed."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 25
-    print_table("Bins that stand out", rows(count))
+    return print_table("Bins that stand out", rows(count))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -170,19 +170,19 @@ def rows_of(motions: Sequence[Mapping[str, Array]], seed: int) -> list[Row]:
     rows = []
     for seconds in (math.inf, SHORT):
         for rate in RATES:
-            cut = [sampled(one, rate, min(seconds, 20.0)) for one in motions]
+            cut = [sampled(motion, rate, min(seconds, 20.0)) for motion in motions]
             length = "whole recordings" if seconds == math.inf else f"{seconds:g} s"
             for noise in NOISES:
                 floors = [
-                    estimate(one, signal, noise, size, rng)
-                    for one in cut
+                    estimate(motion, signal, noise, size, rng)
+                    for motion in cut
                     for signal, sizes in SIZES.items()
                     for size in sizes
                 ]
                 rows.append(row(f"{length} at {rate} Hz, {noise.name}", floors, noise.target))
             floors = [
-                estimate(one, "joint_position", encoder, 1.0, rng)
-                for one in cut
+                estimate(motion, "joint_position", encoder, 1.0, rng)
+                for motion in cut
                 for encoder in ENCODERS
             ]
             rows.append(row(f"{length} at {rate} Hz, 12 to 16 bit alone", floors, 0.10))
@@ -194,17 +194,17 @@ def without_noise(motions: Sequence[Mapping[str, Array]]) -> Row:
     nothing = Noise("none", Sensor(), None)
     rng = np.random.default_rng(0)
     shares = [
-        estimate(sampled(one, 500, 20.0), signal, nothing, 1.0, rng)[0].sigma
-        / float(np.std(one[signal]))
-        for one in motions
+        estimate(sampled(motion, 500, 20.0), signal, nothing, 1.0, rng)[0].sigma
+        / float(np.std(motion[signal]))
+        for motion in motions
         for signal in SIZES
     ]
     low, median, high = np.quantile(shares, [0.05, 0.5, 0.95])
     return Row("no noise: estimate over spread", f"{median:.1e} ({low:.0e}–{high:.0e})")
 
 
-def main() -> None:
-    """Print the table."""
+def main() -> int:
+    """Print the table; exit status 1 where a target is missed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
         "--development", action="store_true", help="show the seeds of development instead"
@@ -213,8 +213,8 @@ def main() -> None:
     cases = [(effects, name) for effects in EFFECTS.values() for name in EXPERIMENTS]
     motions = [motion(effects, name, seed + index) for index, (effects, name) in enumerate(cases)]
     rows = [*rows_of(motions, seed), without_noise(motions)]
-    print_table("Noise floor over the true one: median (5–95 %)", rows)
+    return print_table("Noise floor over the true one: median (5–95 %)", rows)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -38,7 +38,9 @@ def judge(case: Case, kind: str, counts: Counter[tuple[str, str, str]]) -> None:
         found = suspicions(case.model, misreading.misread(case.measurement))
         counts[kind, name, "tried"] += 1
         counts[kind, name, "suspected"] += bool(found)
-        counts[kind, name, "rightly named"] += any(misreading.says in one for one in found)
+        counts[kind, name, "rightly named"] += any(
+            misreading.says in suspicion for suspicion in found
+        )
 
 
 def print_rates(counts: Counter[tuple[str, str, str]]) -> None:

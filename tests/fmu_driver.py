@@ -9,7 +9,7 @@ import numpy as np
 from fmpy import extract, read_model_description
 from fmpy.sundials import CVodeSolver
 
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.simulation.simulate import Array
 from fmu2_instance import instantiate2
 from fmu3_instance import instantiate3

@@ -231,6 +231,15 @@ def test_what_is_given_to_functions_shows_itself_shortly(model, tmp_path) -> Non
     assert repr(fleet) == f"Fleet of 2 robots, to be diagnosed against {MODEL}"
 
 
+def test_a_trajectory_prints_the_range_of_each_output_with_its_unit(model) -> None:
+    lines = repr(et.simulate(model, TIME, MOTOR)).splitlines()
+    torque = next(line.split() for line in lines if "joint_torque" in line)
+    state = next(line.split() for line in lines if "slack_state" in line)
+    assert torque[2] == "to"
+    assert torque[4:] == ["N·m"]
+    assert state[4:] == []  # it has none
+
+
 def test_contracts_are_named(model, recording, found) -> None:
     assert found.to_dict()["schema"] == "elastic-tendon/diagnosis/2"
     assert et.compare(model, recording).to_dict()["schema"] == "elastic-tendon/comparison/1"

@@ -51,10 +51,10 @@ def pages(folder: Path) -> Pages:
 def _model() -> str:
     rows = (
         (
-            *(f"`{one.path}`", unit_text(one.unit), plain(one.meaning)),
-            *(f"{one.lower:g} to {one.upper:g}", f"{one.uncertainty:g}"),
+            *(f"`{quantity.path}`", unit_text(quantity.unit), plain(quantity.meaning)),
+            *(f"{quantity.lower:g} to {quantity.upper:g}", f"{quantity.uncertainty:g}"),
         )
-        for one in declared_in(Model)
+        for quantity in declared_in(Model)
     )
     heading = ("key", "unit", "meaning", "bounds", "uncertainty")
     parts = [
@@ -100,8 +100,8 @@ def _formats() -> Iterable[str]:
 def _fmu() -> str:
     variables = default_layout(interface(()))
     rows = (
-        (f"`{one.name}`", unit_text(one.variable.unit), plain(one.variable.meaning))
-        for one in variables
+        (f"`{variable.name}`", unit_text(variable.variable.unit), plain(variable.variable.meaning))
+        for variable in variables
     )
     return "# FMU\n\n" + table(("variable", "unit", "meaning"), rows)
 
@@ -162,8 +162,8 @@ def _recording() -> et.Measurement:
 
 def _shortened(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _shortened(one) for key, one in value.items()}
-    return [_shortened(one) for one in value[:LONGEST]] if isinstance(value, list) else value
+        return {key: _shortened(item) for key, item in value.items()}
+    return [_shortened(item) for item in value[:LONGEST]] if isinstance(value, list) else value
 
 
 def _classes(module: ModuleType) -> str:

@@ -68,10 +68,18 @@ def _law(effect: Effect) -> str:
 def _numbers(effect: Effect) -> str:
     rows = (
         (
-            *(f"`{one.name}`", unit_text(one.unit), f"{typical_value(EXAMPLE, one):.3g}"),
-            *(f"{one.null:g}", f"{one.lower:g} to {one.upper:g}", plain(one.meaning)),
+            *(
+                f"`{parameter.name}`",
+                unit_text(parameter.unit),
+                f"{typical_value(EXAMPLE, parameter):.3g}",
+            ),
+            *(
+                f"{parameter.null:g}",
+                f"{parameter.lower:g} to {parameter.upper:g}",
+                plain(parameter.meaning),
+            ),
         )
-        for one in effect.parameters
+        for parameter in effect.parameters
     )
     return table(("name", "unit", "typical", "default", "bounds", "meaning"), rows)
 

@@ -116,8 +116,8 @@ class _Parser:
     def _inner(self, end: str) -> str:
         texts = {",": r",\ "}
         return "".join(
-            texts.get(one.text, rf"\text{{ {one.text} }}") if one.is_prose else one.text
-            for one in self.pieces(end)
+            texts.get(part.text, rf"\text{{ {part.text} }}") if part.is_prose else part.text
+            for part in self.pieces(end)
         )
 
     def _powered(self, piece: Piece) -> Piece:

@@ -74,7 +74,7 @@ def test_other_data_ask_for_another_refit() -> None:
 def test_errors_have_units() -> None:
     step = friction_found().steps[-1]
     found = Compared(step.comparison, step.heldout)
-    assert versions.told_signal(found) == "joint_position"
+    assert versions.shown_signal(found) == "joint_position"
     fitted, heldout, ratio = versions.errors_of(found, "joint_position")
     assert (fitted.split()[1], heldout.split()[1]) == ("mrad", "mrad")
     assert 0.9 < float(ratio) < 1.1

@@ -55,7 +55,7 @@ def test_each_step_is_a_version(walked: Session) -> None:
 
 def test_the_search_finds_the_hidden_effect_and_then_no_more(walked: Session) -> None:
     document = walked.document
-    first = walked.shelf.find(walk.outcome(document, document.path()[1], FILES))
+    first = walked.cache.find(walk.outcome(document, document.path()[1], FILES))
     assert first.round.chosen == (COULOMB,)
     found = walk.round_of(walked)
     assert found is not None
@@ -64,7 +64,7 @@ def test_the_search_finds_the_hidden_effect_and_then_no_more(walked: Session) ->
 
 def test_a_try_shows_the_gain_and_adds_nothing(walked: Session) -> None:
     document = walked.document
-    tried = walked.shelf.find(walk.tried(document, document.path()[1], COULOMB, FILES))
+    tried = walked.cache.find(walk.tried(document, document.path()[1], COULOMB, FILES))
     assert tried.after.rmse["joint_position"] < 0.1 * tried.before.rmse["joint_position"]
     assert len(document.versions) == 3
 
@@ -77,7 +77,7 @@ def test_uncertainties_stay_those_given(walked: Session) -> None:
 
 def test_the_way_amounts_to_a_diagnosis(walked: Session) -> None:
     result = walk.concluded(walked.document, FILES)
-    found = walked.shelf.obtain(result, silent)
+    found = walked.cache.obtain(result, silent)
     assert isinstance(found, Diagnosis)
     assert (found.verdict, found.added, found.complete) == ("missing_effect", (COULOMB,), True)
 
@@ -85,7 +85,7 @@ def test_the_way_amounts_to_a_diagnosis(walked: Session) -> None:
 def test_what_the_server_lost_is_found_again(walked: Session) -> None:
     kept = walked.document
     session = Session("2", kept, FILES)
-    answer = session.shelf.obtain(walk.answer(kept, kept.version, FILES), silent)
+    answer = session.cache.obtain(walk.answer(kept, kept.version, FILES), silent)
     assert isinstance(answer, Answer)
     torque = kept.version.loaded().effects[COULOMB]["torque"]
     assert answer.values(COULOMB)["torque"] == pytest.approx(torque, rel=1e-3)

@@ -11,7 +11,7 @@ pytest.importorskip("dash")
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import results, uploads
 from elastic_tendon.app.document import Document, Source, new_document
-from elastic_tendon.app.source_card import Form, card, facts, findings, found
+from elastic_tendon.app.source_card import Form, card, facts, findings, overview
 from elastic_tendon.app.steps.data import STEP, changes, mark, seen, summary
 from elastic_tendon.app.uploads import check_harmless, content_of
 from elastic_tendon.app.workspace import Session
@@ -37,9 +37,9 @@ def opened(tmp_path: Path, *sources: Source, **contents: str) -> Session:
 def compute(session: Session) -> None:
     for result in STEP.needs(session.document, session.files):
         try:
-            session.shelf.obtain(result, silent)
+            session.cache.obtain(result, silent)
         except ElasticTendonError:
-            continue  # kept on the shelf
+            continue  # kept in the cache
 
 
 def test_a_bad_file_is_told_by_its_own_name_and_the_others_are_read(tmp_path: Path) -> None:
@@ -49,8 +49,8 @@ def test_a_bad_file_is_told_by_its_own_name_and_the_others_are_read(tmp_path: Pa
     assert wrong.sentence().startswith("<b>mine</b>.csv: there is no column motor_position_rad")
     assert "server-bad" not in wrong.sentence()
     assert wrong.columns == ("time_s", "colour")
-    assert "are the motor position and the joint position; choose them below" in wrong.told()
-    rows = found(wrong, LIGHT)[0].children.children[1].children
+    assert "are the motor position and the joint position; choose them below" in wrong.fault()
+    rows = overview(wrong, LIGHT)[0].children.children[1].children
     assert [cell.children for cell in rows[1].children] == ["colour", "1", "2"]
     assert right.sentence() == ""
     assert facts(right) == "5000 samples, 10.0 s at 500 Hz"
@@ -118,8 +118,8 @@ def test_noise_and_what_no_column_tells_are_findings(tmp_path: Path) -> None:
     known = seen(opened(tmp_path, GOOD), GOOD)
     told = findings(known)
     assert told[0].startswith("Noise of the joint position: 0.2")
-    assert "There is no measured torque: the model is judged by the joint position alone." in told
-    graph, _ = found(known, LIGHT)
+    assert "There is no measured torque: only the joint position tests the model." in told
+    graph, _ = overview(known, LIGHT)
     assert [trace.name for trace in graph.figure.data] == [
         *("motor position", "joint position", "load torque"),
     ]
@@ -154,4 +154,4 @@ def test_a_file_that_the_server_lost_is_told() -> None:
     document: Document = new_document(load_model("figure_7"), [Source(key="x", name="lost.csv")])
     session = Session("1", document, {})
     with pytest.raises(MeasurementError, match=r"lost\.csv: the app holds it no longer"):
-        session.shelf.obtain(results.contents(document.sources[0], {}), silent)
+        session.cache.obtain(results.contents(document.sources[0], {}), silent)

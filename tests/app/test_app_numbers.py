@@ -1,4 +1,4 @@
-"""The table of a model's numbers: what is edited is checked as the file of a model is."""
+"""The table of a model's parameters: what is edited is checked as the file of a model is."""
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import EDITED, GIVEN, Document, new_document

@@ -23,7 +23,7 @@ from elastic_tendon.app.server import dash_app
 from elastic_tendon.app.steps.take_away import GONE, OFFERS, offered
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice
 from elastic_tendon.app.uploads import size_in_words
-from elastic_tendon.app.workspace import Failure, Shelf, Workspace
+from elastic_tendon.app.workspace import Cache, Failure, Workspace
 from elastic_tendon.errors import BuildError, ElasticTendonError
 from elastic_tendon.measurement.reader import read_measurements
 
@@ -60,7 +60,7 @@ def members(built: Built) -> dict[str, bytes]:
 
 
 def test_a_model_says_how_it_came_about(depot: Depot) -> None:
-    built = takeaway.model_file(document(RUDE), FILES, depot).compute(Shelf(), quiet)
+    built = takeaway.model_file(document(RUDE), FILES, depot).compute(Cache(), quiet)
     text = built.path.read_text()
     assert "# steps: as given → made heavier\n" in text
     assert "# fitted: <b>\N{REPLACEMENT CHARACTER}\N{REPLACEMENT CHARACTER} ../x\n" in text
@@ -70,7 +70,7 @@ def test_a_model_says_how_it_came_about(depot: Depot) -> None:
 
 
 def test_linear_models_are_those_before_and_after(depot: Depot) -> None:
-    found = members(takeaway.linear(document(), depot).compute(Shelf(), quiet))
+    found = members(takeaway.linear(document(), depot).compute(Cache(), quiet))
     assert set(found) == {"before.json", "before.mat", "after.json", "after.mat"}
     poles = [
         [
@@ -85,7 +85,7 @@ def test_linear_models_are_those_before_and_after(depot: Depot) -> None:
 
 
 def test_a_recording_is_handed_out_beside_its_simulations(depot: Depot, tmp_path: Path) -> None:
-    found = members(takeaway.data(document(), FILES, depot).compute(Shelf(), quiet))
+    found = members(takeaway.data(document(), FILES, depot).compute(Cache(), quiet))
     (name,) = (name for name in found if name.startswith("recordings/") and "demo_fit" in name)
     table = pd.read_csv(BytesIO(found[name]))
     error = table["simulated_joint_position_rad"] - table["measured_joint_position_rad"]
@@ -101,7 +101,7 @@ def test_a_recording_is_handed_out_beside_its_simulations(depot: Depot, tmp_path
 
 
 def test_every_figure_comes_with_units(depot: Depot) -> None:
-    found = members(takeaway.data(document("../<b>.csv"), FILES, depot).compute(Shelf(), quiet))
+    found = members(takeaway.data(document("../<b>.csv"), FILES, depot).compute(Cache(), quiet))
     figures = {
         name: pd.read_csv(BytesIO(text)) for name, text in found.items() if "figures/" in name
     }
@@ -112,7 +112,7 @@ def test_every_figure_comes_with_units(depot: Depot) -> None:
 
 
 def test_the_numbers_are_those_of_the_comparison(depot: Depot) -> None:
-    built = takeaway.numbers(document(), FILES, depot).compute(Shelf(), quiet)
+    built = takeaway.findings(document(), FILES, depot).compute(Cache(), quiet)
     content = json.loads(built.path.read_text())
     assert content["schema"] == "elastic-tendon/comparison/1"
     assert [file["name"] for file in content["files"]] == ["demo_fit.csv"]
@@ -132,7 +132,7 @@ def test_the_numbers_are_those_of_the_comparison(depot: Depot) -> None:
 )
 def test_a_report_says_how_to_come_to_the_same(depot: Depot, version: str, command: str) -> None:
     chosen = document("a b.csv").at(version)
-    built = takeaway.report_page(chosen, FILES, depot).compute(Shelf(), quiet)
+    built = takeaway.report_page(chosen, FILES, depot).compute(Cache(), quiet)
     text = html.unescape(built.path.read_text())
     assert command in text
     assert str(FILES["fit"]) not in text
@@ -140,17 +140,17 @@ def test_a_report_says_how_to_come_to_the_same(depot: Depot, version: str, comma
 
 def test_an_fmu_needs_a_platform(depot: Depot) -> None:
     with pytest.raises(BuildError, match="choose at least one"):
-        takeaway.fmu(document(), FmuChoice(), depot).compute(Shelf(), quiet)
+        takeaway.fmu(document(), FmuChoice(), depot).compute(Cache(), quiet)
 
 
 def test_without_data_there_is_still_a_model(depot: Depot) -> None:
-    bare, shelf = new_document(MODEL), Shelf()
-    assert takeaway.model_file(bare, {}, depot).compute(shelf, quiet).size > 100
-    for make in (takeaway.data, takeaway.numbers, takeaway.report_page):
+    bare, cache = new_document(MODEL), Cache()
+    assert takeaway.model_file(bare, {}, depot).compute(cache, quiet).size > 100
+    for make in (takeaway.data, takeaway.findings, takeaway.report_page):
         result = make(bare, {}, depot)
         with pytest.raises(ElasticTendonError, match="no recording is fitted"):
-            shelf.obtain(result, quiet)
-        assert isinstance(shelf.find(result), Failure)
+            cache.obtain(result, quiet)
+        assert isinstance(cache.find(result), Failure)
 
 
 def test_other_choices_are_other_files(depot: Depot) -> None:

@@ -14,7 +14,6 @@ from elastic_tendon.app.document import Source, Version, new_document
 from elastic_tendon.app.readings import (
     NO_CURSORS,
     beyond,
-    bin_row,
     chosen_samples,
     chosen_words,
     cursor_rows,
@@ -43,7 +42,7 @@ from elastic_tendon.app.view import (
 from elastic_tendon.app.workspace import Failure, Session
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.maps import CELLS
-from elastic_tendon.reports.comparison_tables import sample_shares
+from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares
 from elastic_tendon.reports.interactive.overlay import Run
 from elastic_tendon.reports.units import shown
 
@@ -70,9 +69,9 @@ def session() -> Iterator[Session]:
     )
     made = Session("0", document, files)
     for version in document.versions:
-        made.shelf.obtain(results.compared(document, version, files), quiet)
-    made.shelf.obtain(results.located(document, document.version, files), quiet)
-    made.shelf.obtain(located_heldout(document, document.version, files), quiet)
+        made.cache.obtain(results.compared(document, version, files), quiet)
+    made.cache.obtain(results.located(document, document.version, files), quiet)
+    made.cache.obtain(located_heldout(document, document.version, files), quiet)
     return made
 
 
@@ -154,7 +153,7 @@ def test_what_failed_is_not_waited_for(session: Session) -> None:
     fresh = Session("2", session.document, session.files)
     needed = results.compared(fresh.document, fresh.document.version, fresh.files)
     assert while_waiting(fresh, [needed], "Comparing…") == "Comparing…"
-    fresh.shelf.put(needed, Failure("the file has no rows"))
+    fresh.cache.put(needed, Failure("the file has no rows"))
     assert while_waiting(fresh, [needed], "Comparing…") == ""
 
 
@@ -306,6 +305,6 @@ def test_the_densest_bins_stand_first(location: FileLocation) -> None:
     assert chosen
     assert all(error_bin.stands_out for error_bin in chosen)
     assert excess == sorted(excess, reverse=True)
-    row = bin_row(chosen[0], shown(SIGNAL), held[chosen[0]])
+    row = bin_cells(chosen[0], shown(SIGNAL), held[chosen[0]])
     assert row[1] == chosen[0].bin
     assert row[4] == f"{100.0 * chosen[0].share:.0f}"

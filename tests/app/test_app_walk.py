@@ -99,7 +99,7 @@ def test_from_a_hidden_effect_to_the_fmu_that_has_it(walk: Walk, tmp_path: Path)
     walk.page.get_by_text("as given → parameters refitted → + Coulomb friction").wait_for()
     improved = walk.save(walk.build("Build the FMU"), tmp_path)
     assert follows(improved) < 0.1 * error
-    findings = json.loads(walk.save(walk.build("Write the numbers"), tmp_path).read_text())
+    findings = json.loads(walk.save(walk.build("Write the findings"), tmp_path).read_text())
     assert findings["added"] == ["coulomb_friction"]
     errors = [step["rmse"]["joint_position"] for step in findings["ladder"]]
     assert errors == sorted(errors, reverse=True)

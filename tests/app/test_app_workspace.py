@@ -12,10 +12,10 @@ from elastic_tendon.app.workspace import (
     CANCELLED,
     RESULTS,
     SESSIONS,
+    Cache,
     Failure,
     Result,
     Session,
-    Shelf,
     Workspace,
 )
 from elastic_tendon.errors import MeasurementError
@@ -95,16 +95,16 @@ def test_cancel_comes_back_at_once_and_nothing_is_kept(workspace: Workspace) -> 
 def test_a_cancelled_result_is_not_computed_again_unasked(workspace: Workspace) -> None:
     session, go_on = workspace.open(None), Event()
 
-    def slow(_shelf: Shelf, _progress: Progress) -> int:
+    def slow(_cache: Cache, _progress: Progress) -> int:
         assert go_on.wait(LONG)
         return 1
 
     result = Result(("slow",), "computing", slow)
     session.compute("compare", result)
     session.stop()
-    assert session.shelf.find(result) == Failure(CANCELLED)
-    session.shelf.forget_failures()
-    assert session.shelf.find(result) is None
+    assert session.cache.find(result) == Failure(CANCELLED)
+    session.cache.forget_failures()
+    assert session.cache.find(result) is None
     go_on.set()
 
 
@@ -113,10 +113,10 @@ def test_what_a_stopped_fit_brings_back_is_no_result() -> None:
         if share == 1.0:
             raise KeyboardInterrupt
 
-    shelf, result = Shelf(), Result(("fit",), "fitting", lambda _shelf, _progress: "best so far")
+    cache, result = Cache(), Result(("fit",), "fitting", lambda _cache, _progress: "best so far")
     with pytest.raises(KeyboardInterrupt):
-        shelf.obtain(result, interrupted)
-    assert shelf.find(result) is None
+        cache.obtain(result, interrupted)
+    assert cache.find(result) is None
 
 
 def test_what_goes_wrong_is_told_where_it_was_asked_for(workspace: Workspace) -> None:
@@ -133,25 +133,25 @@ def test_what_goes_wrong_is_told_where_it_was_asked_for(workspace: Workspace) ->
 
 
 def test_a_fault_of_ours_is_told_too_and_not_tried_again(workspace: Workspace) -> None:
-    def broken(_shelf: Shelf, _progress: Progress) -> int:
+    def broken(_cache: Cache, _progress: Progress) -> int:
         raise ZeroDivisionError("by zero")
 
     session, result = workspace.open(None), Result(("broken",), "dividing", broken)
     session.compute("compare", result)
     wait_for(lambda: finished(session))
-    found = session.shelf.find(result)
+    found = session.cache.find(result)
     assert isinstance(found, Failure)
     assert found.sentence == "dividing failed, which should not happen (ZeroDivisionError: by zero)"
 
 
-def test_the_shelf_lets_go_of_what_was_not_asked_for_the_longest() -> None:
-    shelf = Shelf()
-    results = [Result((str(i),), "", lambda _shelf, _progress: "there") for i in range(RESULTS + 1)]
+def test_the_cache_lets_go_of_what_was_not_asked_for_the_longest() -> None:
+    cache = Cache()
+    results = [Result((str(i),), "", lambda _cache, _progress: "there") for i in range(RESULTS + 1)]
     for result in results[:-1]:
-        shelf.put(result, "there")
-    shelf.find(results[0])
-    shelf.put(results[-1], "there")
-    assert [shelf.find(result) for result in results[:2]] == ["there", None]
+        cache.put(result, "there")
+    cache.find(results[0])
+    cache.put(results[-1], "there")
+    assert [cache.find(result) for result in results[:2]] == ["there", None]
 
 
 def test_a_dropped_session_comes_back_by_its_document(workspace: Workspace) -> None:

@@ -61,7 +61,7 @@ def test_recordings_reach_the_loop_and_the_answer_comes_first(run) -> None:
     assert done.stdout.startswith("Coulomb friction is surely missing")
     order = [
         done.stdout.index(words)
-        for words in ("cannot tell apart", "after each step", "does better", "Round 1")
+        for words in ("cannot distinguish", "after each step", "does better", "Round 1")
     ]
     assert order == sorted(order)
     assert files() == []

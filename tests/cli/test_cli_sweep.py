@@ -126,6 +126,22 @@ def test_trajectories_hold_every_sample(run):
     assert {"time_s", "joint_position_rad", "joint_torque_Nm"} < set(table.columns)
 
 
+@pytest.mark.parametrize("kept", [(), ("--trajectories",)])
+def test_simulations_are_drawn(run, kept):
+    words = ("--vary", f"{INERTIA}=0.02,0.04", "--plot", "s.png", *kept)
+    done = run(BUNDLED, "-o", "s.parquet", *words)
+    assert done.exit_code == 0, done.output
+    assert Path("s.png").stat().st_size > 10_000
+
+
+def test_nothing_is_drawn_where_all_runs_failed(run):
+    words = ("--vary", "transmission.pretension_force=1e5,2e5", "--plot", "s.png")
+    done = run(BUNDLED, "-o", "s.csv", *words)
+    assert done.exit_code == 1
+    assert "there is nothing to draw" in done.stderr
+    assert not Path("s.png").exists()
+
+
 # ---- refits and diagnoses ------------------------------------------------------------------
 
 

@@ -40,3 +40,10 @@ def test_a_quotient_of_any_unit_is_a_unit_with_one_stroke(unit):
 
 def test_a_damping_over_an_inertia_is_a_rate():
     assert unit_text(quotient("N.m.s/rad", INERTIA)) == "1/s"
+
+
+@pytest.mark.parametrize(
+    ("unit", "text"), [("N/m3", "N/m³"), ("N.m.s2/rad2", "N·m·s²/rad²"), ("kg.m2", "kg·m²")]
+)
+def test_a_unit_is_written_with_raised_digits(unit, text):
+    assert unit_text(unit) == text

@@ -14,7 +14,7 @@ import numpy as np
 
 from elastic_tendon.actuator.parameters import Model, parse_model
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.native.interpolation import Interpolation
 from hidden_effect import machines, motions, recordings
 from hidden_effect.machines import Hidden, Reached, Tree, get, sigma_of, with_effects, with_numbers
 from hidden_effect.recordings import QUANTISED, Noise

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.native.interpolation import Interpolation
 from truth.fast import FastRun, Inputs
 from truth.noise import Sensor, counts, measured
 

@@ -8,7 +8,7 @@ from typing import get_args
 import pytest
 
 from elastic_tendon.native import compiler, shared
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.native.interpolation import Interpolation
 
 _PROGRAM = """
 #include <stddef.h>

@@ -48,7 +48,7 @@ def test_the_verdict_comes_first_and_then_sizes() -> None:
     assert verdict == found.sentence
     text = joined(details)
     assert re.match(r"Added: Coulomb friction, torque 0.3[45]\d* ± 0.00\d+ N·m\.", text)
-    assert "Numbers that are off too: link.inertia by +13 %." in text
+    assert "Parameters that are off too: link.inertia by +13 %." in text
     assert "error goes from 37.5 to 0.230 mrad, 0.991 times the noise; on held-out data" in text
 
 
@@ -66,7 +66,7 @@ def test_a_size_that_the_data_leave_open_is_said_to_be_so() -> None:
 def test_wrong_numbers_are_told_with_interval_and_what_was_given() -> None:
     wrong = replace(friction_found(), verdict="wrong_parameter", added=())
     text = joined(verdict_sentences(wrong)[1:])
-    sizes = r"Wrong numbers: link.inertia is 0.03[34]\d* ± 0.00\d+ kg·m², not 0.03 \(\+13 %\)\."
+    sizes = r"Wrong parameters: link.inertia is 0.03[34]\d* ± 0.00\d+ kg·m², not 0.03 \(\+13 %\)\."
     assert re.match(sizes, text)
 
 
@@ -89,7 +89,7 @@ def test_what_no_effect_explains_is_told_as_such() -> None:
 
 def test_what_the_data_cannot_tell_apart_is_said() -> None:
     text = joined(doubt_sentences(friction_found()))
-    assert "These data cannot tell apart: Coulomb friction and LuGre friction." in text
+    assert "These data cannot distinguish: Coulomb friction and LuGre friction." in text
     assert "Coulomb friction was added; the others would do as well." in text
     assert "No motion tells the two apart." in text
     assert "demo_fit.csv: its noise is known badly." in text
@@ -111,14 +111,14 @@ def test_sets_that_cannot_be_told_apart_are_told_by_their_titles() -> None:
     alike = (("coulomb_friction", "gear_backlash+spring_mass"),)
     found = friction_found(indistinguishable=alike)
     text = joined(doubt_sentences(found))
-    assert "tell apart: Coulomb friction and Gear backlash + Spring mass." in text
+    assert "distinguish: Coulomb friction and Gear backlash + Spring mass." in text
     assert meant(found) == ("coulomb_friction", "gear_backlash", "spring_mass")
 
 
 def test_recordings_that_do_not_fit_in_are_named_once() -> None:
     text = joined(doubt_sentences(friction_found()))
     assert "the zero of the joint's encoder is 3 mrad off" in text
-    assert "demo_validate.csv contradicts demo_fit.csv: no numbers" in text
+    assert "demo_validate.csv contradicts demo_fit.csv: no parameters" in text
     both = [
         replace(summary, contradicts=(recording.file,))
         for summary, recording in zip(RECORDINGS, RECORDINGS[::-1], strict=True)

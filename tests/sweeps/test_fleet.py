@@ -242,8 +242,8 @@ def test_what_cannot_be_told_apart_is_named():
     estimate = SimpleNamespace(unit="N.m", fitted=0.3, interval=(0.29, 0.31))
     found = subject._appearances(diagnosis(), {"effects.coulomb_friction.torque": estimate})
     assert list(found) == [
-        "coulomb_friction: torque 0.3 N·m (0.29 to 0.31), not told apart from lugre_friction and "
-        "stribeck_friction"
+        "coulomb_friction: torque 0.3 N·m (0.29 to 0.31), indistinguishable from lugre_friction "
+        "and stribeck_friction"
     ]
 
 

@@ -263,7 +263,7 @@ def test_default_motion_is_the_default_excitation(model):
         ({"outputs": ("joint_positon",)}, "did you mean joint_position?"),
         ({"outputs": ()}, "choose some of joint_torque"),
         ({"keep": "all"}, "choose one of statistics, trajectories"),
-        ({"tolerance": 0.5}, "outside 1e-14 to 1e-2"),
+        ({"tolerance": 0.5}, "outside 1e-14 to 0.01"),
     ],
 )
 def test_what_cannot_be_simulated_is_told_in_one_sentence(model, options, said):

@@ -71,7 +71,7 @@ class FastRun:
 
 
 def numbers_of(tree: Numbers, start: tuple[float, float]) -> Vector:
-    """The numbers of a model.toml in the order of `fast.c`, from a start (rad, rad/s)."""
+    """The parameters of a model.toml in the order of `fast.c`, from a start (rad, rad/s)."""
     transmission, link, effects = tree["transmission"], tree["link"], tree.get("effects", {})
     springs = [transmission["upper_spring"], transmission["lower_spring"]]
     counts = [spring.get("parallel", 1) for spring in springs]

@@ -36,8 +36,10 @@ def effect_quantities(effect: Effect, sizes: Sizes) -> Iterator[Quantity]:
 
 def cautions(numbers: Mapping[str, Mapping[str, float]], present: Iterable[Effect]) -> list[str]:
     """What the effects warn of, one sentence each; `numbers` by id and name."""
-    told = ((effect, _judged(effect.cautions, numbers[effect.id])) for effect in present)
-    return [f"effects.{effect.id}: {sentence}" for effect, sentence in told if sentence]
+    cautions_of = (
+        (effect, _sentence_of(effect.cautions, numbers[effect.id])) for effect in present
+    )
+    return [f"effects.{effect.id}: {sentence}" for effect, sentence in cautions_of if sentence]
 
 
 def closed_schema(
@@ -80,7 +82,7 @@ def _effect_schema(effect: Effect) -> type[BaseModel]:
         number.name: (float, {"default": number.null, "ge": number.lower, "le": number.upper})
         for number in effect.parameters
     }
-    return closed_schema(effect.id, fields, lambda numbers: _judged(effect.refuses, numbers))
+    return closed_schema(effect.id, fields, lambda numbers: _sentence_of(effect.refuses, numbers))
 
 
 def _exclusion(present: tuple[Effect, ...]) -> str:
@@ -97,8 +99,8 @@ def _exclusion(present: tuple[Effect, ...]) -> str:
     return ""
 
 
-def _judged(check: Check, numbers: Mapping[str, float]) -> str:
-    """What an effect says of its numbers; a fault in a user's own file is told as such."""
+def _sentence_of(check: Check, numbers: Mapping[str, float]) -> str:
+    """What an effect says of its numbers; a fault in a user's own file is reported as such."""
     try:
         return check(numbers)
     except Exception as error:

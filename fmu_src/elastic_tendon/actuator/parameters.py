@@ -1,4 +1,4 @@
-"""The numbers of a model: model.toml as frozen, strict data classes.
+"""The parameters of a model: model.toml as frozen, strict data classes.
 
 The tables stand in `sections`, those of the effects in the effects' own files; `quantities`,
 the checks and the messages are derived from these declarations.
@@ -77,7 +77,7 @@ class Model(BaseModel):
     @field_validator("uncertainty", mode="before")
     @classmethod
     def _known_paths(cls, value: object, info: ValidationInfo) -> dict[str, Any]:
-        # with broken effects every declared path is let pass: their own problem is told
+        # with broken effects every declared path is let pass: their own problem is reported
         effect_ids = info.data.get("effects", effects.BY_ID)
         paths = tuple(quantity.path for quantity in quantities(effect_ids))
         listed = _uncertainty_schema(paths).model_validate(value)
@@ -180,18 +180,18 @@ class Model(BaseModel):
 
     def warnings(self) -> list[str]:
         """What is allowed but unwise, one sentence each."""
-        found = []
+        warnings = []
         transmission = self.transmission
         if transmission.pretension_force > transmission.recommended_pretension:
-            found.append(
+            warnings.append(
                 f"transmission.pretension_force: {transmission.pretension_force:g} N is above the "
                 f"recommended {transmission.recommended_pretension:g} N, paper (30); more "
                 "pretension narrows the range of high stiffness and lowers the largest torque"
             )
         present = tuple(effects.BY_ID[effect_id] for effect_id in self.effects)
         if not any(effect.slot is Slot.SPRING_MASS for effect in present):
-            found += self._heavy_springs()
-        return found + cautions(self.effects, present)
+            warnings += self._heavy_springs()
+        return warnings + cautions(self.effects, present)
 
     def _heavy_springs(self) -> Iterator[str]:
         link_mass = self.link.inertia / self.transmission.joint_pulley_radius**2
@@ -212,7 +212,7 @@ class Model(BaseModel):
 
 
 def quantities(effect_ids: Iterable[str]) -> tuple[Quantity, ...]:
-    """Run-time numbers of a model with these effects: transmission, link, effects.
+    """Run-time parameters of a model with these effects: transmission, link, effects.
 
     The order is that of the declarations and of the catalogue, not of `effect_ids`.
     """
@@ -331,15 +331,7 @@ def parse_model(tree: Mapping[str, Any], source: str) -> Model:
 
 
 def model_from_toml(content: bytes | str, source: str) -> Model:
-    """The model that the text of a model.toml describes; `source` names it in messages.
-
-    Raises
-    ------
-    ModelError
-        with all problems at once
-    EffectError
-        for an effect of an installed package that cannot be used
-    """
+    """The model that the text of a model.toml describes; errors as of `parse_model`."""
     try:
         text = content if isinstance(content, str) else content.decode("utf-8-sig")
         tree = tomllib.loads(text)

@@ -41,7 +41,7 @@ def sentences(
     declared : quantity at each dotted path
     keys : keys known in each table, by the table's dotted path ("" is the file itself)
     """
-    return [_sentence(dict(found), declared, keys) for found in error.errors()]
+    return [_sentence(dict(problem), declared, keys) for problem in error.errors()]
 
 
 def unknown_key(path: str, key: str, known: Iterable[str], where: str) -> str:
@@ -64,14 +64,14 @@ def unknown_effect(effect_id: str, known: Iterable[str]) -> str:
 
 
 def _sentence(
-    found: dict[str, Any], declared: Mapping[str, Quantity], keys: Mapping[str, Sequence[str]]
+    problem: dict[str, Any], declared: Mapping[str, Quantity], keys: Mapping[str, Sequence[str]]
 ) -> str:
-    location = [str(part) for part in found["loc"]]
+    location = [str(part) for part in problem["loc"]]
     path, parent = ".".join(location), ".".join(location[:-1])
-    kind, value = found["type"], _shown(found["input"])
+    kind, value = problem["type"], _shown(problem["input"])
     quantity = declared.get(path)
     if kind == REFUSED:
-        return f"{path}: {found['msg']}"
+        return f"{path}: {problem['msg']}"
     if kind == "extra_forbidden" and parent == "effects":
         return f"{path}: {unknown_effect(location[-1], keys[parent])}"
     if kind == "extra_forbidden":
@@ -86,9 +86,9 @@ def _sentence(
     elif kind in ("greater_than_equal", "less_than_equal") and quantity is not None:
         unit = "" if quantity.unit == "1" else f" {quantity.unit}"
         fault = f"is outside {quantity.lower:g} to {quantity.upper:g}{unit}"
-        fault += _hint(found["input"], quantity)
+        fault += _hint(problem["input"], quantity)
     else:
-        fault = "is refused: " + found["msg"][:1].lower() + found["msg"][1:]
+        fault = "is refused: " + problem["msg"][:1].lower() + problem["msg"][1:]
     return f"{path}: {value} {fault}"
 
 

@@ -13,7 +13,8 @@ STRICT = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=Fals
 
 def unit_text(unit: str) -> str:
     """A unit of a model as people write it: ``kg.m2`` is kg·m²."""
-    return re.sub(r"(?<=[a-z])2", "²", unit.replace(".", "·"))
+    powers = re.sub(r"(?<=[a-z])[23]", lambda digit: "²³"[digit[0] == "3"], unit)
+    return powers.replace(".", "·")
 
 
 @dataclass(frozen=True)

@@ -164,10 +164,10 @@ class Symbols:
         """
         if not ca.depends_on(ca.jacobian(residual, unknown), unknown):
             return linear_root(residual, unknown)
-        found = ca.SX.sym("w", unknown.numel())
-        residual = ca.substitute(residual, unknown, found)
-        self.implicit.append(Implicit(found, residual, ca.SX(guess)))
-        return found
+        solution = ca.SX.sym("w", unknown.numel())
+        residual = ca.substitute(residual, unknown, solution)
+        self.implicit.append(Implicit(solution, residual, ca.SX(guess)))
+        return solution
 
     @property
     def unknowns(self) -> ca.SX:
@@ -214,10 +214,10 @@ class Symbols:
 
     def fill(self, slot: Slot, at: object, strand: str = "") -> list[Any]:
         """Answers of the effects of a slot, taken over."""
-        found = self.answers(slot, at, strand)
-        for place, answer in found:
+        answers = self.answers(slot, at, strand)
+        for place, answer in answers:
             self.take(place, answer)
-        return [answer for _, answer in found]
+        return [answer for _, answer in answers]
 
     def answer(self, effect: Effect, place: str, at: object) -> Any:
         """What one effect answers at one place; nothing is taken over yet."""

@@ -13,6 +13,7 @@ Signs are the paper's: a positive deflection stretches the lower spring, and the
 the joint is then negative.
 """
 
+from collections.abc import Callable
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastic_tendon.effects.symbolic import Symbol, where
 
 if TYPE_CHECKING:
-    from elastic_tendon.actuator.sections import Transmission
+    from elastic_tendon.actuator.sections import Spring, Transmission
 
 FloatArray = NDArray[np.float64]
 
@@ -265,12 +266,7 @@ def characteristic_stiffness(deflection: ArrayLike, transmission: "Transmission"
     -------
     (n,) array; N·m/rad. Without pretension one of the two tendons is always slack.
     """
-    return _sum_of_taut(
-        deflection,
-        transmission,
-        transmission.upper_spring.combined_stiffness,
-        transmission.lower_spring.combined_stiffness,
-    )
+    return _sum_of_taut(deflection, transmission, lambda spring: spring.combined_stiffness)
 
 
 def characteristic_damping(deflection: ArrayLike, transmission: "Transmission") -> FloatArray:
@@ -285,18 +281,14 @@ def characteristic_damping(deflection: ArrayLike, transmission: "Transmission") 
     -------
     (n,) array; N·m·s/rad
     """
-    return _sum_of_taut(
-        deflection,
-        transmission,
-        transmission.upper_spring.combined_damping,
-        transmission.lower_spring.combined_damping,
-    )
+    return _sum_of_taut(deflection, transmission, lambda spring: spring.combined_damping)
 
 
 def _sum_of_taut(
-    deflection: ArrayLike, transmission: "Transmission", upper: float, lower: float
+    deflection: ArrayLike, transmission: "Transmission", value_of: Callable[["Spring"], float]
 ) -> FloatArray:
-    """R² times the sum of what belongs to the taut tendons."""
+    """R² times the sum of a value of the springs whose tendons are taut."""
+    upper, lower = value_of(transmission.upper_spring), value_of(transmission.lower_spring)
     length_1, length_2 = _elongations(deflection, transmission)
     total = where(length_1 < 0, 0.0, upper) + where(length_2 < 0, 0.0, lower)
     return np.asarray(transmission.joint_pulley_radius**2 * total)

@@ -6,7 +6,7 @@ WORDS = "Something is being computed; wait until it is done, or cancel it below.
 
 
 def store(step_id: str) -> dcc.Store:
-    """Where a step is told; ``f"{step_id}-busy"``, whose `data` changes only when that does."""
+    """Where a step is reported; ``f"{step_id}-busy"``, whose `data` changes only when that does."""
     return dcc.Store(id=f"{step_id}-busy", data=False)
 
 

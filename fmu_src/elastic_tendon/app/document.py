@@ -67,7 +67,7 @@ class Version(BaseModel):
     change : id of the effect that came in with this step, None where none did
     added : ids of all effects that came in since the root, in this order
     model : text of its model.toml
-    given : the same as it was loaded, where numbers were edited by hand since; else ""
+    given : the same as it was loaded, where parameters were edited by hand since; else ""
     effective : numbers that the data determine, see `estimation.ladder.Step`
     fitted_to : `Document.data_key` of the data that it was fitted to, "" where it was not
     searched : `Document.data_key` of the data in which more was searched from here, else ""
@@ -91,7 +91,7 @@ class Version(BaseModel):
         return model_from_toml(self.model, self.title)
 
     def as_loaded(self) -> Model:
-        """The model before its numbers were edited by hand."""
+        """The model before its parameters were edited by hand."""
         return model_from_toml(self.given or self.model, self.title)
 
 
@@ -131,10 +131,10 @@ class Document(BaseModel):
 
     def path(self) -> tuple[Version, ...]:
         """Versions from the root to the current one."""
-        found = [self.version]
-        while found[-1].parent is not None:
-            found.append(self.find(found[-1].parent))
-        return tuple(reversed(found))
+        path = [self.version]
+        while path[-1].parent is not None:
+            path.append(self.find(path[-1].parent))
+        return tuple(reversed(path))
 
     def children(self, version_id: str) -> tuple[Version, ...]:
         """Versions made from this one, the oldest first."""
@@ -176,13 +176,9 @@ class Document(BaseModel):
         return self._replacing(version) if self._bare(self.version) else self.adding(version)
 
     def edited(self, model: Model) -> "Document":
-        """The current version's model with numbers changed by hand, as a model given.
+        """The current version's model with parameters changed by hand, as a model given.
 
         In place of a root on which nothing was built, else beside; what it was loaded as is kept.
-
-        Parameters
-        ----------
-        model : Model
         """
         current = self.version
         loaded, text = current.given or current.model, model.to_toml()

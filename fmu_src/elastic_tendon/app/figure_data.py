@@ -58,14 +58,14 @@ def figures(
         for signal in measurement.signals:
             yield _table(f"{measurement.name}_{signal}", partial(overlay, runs, signal))
     fitted = known[-1].fitted
-    for file, found in zip(fitted.files, located.files, strict=True):
+    for file, location in zip(fitted.files, located.files, strict=True):
         name = file.measurement.name
-        yield _table(f"{name}_torque_loop", partial(torque_loop, fitted.model, file, found))
-        yield _table(f"{name}_missing_torque", partial(missing_torque, file, found))
+        yield _table(f"{name}_torque_loop", partial(torque_loop, fitted.model, file, location))
+        yield _table(f"{name}_missing_torque", partial(missing_torque, file, location))
         if not file.measurement.static:
-            yield _table(f"{name}_error_maps", partial(error_maps, file, found))
+            yield _table(f"{name}_error_maps", partial(error_maps, file, location))
         for signal in file.signals:
-            yield _table(f"{name}_shares_{signal}", partial(shares, file, found, signal))
+            yield _table(f"{name}_shares_{signal}", partial(shares, file, location, signal))
     static = all(file.measurement.static for file in fitted.files)
     for signal in steps[0].rmse:
         yield _table(f"ladder_{signal}", partial(ladder, steps, signal, static=static))

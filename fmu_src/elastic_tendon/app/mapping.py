@@ -58,26 +58,30 @@ class Row:
         return [{"value": unit, "label": _WRITTEN.get(unit, unit)} for unit in (*usual, *own)]
 
 
-def rows_of(source: Source, labels: Sequence[str], found: Measurement | None) -> tuple[Row, ...]:
+def rows_of(
+    source: Source, labels: Sequence[str], measurement: Measurement | None
+) -> tuple[Row, ...]:
     """A row for each signal that the file has or could have.
 
     Parameters
     ----------
     source : Source
     labels : columns of the file
-    found : the recording as it was read, None where it could not be
+    measurement : the recording as it was read, None where it could not be
     """
     corrected = dict(parse_map(item, labels) for item in _items(source))
-    read = {} if found is None else found.preparation.columns
+    read = {} if measurement is None else measurement.preparation.columns
     return tuple(
-        _row(signal, corrected.get(signal), read.get(signal)) for signal in _possible(found)
+        _row(signal, corrected.get(signal), read.get(signal)) for signal in _possible(measurement)
     )
 
 
-def _possible(found: Measurement | None) -> tuple[str, ...]:
-    if found is None:
+def _possible(measurement: Measurement | None) -> tuple[str, ...]:
+    if measurement is None:
         return READ
-    return STATIC if found.static else tuple(name for name in READ if name != "joint_deflection")
+    return (
+        STATIC if measurement.static else tuple(name for name in READ if name != "joint_deflection")
+    )
 
 
 def _items(source: Source) -> list[str]:
@@ -206,11 +210,11 @@ def shifts_of(source: Source, signal: str, text: str | None) -> dict[str, Any]:
     return dict(others) if not value else {**others, signal: value}
 
 
-def shifted(found: Measurement | None) -> tuple[str, ...]:
+def shifted(measurement: Measurement | None) -> tuple[str, ...]:
     """Signals of a recording that may be late."""
-    if found is None or found.static:
+    if measurement is None or measurement.static:
         return ()
-    held = found.inputs.keys() | found.signals.keys()
+    held = measurement.inputs.keys() | measurement.signals.keys()
     return tuple(name for name in SHIFTED if name in held)
 
 
@@ -236,8 +240,8 @@ def in_app_words(sentence: str) -> str:
     return plain
 
 
-def _advice_in_words(found: re.Match[str]) -> str:
-    return enumerated([item_in_words(item) for item in advised_items(found[0])])
+def _advice_in_words(match: re.Match[str]) -> str:
+    return enumerated([item_in_words(item) for item in advised_items(match[0])])
 
 
 def advised_items(text: str) -> tuple[str, ...]:
@@ -247,11 +251,11 @@ def advised_items(text: str) -> tuple[str, ...]:
     ----------
     text : str; with options such as ``--map time=t --map load_torque="load cell:Nm"``
     """
-    found = ADVICE.search(text)
-    if found is None:
+    match = ADVICE.search(text)
+    if match is None:
         return ()
     items = []
-    for option in found[0].removeprefix("--map ").split(" --map "):
+    for option in match[0].removeprefix("--map ").split(" --map "):
         signal, _, column = option.strip().partition("=")
         if column[:1] in ('"', "'") and column[-1:] == column[:1]:
             column = column[1:-1]  # quoted for a shell

@@ -1,4 +1,4 @@
-"""The numbers of a model as a table in which they are edited; nothing of the page is here."""
+"""The parameters of a model as a table in which they are edited; nothing of the page is here."""
 
 import re
 from collections.abc import Mapping
@@ -40,7 +40,7 @@ class Section:
 
 
 def sections(model: Model, loaded: Model) -> tuple[Section, ...]:
-    """All run-time numbers of a model, part by part.
+    """All run-time parameters of a model, part by part.
 
     Parameters
     ----------

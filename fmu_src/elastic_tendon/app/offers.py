@@ -100,29 +100,31 @@ def guessed(source: Source, labels: Sequence[str]) -> tuple[Offer, ...]:
     absent = [*wanted, *(["load_torque"] if "load_torque" not in said else [])]
     if "load_torque" in map(_named, labels):
         absent = list(wanted)
-    found = _told_apart(absent, free)
-    items = tuple(_items(found, labels))
-    if not found.keys() & set(wanted) or not items:
+    guesses = _distinguished(absent, free)
+    items = tuple(_items(guesses, labels))
+    if not guesses.keys() & set(wanted) or not items:
         return ()
-    told = enumerated([item_in_words(item, labels) for item in items])
-    return (Offer("Take this mapping", f"Going by the names, it may be: {told}.", items),)
+    assignments = enumerated([item_in_words(item, labels) for item in items])
+    return (Offer("Take this mapping", f"Going by the names, it may be: {assignments}.", items),)
 
 
-def _told_apart(signals: Sequence[str], free: Sequence[str]) -> dict[str, str]:
+def _distinguished(signals: Sequence[str], free: Sequence[str]) -> dict[str, str]:
     """Column of each signal that exactly one name tells."""
-    found: dict[str, str] = {}
+    columns: dict[str, str] = {}
     for table in (_TELLING, _HINTING):
         for signal in signals:
-            left = [label for label in free if label not in found.values()]
+            left = [label for label in free if label not in columns.values()]
             telling = [
-                label for label in left if _tells(label, signal, table.get(signal, frozenset()))
+                label
+                for label in left
+                if _names_signal(label, signal, table.get(signal, frozenset()))
             ]
-            if signal not in found and len(telling) == 1:
-                found[signal] = telling[0]
-    return {signal: found[signal] for signal in signals if signal in found}
+            if signal not in columns and len(telling) == 1:
+                columns[signal] = telling[0]
+    return {signal: columns[signal] for signal in signals if signal in columns}
 
 
-def _tells(label: str, signal: str, telling: frozenset[str]) -> bool:
+def _names_signal(label: str, signal: str, telling: frozenset[str]) -> bool:
     said = {word.lower() for word in _WORD.findall(label.rpartition("/")[2])}
     return bool(said & telling) and (signal == "load_torque" or not said & _ELSE)
 
@@ -131,8 +133,8 @@ def _named(label: str) -> str | None:
     return signal_named(label.rpartition("/")[2])
 
 
-def _items(found: Mapping[str, str], labels: Sequence[str]) -> Iterator[str]:
-    for signal, column in found.items():
+def _items(guesses: Mapping[str, str], labels: Sequence[str]) -> Iterator[str]:
+    for signal, column in guesses.items():
         try:
             yield item_of(Row(signal, column), labels)
         except MeasurementError:

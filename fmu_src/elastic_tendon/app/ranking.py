@@ -57,7 +57,7 @@ def suggestion(search_round: Round) -> str:
 
 
 def _chance(search_round: Round) -> float:
-    """Probability of what was chosen, or of what these data cannot tell from it, 0 to 1."""
+    """Probability of what was chosen, or of what these data cannot distinguish from it, 0 to 1."""
     chosen = next(row for row in search_round.candidates if row.ids == search_round.chosen)
     return sum(
         row.probability
@@ -97,7 +97,7 @@ def why_not_tried(search_round: Round | None) -> str:
     """Why an effect that is no candidate of the round cannot be tried."""
     if search_round is None:
         return "Try is available after the search."
-    return "The search knows no numbers for it on this model; adding it has it fitted."
+    return "The search knows no parameters for it on this model; adding it has it fitted."
 
 
 def choices(model: Model | None = None) -> list[dict[str, str]]:
@@ -114,26 +114,30 @@ def first_choice(search_round: Round | None) -> str | None:
     return next(iter(search_round.chosen), None) if search_round is not None else None
 
 
-def tried_sentences(found: walk.Tried, candidate: Candidate) -> list[str]:
+def tried_sentences(trial: walk.Tried, candidate: Candidate) -> list[str]:
     """How the error would change, before anything is added.
 
     Parameters
     ----------
-    found : Tried
+    trial : Tried
     candidate : what was tried
     """
-    sentences = fall_sentences(found.before, found.after)
+    sentences = fall_sentences(trial.before, trial.after)
     if not candidate.fitted:
-        sentences.append("These are the numbers that the screen expects; adding fits them.")
+        sentences.append("These are the values that the screen expects; adding fits them.")
     return [*sentences, "Nothing was added."]
 
 
-def signature_words(found: Signature) -> str:
+def signature_words(signature: Signature) -> str:
     """What the picture of an effect shows, and on which machine."""
-    units = {parameter.name: unit_text(parameter.unit) for parameter in found.effect.parameters}
+    units = {parameter.name: unit_text(parameter.unit) for parameter in signature.effect.parameters}
     numbers = ", ".join(
         f"{name} {value:.3g}" + ("" if units[name] == "1" else f" {units[name]}")
-        for name, value in found.numbers.items()
+        for name, value in signature.numbers.items()
     )
-    size = "typical" if found.times_typical == 1.0 else f"{found.times_typical:g} times typical"
-    return f"On {found.example}, {size}: {numbers}."
+    size = (
+        "typical"
+        if signature.times_typical == 1.0
+        else f"{signature.times_typical:g} times typical"
+    )
+    return f"On {signature.example}, {size}: {numbers}."

@@ -180,18 +180,18 @@ def beyond(chosen: NDArray[np.bool_], time: NDArray[np.float64], window: Window 
 # ---- chosen samples ------------------------------------------------------------------------
 
 
-def chosen_samples(found: FileLocation, mark: Mark | None) -> NDArray[np.bool_] | None:
+def chosen_samples(location: FileLocation, mark: Mark | None) -> NDArray[np.bool_] | None:
     """Samples of a bin or cell; None where nothing is chosen, or what is no longer there."""
     if not mark:
         return None
     try:
-        return samples_of(found, mark)
+        return samples_of(location, mark)
     except (KeyError, TypeError, ValueError):
         return None
 
 
 def chosen_words(
-    run: Run, signal: str, found: FileLocation, mark: Mark, chosen: NDArray[np.bool_]
+    run: Run, signal: str, location: FileLocation, mark: Mark, chosen: NDArray[np.bool_]
 ) -> str:
     """How many samples a bin or cell holds, and how large the error is there.
 
@@ -199,11 +199,11 @@ def chosen_words(
     ----------
     run : the model beside the recording
     signal : of the recording
-    found : FileLocation of it
+    location : FileLocation of it
     mark : of `places`
     chosen : (n,) samples of the mark
     """
-    where = place_words(found, mark, chosen)
+    where = place_words(location, mark, chosen)
     count = int(np.count_nonzero(chosen))
     if count == 0:
         return f"{where}: no samples of its own that could be shown."
@@ -219,14 +219,14 @@ def chosen_words(
     )
 
 
-def place_words(found: FileLocation, mark: Mark, chosen: NDArray[np.bool_]) -> str:
+def place_words(location: FileLocation, mark: Mark, chosen: NDArray[np.bool_]) -> str:
     """Which bin or cell it is."""
     if len(mark) == len(("variable", "bin")):
         by, words = map(str, mark)
         return _sentence_case(f"{by.replace('_', ' ')} {words}")
     parts = []
     for variable in map(str, mark[:2]):
-        values = found.variables[variable][chosen]
+        values = location.variables[variable][chosen]
         ends = f" {range_text(values.min(), values.max())}" if len(values) else ""
         name, unit = with_unit(variable).rstrip(")").split(" (")
         parts.append(f"{name}{ends} {unit}")
@@ -240,18 +240,5 @@ def _sentence_case(words: str) -> str:
 def strongest_bins(bins: Sequence[Bin]) -> list[Bin]:
     """Bins that stand out and say most of where the error lies; the densest first."""
     shares = sample_shares(bins)
-    found = strongest([error_bin for error_bin in bins if error_bin.stands_out], shares)
-    return sorted(found, key=lambda error_bin: shares[error_bin] - error_bin.share)
-
-
-def bin_row(error_bin: Bin, quantity: Shown, sample_share: float) -> list[str]:
-    """A bin in words and numbers: what, where, RMS, bias, share of error, of samples."""
-    in_time = error_bin.by != "frequency"  # a band has neither samples nor a bias
-    return [
-        error_bin.by.replace("_", " "),
-        error_bin.bin,
-        number(quantity.small * error_bin.rmse),
-        number(quantity.small * error_bin.bias) if in_time else "–",
-        f"{100.0 * error_bin.share:.0f}",
-        f"{100.0 * sample_share:.0f}" if in_time else "–",
-    ]
+    strong = strongest([error_bin for error_bin in bins if error_bin.stands_out], shares)
+    return sorted(strong, key=lambda error_bin: shares[error_bin] - error_bin.share)

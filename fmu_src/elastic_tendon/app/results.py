@@ -13,7 +13,7 @@ from pathlib import Path
 import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
-from elastic_tendon.app.workspace import Result, Shelf
+from elastic_tendon.app.workspace import Cache, Result
 from elastic_tendon.estimation.ladder import FittedStep, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -46,7 +46,7 @@ class Compared:
 def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
     """Names of the columns of a file, by which a mapping finds them."""
 
-    def compute(_shelf: Shelf, progress: Progress) -> tuple[str, ...]:
+    def compute(_cache: Cache, progress: Progress) -> tuple[str, ...]:
         with _calling_it(source, files) as path:
             progress(f"opening {source.name}", 0.0)
             check_harmless(path, source.name)
@@ -59,17 +59,17 @@ def contents(source: Source, files: Files) -> Result[tuple[str, ...]]:
 def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
     """The recordings of one file, as it says it is read, not yet checked."""
 
-    def compute(shelf: Shelf, progress: Progress) -> tuple[Measurement, ...]:
-        shelf.obtain(contents(source, files), progress)
+    def compute(cache: Cache, progress: Progress) -> tuple[Measurement, ...]:
+        cache.obtain(contents(source, files), progress)
         with _calling_it(source, files) as path:
-            found = read_prepared(
+            measurements = read_prepared(
                 str(path) + (window_text(*source.window) if any_end(source) else ""),
                 source.options,
                 progress,
             )
         return tuple(
             replace(recording, name=recording.name.replace(path.name, source.name))
-            for recording in found
+            for recording in measurements
         )
 
     return Result(("reading", _how(source)), f"reading {source.name}", compute)
@@ -102,13 +102,15 @@ def checked(document: Document, source: Source, files: Files) -> Result[tuple[Me
     """The recordings of one file, believed as far as the model as given tells; noise is known."""
     root = document.path()[0]
 
-    def compute(shelf: Shelf, progress: Progress) -> tuple[Measurement, ...]:
-        read = shelf.obtain(reading(source, files), progress)
-        found = believed(root.loaded(), read, progress, as_declared=source.options.as_declared)
-        for index, recording in enumerate(found):
-            progress(f"finding the noise of {recording.name}", index / len(found))
+    def compute(cache: Cache, progress: Progress) -> tuple[Measurement, ...]:
+        read = cache.obtain(reading(source, files), progress)
+        measurements = believed(
+            root.loaded(), read, progress, as_declared=source.options.as_declared
+        )
+        for index, recording in enumerate(measurements):
+            progress(f"finding the noise of {recording.name}", index / len(measurements))
             _ = recording.noise  # kept by the measurement
-        return tuple(found)
+        return tuple(measurements)
 
     key = ("checked", _how(source), str(source.options.as_declared), _hash(root.model))
     return Result(key, f"checking {source.name}", compute)
@@ -117,13 +119,13 @@ def checked(document: Document, source: Source, files: Files) -> Result[tuple[Me
 def data(document: Document, files: Files) -> Result[Data]:
     """All recordings that are used, believed as far as the model as given tells, and split."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Data:
+    def compute(cache: Cache, progress: Progress) -> Data:
         fitted: list[Measurement] = []
         heldout: list[Measurement] = []
         for source in document.sources:
             if source.role == "off":
                 continue
-            for recording in shelf.obtain(checked(document, source, files), progress):
+            for recording in cache.obtain(checked(document, source, files), progress):
                 first, second = split_up(source, recording)
                 fitted += first
                 heldout += second
@@ -156,13 +158,13 @@ def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement],
 def compared(document: Document, version: Version, files: Files) -> Result[Compared]:
     """A version beside the data."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Compared:
-        found = shelf.obtain(data(document, files), progress)
+    def compute(cache: Cache, progress: Progress) -> Compared:
+        measurements = cache.obtain(data(document, files), progress)
         model = version.loaded()
         library_path(model.effect_ids, progress)
         progress(f"comparing {version.title}", 0.5)
-        heldout = et.compare(model, found.heldout) if found.heldout else None
-        return Compared(et.compare(model, found.fitted), heldout)
+        heldout = et.compare(model, measurements.heldout) if measurements.heldout else None
+        return Compared(et.compare(model, measurements.fitted), heldout)
 
     return Result(
         ("compared", document.data_key(), _hash(version.model)),
@@ -174,9 +176,9 @@ def compared(document: Document, version: Version, files: Files) -> Result[Compa
 def located(document: Document, version: Version, files: Files) -> Result[et.Location]:
     """Where a version fails, in the recordings that are fitted."""
 
-    def compute(shelf: Shelf, progress: Progress) -> et.Location:
-        found = shelf.obtain(compared(document, version, files), progress)
-        return et.locate(found.fitted, progress)
+    def compute(cache: Cache, progress: Progress) -> et.Location:
+        comparison = cache.obtain(compared(document, version, files), progress)
+        return et.locate(comparison.fitted, progress)
 
     return Result(
         ("located", document.data_key(), _hash(version.model)),
@@ -189,20 +191,20 @@ def climbed(document: Document, files: Files) -> Result[tuple[Step, ...]]:
     """The ladder of errors from the root to the current version."""
     path = document.path()
 
-    def compute(shelf: Shelf, progress: Progress) -> tuple[Step, ...]:
-        return climb(ladder_steps(document, files, shelf, progress))
+    def compute(cache: Cache, progress: Progress) -> tuple[Step, ...]:
+        return climb(ladder_steps(document, files, cache, progress))
 
     hashes = [_hash(version.model + version.title) for version in path]
     return Result(("climbed", document.data_key(), *hashes), "comparing each step", compute)
 
 
 def ladder_steps(
-    document: Document, files: Files, shelf: Shelf, progress: Progress
+    document: Document, files: Files, cache: Cache, progress: Progress
 ) -> tuple[FittedStep, ...]:
     """The versions from the root to the current one as steps of a ladder."""
     steps = []
     for version in document.path():
-        found = shelf.obtain(compared(document, version, files), progress)
+        comparison = cache.obtain(compared(document, version, files), progress)
         added = version.change
         steps.append(
             FittedStep(
@@ -210,8 +212,8 @@ def ladder_steps(
                 added=added,
                 parameters=len(et.effects.BY_ID[added].parameters) if added else 0,
                 effective=version.effective,
-                comparison=found.fitted,
-                heldout=found.heldout,
+                comparison=comparison.fitted,
+                heldout=comparison.heldout,
             )
         )
     return tuple(steps)

@@ -65,7 +65,7 @@ def listen(
     workspace = Workspace(start, files)
     bound, reached = listening.getsockname()[1], _host(address)
     app = dash_app(workspace, token)
-    names = {reached, "localhost", LOOPBACK} if _is_loopback(address) else {reached}
+    names = {reached, "localhost", LOOPBACK} if ip_address(address).is_loopback else {reached}
     safety.protect(app.server, {f"{name}:{bound}" for name in names}, token, app.csp_hashes)
     requests.check(app)
     # that requests wait for each other while a step opens is nothing to tell
@@ -103,20 +103,13 @@ def dash_app(workspace: Workspace, token: str) -> Dash:
 
 def _bound(address: str, port: int) -> socket.socket:
     try:
-        return socket.create_server((address, port), family=_family(address))
+        family = socket.AF_INET6 if ip_address(address).version == 6 else socket.AF_INET
+        return socket.create_server((address, port), family=family)
     except (OSError, OverflowError, ValueError) as error:
         raise OutputError(
             f"cannot listen on {address}, port {port} ({error}); give another one"
         ) from None
 
 
-def _family(address: str) -> socket.AddressFamily:
-    return socket.AF_INET6 if ip_address(address).version == 6 else socket.AF_INET
-
-
 def _host(address: str) -> str:
     return f"[{address}]" if ":" in address else address
-
-
-def _is_loopback(address: str) -> bool:
-    return ip_address(address).is_loopback

@@ -10,7 +10,7 @@ from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.step import PageStep, aria, section
 from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
 
-TICK = 300  # ms between looks at the work under way
+TICK = 300  # ms between polls of the work under way
 
 
 def layout(steps: Sequence[PageStep]) -> Component:
@@ -127,7 +127,7 @@ def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) 
     def choose(_links: list[int | None], _nexts: list[int | None], stored: Any) -> Any:
         if not stored or not ctx.triggered[0]["value"]:
             return no_update
-        workspace.open(stored).shelf.forget_failures()  # whoever comes back wants another try
+        workspace.open(stored).cache.forget_failures()  # whoever comes back wants another try
         (chosen,) = ctx.triggered_id.values()
         return chosen
 
@@ -168,8 +168,8 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
         news = session.revision != stored["revision"]
         sentences = {opened: sentence}
         if job is not None and job.state == "failed":
-            told = by_id[job.step].tells_failures and job.result is not None
-            sentences[job.step] = "" if told else _elsewhere(job.sentence)
+            tells_failures = by_id[job.step].tells_failures and job.result is not None
+            sentences[job.step] = "" if tells_failures else _elsewhere(job.sentence)
         return (
             not busy and not news,
             session.stored() if news else no_update,
@@ -194,13 +194,13 @@ def _begin_next(session: Session, step: PageStep) -> str:
     """Begin to compute what the step still needs; why the first of it has failed, "" if none."""
     sentence = ""
     for result in step.needs(session.document, session.files):
-        found = session.shelf.find(result)
-        if found is None:
+        value = session.cache.find(result)
+        if value is None:
             session.compute(step.id, result)
             break
-        if isinstance(found, Failure):
-            sentence = sentence or found.sentence
-            if found.sentence == CANCELLED:
+        if isinstance(value, Failure):
+            sentence = sentence or value.sentence
+            if value.sentence == CANCELLED:
                 break
     if step.tells_failures:
         return ""

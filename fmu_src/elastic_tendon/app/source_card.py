@@ -10,10 +10,10 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from elastic_tendon.app.document import Source
-from elastic_tendon.app.glimpse import COLUMNS, Beginning
 from elastic_tendon.app.mapping import BY_NAME, DECLARE, Row, in_app_words, rows_of, shifted, words
 from elastic_tendon.app.numbers import with_minus
 from elastic_tendon.app.offers import Offer, advised, guessed, missing_in_words
+from elastic_tendon.app.preview import COLUMNS, Beginning
 from elastic_tendon.app.results import split_up
 from elastic_tendon.app.workspace import Failure
 from elastic_tendon.errors import MeasurementError
@@ -55,9 +55,9 @@ class Seen:
     @property
     def recordings(self) -> tuple[Measurement, ...]:
         """The recordings, checked where they were."""
-        for found in (self.checked, self.read):
-            if isinstance(found, tuple):
-                return found
+        for measurements in (self.checked, self.read):
+            if isinstance(measurements, tuple):
+                return measurements
         return ()
 
     @property
@@ -71,9 +71,9 @@ class Seen:
 
     def sentence(self) -> str:
         """Why the file cannot be used as it is read, "" where it can."""
-        for found in (self.labels, self.read, self.checked):
-            if isinstance(found, Failure):
-                return found.sentence
+        for result in (self.labels, self.read, self.checked):
+            if isinstance(result, Failure):
+                return result.sentence
         try:
             for recording in self.recordings:
                 split_up(self.source, recording)
@@ -81,7 +81,7 @@ class Seen:
             return str(error)
         return ""
 
-    def told(self) -> str:
+    def fault(self) -> str:
         """The same in words of the page; all signals that are missing at once."""
         sentence = self.sentence()
         if "there is no column" in sentence:
@@ -114,7 +114,7 @@ class Form:
         self.structure.append(dom_id(place))
         return place
 
-    def text(self, key: str, name: str, value: str, signal: str = "", **looks: Any) -> dcc.Input:
+    def text(self, key: str, name: str, value: str, signal: str = "", **props: Any) -> dcc.Input:
         """A field for a number."""
         place = self.place(key, name, value, signal)
         return dcc.Input(
@@ -123,23 +123,23 @@ class Form:
             type="text",
             autoComplete="off",
             debounce=True,
-            **looks,
+            **props,
         )
 
     def choice(
-        self, key: str, name: str, value: str | None, options: Any, signal: str = "", **looks: Any
+        self, key: str, name: str, value: str | None, options: Any, signal: str = "", **props: Any
     ) -> dcc.Dropdown:
         """A list to choose from."""
         place = self.place(key, name, value, signal)
         self.structure.append(options)
-        return dcc.Dropdown(options, value, id=place, clearable=False, **looks)
+        return dcc.Dropdown(options, value, id=place, clearable=False, **props)
 
     @staticmethod
     def of_signal(signal: str, name: str, control: Any) -> html.Label:
         """A field of a table, told by name to readers of the screen, whom no heads help."""
-        told = f"{name}, {words(signal)}"
+        label = f"{name}, {words(signal)}"
         place = f"{dom_id(control.id)}-value-count"  # by which Dash names a list
-        return html.Label([html.Span(told, id=place, className="unseen"), control])
+        return html.Label([html.Span(label, id=place, className="unseen"), control])
 
 
 def dom_id(place: Mapping[str, str]) -> str:
@@ -148,7 +148,7 @@ def dom_id(place: Mapping[str, str]) -> str:
 
 
 def card(seen: Seen, form: Form) -> html.Article:
-    """The fields of one file, and places for what is told of it."""
+    """The fields of one file, and places for what is shown of it."""
     source = seen.source
     key = source.key
     form.structure.append((key, source.name))
@@ -177,14 +177,14 @@ def card(seen: Seen, form: Form) -> html.Article:
     )
 
 
-def found(seen: Seen, theme: Theme) -> list[Component]:
+def overview(seen: Seen, theme: Theme) -> list[Component]:
     """A look at what was read, and what is worth knowing of it; else at what stands in the file."""
     if seen.first is None and isinstance(seen.read, Failure):
-        return _glimpse(seen.beginnings)
+        return _preview(seen.beginnings)
     return [*_figure(seen, theme), *_quality(seen)]
 
 
-def _glimpse(beginnings: Sequence[Beginning]) -> list[Component]:
+def _preview(beginnings: Sequence[Beginning]) -> list[Component]:
     if not any(beginning.values for beginning in beginnings):
         return []
     head = html.Thead(
@@ -208,7 +208,7 @@ def _glimpse(beginnings: Sequence[Beginning]) -> list[Component]:
     ]
     more = [html.P(f"The first {COLUMNS} columns.", className="quiet")]
     return [
-        html.Div(html.Table([head, html.Tbody(rows)]), className="table glimpse"),
+        html.Div(html.Table([head, html.Tbody(rows)]), className="table preview"),
         *(more if len(beginnings) >= COLUMNS else []),
     ]
 
@@ -370,8 +370,8 @@ def _figure(seen: Seen, theme: Theme) -> list[Component]:
 
 
 def _quality(seen: Seen) -> list[Component]:
-    told = findings(seen)
-    return [html.Ul([html.Li(sentence) for sentence in told], className="findings")] if told else []
+    items = [html.Li(sentence) for sentence in findings(seen)]
+    return [html.Ul(items, className="findings")] if items else []
 
 
 def findings(seen: Seen) -> list[str]:
@@ -379,19 +379,19 @@ def findings(seen: Seen) -> list[str]:
     first = seen.first
     if first is None:
         return []
-    told = [
+    texts = [
         f"Noise of the {shown(name, static=first.static).words}: "
         f"{noise_in_words(noise, shown(name, static=first.static))}"
         for name, noise in (first.noise.items() if isinstance(seen.checked, tuple) else ())
     ]
     if first.load_torque is None and not first.static:
-        told.append("There is no load torque: none is taken to act.")
+        texts.append("There is no load torque: none is taken to act.")
     if len(first.signals) == 1 and not first.static:
-        told.append("There is no measured torque: the model is judged by the joint position alone.")
-    told += noted(seen.recordings)
+        texts.append("There is no measured torque: only the joint position tests the model.")
+    texts += noted(seen.recordings)
     if seen.checked is None and seen.source.role != "off" and not seen.sentence():
-        told.append("Checking units, signs and columns against the model…")
-    return told
+        texts.append("Checking units, signs and columns against the model…")
+    return texts
 
 
 def noted(recordings: Sequence[Measurement]) -> list[str]:

@@ -18,7 +18,7 @@ class PageStep:
 
     `id` : begins the ids of all its components. `title` : in the list of steps. `layout` : what it
     shows before its callbacks have run. `register` : connects its callbacks; they find a session's
-    results on its shelf and never wait for one. `needs` : results that it shows, in the order in
+    results in its cache and never wait for one. `needs` : results that it shows, in the order in
     which they are computed while the step is open; one that fails does not keep the others back.
     `tells_failures` : it says itself why they failed, where it shows them.
     """

@@ -21,7 +21,7 @@ from elastic_tendon.app import results, walk
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.workspace import Result, Shelf, Workspace
+from elastic_tendon.app.workspace import Cache, Result, Workspace
 from elastic_tendon.comparison.compare import SLACK_STATES
 from elastic_tendon.diagnosis.by_hand import Outcome
 from elastic_tendon.diagnosis.result import Round
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
 
     from elastic_tendon.reports.html.origin import Origin
 
-Kind = Literal["fmu", "model", "report", "linear", "data", "numbers"]
+Kind = Literal["fmu", "model", "report", "linear", "data", "findings"]
 ENDINGS: Mapping[Kind, str] = {
     "fmu": ".fmu",
     "model": ".toml",
     "report": "_report.html",
     "linear": "_linear.zip",
     "data": "_data.zip",
-    "numbers": "_findings.json",
+    "findings": "_findings.json",
 }
 PURPOSES = {"fit": "fitted", "split": "fitted in part", "validate": "held out"}
 _ROWS = 50_000  # of a table that are written between two reports
@@ -59,7 +59,7 @@ class Built:
 
 
 class Depot:
-    """Files that were built; each is there as long as a session keeps it on its shelf."""
+    """Files that were built; each is there as long as a session keeps it in its cache."""
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
@@ -116,7 +116,7 @@ def _result(
     kind: Kind,
     words: str,
     document: Document,
-    compute: Callable[[Shelf, Progress], Built],
+    compute: Callable[[Cache, Progress], Built],
     *options: str,
 ) -> Result[Built]:
     way = "\n".join(
@@ -132,7 +132,7 @@ def _result(
 def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
     """The FMU of the current version."""
 
-    def compute(_shelf: Shelf, progress: Progress) -> Built:
+    def compute(_cache: Cache, progress: Progress) -> Built:
         if not choice.platforms:
             raise et.BuildError("no platform is chosen; choose at least one for the FMU to run on")
 
@@ -154,11 +154,11 @@ def fmu(document: Document, choice: FmuChoice, depot: Depot) -> Result[Built]:
 def model_file(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """The current version as model.toml, with comments on where it comes from."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Built:
+    def compute(cache: Cache, progress: Progress) -> Built:
         version, notes = document.version, list(_provenance(document))
         text = version.model
         if version.parent is not None and walk.is_fitted(document, version):
-            answer = shelf.obtain(walk.answer(document, version, files), progress).result
+            answer = cache.obtain(walk.answer(document, version, files), progress).result
             text = with_estimates(answer.model, answer.findings.estimates).to_toml()
             notes.append("uncertainties: as estimated from what was fitted")
         name = file_name(document, "model")
@@ -179,7 +179,7 @@ def _provenance(document: Document) -> Iterator[str]:
 def linear(document: Document, depot: Depot) -> Result[Built]:
     """Linear models of each slack state, of the model as given and of the current version."""
 
-    def compute(_shelf: Shelf, progress: Progress) -> Built:
+    def compute(_cache: Cache, progress: Progress) -> Built:
         way = document.path()
         ends = [("as_given", way[0])] if len(way) == 1 else [("before", way[0]), ("after", way[-1])]
 
@@ -198,55 +198,55 @@ def _add_linear(archive: zipfile.ZipFile, label: str, model: et.Model, depot: De
     from elastic_tendon.linear.linear_json import linear_json
     from elastic_tendon.linear.mat import write_mat
 
-    found, faults = [], []
+    models, faults = [], []
     for state in SLACK_STATES.values():
         try:
-            found.append(et.linearise(model, state))
+            models.append(et.linearise(model, state))
         except et.LinearisationError as fault:
             faults.append(fault)
-    if not found:
+    if not models:
         raise faults[0]
     if faults:
         archive.writestr(f"{label}_notes.txt", "".join(f"{fault}\n" for fault in faults))
-    archive.writestr(f"{label}.json", _json(linear_json(model.name, found)))
-    built = depot.build(f"{label}.mat", lambda path: write_mat(model.name, found, path))
+    archive.writestr(f"{label}.json", _json(linear_json(model.name, models)))
+    built = depot.build(f"{label}.mat", lambda path: write_mat(model.name, models, path))
     archive.write(built.path, built.name)
 
 
 # ---- what was found ----------------------------------------------------------------------------
 
 
-def numbers(document: Document, files: Files, depot: Depot) -> Result[Built]:
+def findings(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """What was found, as JSON for programs: a diagnosis; where nothing was fitted, a comparison."""
     from elastic_tendon.comparison.comparison_json import comparison_json
     from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 
-    def compute(shelf: Shelf, progress: Progress) -> Built:
+    def compute(cache: Cache, progress: Progress) -> Built:
         if _was_walked(document):
-            content = diagnosis_json(shelf.obtain(walk.concluded(document, files), progress))
+            content = diagnosis_json(cache.obtain(walk.concluded(document, files), progress))
         else:
             content = comparison_json(
-                *_compared(document, document.version, files, shelf, progress)
+                *_compared(document, document.version, files, cache, progress)
             )
-        text, name = _json(content), file_name(document, "numbers")
+        text, name = _json(content), file_name(document, "findings")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
 
-    return _result("numbers", "writing the numbers", document, compute)
+    return _result("findings", "writing the findings", document, compute)
 
 
 def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """The report that stands alone: of a diagnosis; where nothing was fitted, of a comparison."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Built:
+    def compute(cache: Cache, progress: Progress) -> Built:
         from elastic_tendon.reports.html.document import comparison_document, diagnosis_document
 
         origin = _origin(document, files)
         if _was_walked(document):
-            found = shelf.obtain(walk.concluded(document, files), progress)
-            _, where = _compared(document, document.path()[0], files, shelf, progress)
-            text = diagnosis_document(found, where, origin, progress)
+            diagnosis = cache.obtain(walk.concluded(document, files), progress)
+            _, where = _compared(document, document.path()[0], files, cache, progress)
+            text = diagnosis_document(diagnosis, where, origin, progress)
         else:
-            found_now = _compared(document, document.version, files, shelf, progress)
+            found_now = _compared(document, document.version, files, cache, progress)
             text = comparison_document(*found_now, origin, progress)
         name = file_name(document, "report")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
@@ -261,11 +261,11 @@ def _was_walked(document: Document) -> bool:
 
 
 def _compared(
-    document: Document, version: Version, files: Files, shelf: Shelf, progress: Progress
+    document: Document, version: Version, files: Files, cache: Cache, progress: Progress
 ) -> tuple[et.Comparison, et.Location]:
     """A version beside the recordings that are fitted, and where it fails."""
-    compared = shelf.obtain(results.compared(document, version, files), progress)
-    return compared.fitted, shelf.obtain(results.located(document, version, files), progress)
+    compared = cache.obtain(results.compared(document, version, files), progress)
+    return compared.fitted, cache.obtain(results.located(document, version, files), progress)
 
 
 def _origin(document: Document, files: Files) -> "Origin":
@@ -274,12 +274,12 @@ def _origin(document: Document, files: Files) -> "Origin":
 
     used = [source for source in document.sources if source.role != "off" and source.key in files]
     names = {str(files[source.key]): source.name for source in used}
-    found = origin_of(
+    origin = origin_of(
         _command(document), [(PURPOSES[source.role], files[source.key]) for source in used]
     )
     return replace(
-        found,
-        files=tuple(replace(file, name=names.get(file.name, file.name)) for file in found.files),
+        origin,
+        files=tuple(replace(file, name=names.get(file.name, file.name)) for file in origin.files),
     )
 
 
@@ -300,14 +300,14 @@ def _command(document: Document) -> str:
 def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """What the figures show, a table each, and every recording beside its simulation."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Built:
+    def compute(cache: Cache, progress: Progress) -> Built:
         ends = dict.fromkeys((document.path()[0], document.version))
         known = [
-            shelf.obtain(results.compared(document, version, files), progress) for version in ends
+            cache.obtain(results.compared(document, version, files), progress) for version in ends
         ]
-        located = shelf.obtain(results.located(document, document.version, files), progress)
-        steps = shelf.obtain(results.climbed(document, files), progress)
-        rounds = _rounds(document, files, shelf)
+        located = cache.obtain(results.located(document, document.version, files), progress)
+        steps = cache.obtain(results.climbed(document, files), progress)
+        rounds = _rounds(document, files, cache)
         tables = [*figures(known, located, steps, rounds), *recordings(known)]
 
         def write(path: Path) -> None:
@@ -322,14 +322,14 @@ def data(document: Document, files: Files, depot: Depot) -> Result[Built]:
     return _result("data", "writing the data", document, compute)
 
 
-def _rounds(document: Document, files: Files, shelf: Shelf) -> list[Round]:
+def _rounds(document: Document, files: Files, cache: Cache) -> list[Round]:
     """What the search found on the way, as far as it is at hand; it is not worth another search."""
     rounds = []
     for version in document.path():
         if walk.was_searched(document, version):
-            found = shelf.find(walk.outcome(document, version, files))
-            if isinstance(found, Outcome):
-                rounds.append(found.round)
+            outcome = cache.find(walk.outcome(document, version, files))
+            if isinstance(outcome, Outcome):
+                rounds.append(outcome.round)
     return rounds
 
 

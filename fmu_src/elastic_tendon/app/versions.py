@@ -55,25 +55,25 @@ def _branch(document: Document, version: Version, depth: int, roots: int) -> Ite
     yield from rows
 
 
-def errors_of(found: Compared, signal: str) -> tuple[str, str, str]:
+def errors_of(comparison: Compared, signal: str) -> tuple[str, str, str]:
     """Error on fitted and on held-out data with unit, and the former over the noise."""
-    quantity = shown(signal, static=is_static(found))
-    heldout = found.heldout.rmse() if found.heldout is not None else {}
+    quantity = shown(signal, static=is_static(comparison))
+    heldout = comparison.heldout.rmse() if comparison.heldout is not None else {}
     return (
-        quantity.error(found.fitted.rmse()[signal]),
+        quantity.error(comparison.fitted.rmse()[signal]),
         quantity.error(heldout[signal]) if signal in heldout else UNKNOWN,
-        noise_ratio(found.fitted.noise_ratio()[signal]),
+        noise_ratio(comparison.fitted.noise_ratio()[signal]),
     )
 
 
-def is_static(found: Compared) -> bool:
+def is_static(comparison: Compared) -> bool:
     """Whether all that is fitted are static curves, whose joint position is a deflection."""
-    return all(file.measurement.static for file in found.fitted.files)
+    return all(file.measurement.static for file in comparison.fitted.files)
 
 
-def told_signal(found: Compared) -> str:
+def shown_signal(comparison: Compared) -> str:
     """The signal whose error stands in the tree."""
-    signals = list(found.fitted.rmse())
+    signals = list(comparison.fitted.rmse())
     return SIGNAL if SIGNAL in signals else signals[0]
 
 
@@ -107,20 +107,20 @@ class Next:
     done: bool
 
 
-def what_next(document: Document, steps: Sequence[Step], found: Round | None) -> Next | None:
+def what_next(document: Document, steps: Sequence[Step], last_round: Round | None) -> Next | None:
     """What to do after a version was fitted; None where it was not, or its errors are not known.
 
     Parameters
     ----------
     document : Document
     steps : the way to the current version
-    found : what the search found from there, None where it was not asked
+    last_round : what the search found from there, None where it was not asked
     """
     version = document.version
     if len(steps) < 2 or not walk.is_fitted(document, version):
         return None
     done = f"{version.title.removeprefix('+ ')} is in the model. " if version.change else ""
-    if found is not None and not found.chosen:
+    if last_round is not None and not last_round.chosen:
         return Next(f"{done}The search found nothing more to add; go to Take away.", "", True)
     if walk.was_searched(document, version):
         return Next(f"{done}What else the search found stands in Which effect.", "", False)

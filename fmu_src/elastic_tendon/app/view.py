@@ -8,7 +8,7 @@ from typing import Any
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.workspace import Failure, Result, Session, Shelf
+from elastic_tendon.app.workspace import Cache, Failure, Result, Session
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
 from elastic_tendon.progress import Progress
@@ -35,9 +35,9 @@ class View:
         return asdict(self)
 
 
-def recordings(found: Compared) -> dict[str, FileComparison]:
+def recordings(compared: Compared) -> dict[str, FileComparison]:
     """All recordings beside a model; keys say whether they are fitted, and number them."""
-    kinds = {FITTED: found.fitted, HELDOUT: found.heldout}
+    kinds = {FITTED: compared.fitted, HELDOUT: compared.heldout}
     return {
         f"{kind} {index}": file
         for kind, comparison in kinds.items()
@@ -50,25 +50,25 @@ def is_fitted(recording: str) -> bool:
     return recording.startswith(FITTED)
 
 
-def view_of(stored: Mapping[str, Any] | None, found: Compared) -> View:
+def view_of(stored: Mapping[str, Any] | None, comparison: Compared) -> View:
     """What the page looks at; where it says nothing, or what is no longer there, the first.
 
     Parameters
     ----------
     stored : as `View.stored`
-    found : Compared
+    comparison : Compared
     """
     chosen = stored or {}
-    files = recordings(found)
+    files = recordings(comparison)
     recording = _one_of(files, chosen.get("recording"))
     signal = _one_of(files[recording].signals, chosen.get("signal"), SIGNAL)
     return View(recording, signal, bool(chosen.get("before", True)))
 
 
-def fitted_view(stored: Mapping[str, Any] | None, found: Compared) -> View:
+def fitted_view(stored: Mapping[str, Any] | None, comparison: Compared) -> View:
     """As `view_of`; the first recording that is fitted where one is looked at that is held out."""
-    view = view_of(stored, found)
-    return view if is_fitted(view.recording) else view_of(None, found)
+    view = view_of(stored, comparison)
+    return view if is_fitted(view.recording) else view_of(None, comparison)
 
 
 def _one_of(names: Iterable[str], *wanted: str | None) -> str:
@@ -77,29 +77,29 @@ def _one_of(names: Iterable[str], *wanted: str | None) -> str:
     return next((name for name in wanted if name is not None and name in held), held[0])
 
 
-def recording_options(found: Compared, *, fitted_only: bool = False) -> list[dict[str, str]]:
+def recording_options(comparison: Compared, *, fitted_only: bool = False) -> list[dict[str, str]]:
     """Choices of recordings; where some are held out, each says what it is."""
-    tell = found.heldout is not None and not fitted_only
+    tell = comparison.heldout is not None and not fitted_only
     return [
         {
             "value": key,
             "label": file.measurement.name + (f" ({key.rsplit(' ', 1)[0]})" if tell else ""),
         }
-        for key, file in recordings(found).items()
+        for key, file in recordings(comparison).items()
         if is_fitted(key) or not fitted_only
     ]
 
 
 def signal_options(file: FileComparison) -> list[dict[str, str]]:
     """Choices of signals, with units."""
-    found = {signal: shown(signal, static=file.measurement.static) for signal in file.signals}
+    options = {signal: shown(signal, static=file.measurement.static) for signal in file.signals}
     return [
         {"value": signal, "label": f"{quantity.words} ({quantity.unit})"}
-        for signal, quantity in found.items()
+        for signal, quantity in options.items()
     ]
 
 
-# ---- what is on the shelf ------------------------------------------------------------------
+# ---- what is in the cache ------------------------------------------------------------------
 
 
 def before_of(document: Document) -> Version | None:
@@ -111,8 +111,8 @@ def before_of(document: Document) -> Version | None:
 def compared_now(session: Session) -> Compared | None:
     """The current version beside the data, None where it was not compared yet."""
     document = session.document
-    found = session.shelf.find(results.compared(document, document.version, session.files))
-    return found if isinstance(found, Compared) else None
+    comparison = session.cache.find(results.compared(document, document.version, session.files))
+    return comparison if isinstance(comparison, Compared) else None
 
 
 def runs_of(session: Session, view: View) -> tuple[Run, ...]:
@@ -121,32 +121,32 @@ def runs_of(session: Session, view: View) -> tuple[Run, ...]:
     Empty where this one was not compared yet; the model as given is left out until it was. It has
     one colour, what was made from it another, wherever they are drawn.
     """
-    found = compared_now(session)
-    if found is None:
+    comparison = compared_now(session)
+    if comparison is None:
         return ()
     document = session.document
     root = before_of(document)
-    file = recordings(found)[view.recording]
+    file = recordings(comparison)[view.recording]
     runs: tuple[Run, ...] = (Run(document.version.title, file, AS_GIVEN if root is None else MADE),)
     if view.before and root is not None:
-        start = session.shelf.find(results.compared(document, root, session.files))
+        start = session.cache.find(results.compared(document, root, session.files))
         if isinstance(start, Compared):
             title = root.title if root.title != document.version.title else f"{root.title}, before"
             runs = (Run(title, recordings(start)[view.recording], AS_GIVEN), *runs)
     return runs
 
 
-def fingerprint(session: Session, rests_on: Sequence[Result[Any]], *looks: object) -> str:
+def fingerprint(session: Session, rests_on: Sequence[Result[Any]], *parts: object) -> str:
     """Equal for figures that would be drawn equal, so that those need not be drawn again.
 
     Parameters
     ----------
     rests_on : results that the figure shows, as far as they are there
-    looks : all else that it depends on
+    parts : all else that it depends on
     """
-    there = [result.key for result in rests_on if session.shelf.find(result) is not None]
+    there = [result.key for result in rests_on if session.cache.find(result) is not None]
     titles = [version.title for version in session.document.path()]
-    return sha256(repr((there, titles, looks)).encode()).hexdigest()
+    return sha256(repr((there, titles, parts)).encode()).hexdigest()
 
 
 def while_waiting(session: Session, rests_on: Sequence[Result[Any]], words: str) -> str:
@@ -157,16 +157,16 @@ def while_waiting(session: Session, rests_on: Sequence[Result[Any]], words: str)
     rests_on : results that are waited for
     words : str
     """
-    found = [session.shelf.find(result) for result in rests_on]
-    return "" if any(isinstance(part, Failure) for part in found) else words
+    results = [session.cache.find(result) for result in rests_on]
+    return "" if any(isinstance(part, Failure) for part in results) else words
 
 
 def located_heldout(document: Document, version: Version, files: Files) -> Result[Location]:
     """Where a version fails, in the recordings that are held out; none where there are none."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Location:
-        found = shelf.obtain(results.compared(document, version, files), progress)
-        return locate(found.heldout or Comparison(version.loaded(), ()), progress)
+    def compute(cache: Cache, progress: Progress) -> Location:
+        comparison = cache.obtain(results.compared(document, version, files), progress)
+        return locate(comparison.heldout or Comparison(version.loaded(), ()), progress)
 
     of_fitted = results.located(document, version, files)
     words = f"{of_fitted.words} in the recordings held out"
@@ -177,7 +177,7 @@ def location_of(session: Session, view: View) -> FileLocation | None:
     """Where the current version fails in the recording that is looked at, once that was found."""
     document = session.document
     make = results.located if is_fitted(view.recording) else located_heldout
-    found = session.shelf.find(make(document, document.version, session.files))
-    if not isinstance(found, Location):
+    location = session.cache.find(make(document, document.version, session.files))
+    if not isinstance(location, Location):
         return None
-    return found.files[int(view.recording.rsplit(" ", 1)[1])]
+    return location.files[int(view.recording.rsplit(" ", 1)[1])]

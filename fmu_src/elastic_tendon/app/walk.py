@@ -7,7 +7,7 @@ import elastic_tendon as et
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.workspace import Change, Result, Session, Shelf, Work
+from elastic_tendon.app.workspace import Cache, Change, Result, Session, Work
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.by_hand import Outcome
@@ -48,18 +48,18 @@ def was_searched(document: Document, version: Version) -> bool:
 def given_data(document: Document, version: Version, files: Files) -> Result[Data]:
     """The model as given from which a version was made, with the data as the search uses them."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Data:
-        found = shelf.obtain(results.data(document.at(version.id), files), progress)
-        return data_of(_root(document, version).loaded(), found.fitted, found.heldout)
+    def compute(cache: Cache, progress: Progress) -> Data:
+        measurements = cache.obtain(results.data(document.at(version.id), files), progress)
+        return data_of(_root(document, version).loaded(), measurements.fitted, measurements.heldout)
 
     return Result(_key("given data", document, version), "preparing the data", compute)
 
 
 def answer(document: Document, version: Version, files: Files) -> Result[Answer]:
-    """A version's numbers refitted; where they are fitted to these data already, they stay."""
+    """A version's parameters refitted; where they are fitted to these data already, they stay."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Answer:
-        data = shelf.obtain(given_data(document, version, files), progress)
+    def compute(cache: Cache, progress: Progress) -> Answer:
+        data = cache.obtain(given_data(document, version, files), progress)
         if version.parent is None:
             return by_hand.base(data, progress)
         return by_hand.again(data, version.added, version.loaded(), progress)
@@ -71,9 +71,9 @@ def answer(document: Document, version: Version, files: Files) -> Result[Answer]
 def outcome(document: Document, version: Version, files: Files) -> Result[Outcome]:
     """What the search finds when it looks on from a version that is fitted to these data."""
 
-    def compute(shelf: Shelf, progress: Progress) -> Outcome:
-        data = shelf.obtain(given_data(document, version, files), progress)
-        current = shelf.obtain(answer(document, version, files), progress)
+    def compute(cache: Cache, progress: Progress) -> Outcome:
+        data = cache.obtain(given_data(document, version, files), progress)
+        current = cache.obtain(answer(document, version, files), progress)
         return by_hand.next_round(data, current, progress)
 
     key = _key("outcome", document, version, version.model, *version.added)
@@ -84,14 +84,14 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
     """A version with a candidate of its round, beside the data; nothing is added."""
     title = et.effects.BY_ID[effect_id].title
 
-    def compute(shelf: Shelf, progress: Progress) -> Tried:
+    def compute(cache: Cache, progress: Progress) -> Tried:
         shown = document.at(version.id)
-        before = shelf.obtain(results.compared(shown, version, files), progress)
-        found = shelf.obtain(outcome(document, version, files), progress)
-        model = by_hand.preview(version.loaded(), found, effect_id)
+        before = cache.obtain(results.compared(shown, version, files), progress)
+        search = cache.obtain(outcome(document, version, files), progress)
+        model = by_hand.preview(version.loaded(), search, effect_id)
         library_path(model.effect_ids, progress)
         progress(f"trying {title}", 0.5)
-        data = shelf.obtain(results.data(shown, files), progress)
+        data = cache.obtain(results.data(shown, files), progress)
         heldout = et.compare(model, data.heldout) if data.heldout else None
         after = Compared(et.compare(model, data.fitted), heldout)
         names = (version.title, f"+ {title}")
@@ -102,15 +102,15 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
     return Result(key, f"trying {title}", compute)
 
 
-def _step(title: str, found: Compared) -> FittedStep:
-    return FittedStep(title, None, 0, 0.0, found.fitted, found.heldout)
+def _step(title: str, comparison: Compared) -> FittedStep:
+    return FittedStep(title, None, 0, 0.0, comparison.fitted, comparison.heldout)
 
 
 def shows(effect_id: str) -> Result[Signature]:
     """How an effect shows on the bundled `EXAMPLE`, at its typical size."""
     effect = et.effects.BY_ID[effect_id]
 
-    def compute(_shelf: Shelf, progress: Progress) -> Signature:
+    def compute(_cache: Cache, progress: Progress) -> Signature:
         library_path((effect_id,), progress)
         progress(f"drawing how {effect.title} shows", 0.5)
         return signature(effect, et.load_model(EXAMPLE))
@@ -125,21 +125,21 @@ def concluded(document: Document, files: Files) -> Result[et.Diagnosis]:
     """
     path = document.path()
 
-    def compute(shelf: Shelf, progress: Progress) -> et.Diagnosis:
-        data = shelf.obtain(given_data(document, path[0], files), progress)
+    def compute(cache: Cache, progress: Progress) -> et.Diagnosis:
+        data = cache.obtain(given_data(document, path[0], files), progress)
         walk = [
             by_hand.Walked(
                 title=version.title,
                 added=version.change,
-                answer=shelf.obtain(answer(document, version, files), progress),
-                outcome=shelf.obtain(outcome(document, version, files), progress)
+                answer=cache.obtain(answer(document, version, files), progress),
+                outcome=cache.obtain(outcome(document, version, files), progress)
                 if was_searched(document, version) or version is path[-1]
                 else None,
             )
             for version in path[1:]
         ]
         if not walk:
-            first = shelf.obtain(answer(document, path[0], files), progress)
+            first = cache.obtain(answer(document, path[0], files), progress)
             walk.append(by_hand.Walked(REFIT, None, first, None))
         return by_hand.concluded(data, walk, progress)
 
@@ -164,8 +164,8 @@ def round_of(session: Session) -> Round | None:
     document = session.document
     if not was_searched(document, document.version):
         return None
-    found = session.shelf.find(outcome(document, document.version, session.files))
-    return found.round if isinstance(found, Outcome) else None
+    search = session.cache.find(outcome(document, document.version, session.files))
+    return search.round if isinstance(search, Outcome) else None
 
 
 # ---- work that the user asks for -----------------------------------------------------------
@@ -189,7 +189,7 @@ def searching(session: Session) -> Work:
         made = _fitted(document, session, progress)
         grow = _growth(document.current, made)
         grown = grow(document)
-        session.shelf.obtain(outcome(grown, grown.version, session.files), progress)
+        session.cache.obtain(outcome(grown, grown.version, session.files), progress)
         if made:
             searched = made[-1].model_copy(update={"searched": data_key})
             return _growth(document.current, [searched])
@@ -207,25 +207,25 @@ def trying(session: Session, effect_id: str) -> Work:
     document = session.document
 
     def work(progress: Progress) -> None:
-        session.shelf.obtain(tried(document, document.version, effect_id, session.files), progress)
+        session.cache.obtain(tried(document, document.version, effect_id, session.files), progress)
 
     return work
 
 
 def adding(session: Session, effect_id: str) -> Work:
     """Add an effect to the current version and refit both; refit it first where it is not."""
-    document, files, shelf = session.document, session.files, session.shelf
+    document, files, cache = session.document, session.files, session.cache
 
     def work(progress: Progress) -> Change:
         made = _fitted(document, session, progress)
         grown = _growth(document.current, made)(document)
-        data = shelf.obtain(given_data(grown, grown.version, files), progress)
-        current = shelf.obtain(answer(grown, grown.version, files), progress)
-        found = by_hand.with_effect(data, current, effect_id, progress)
+        data = cache.obtain(given_data(grown, grown.version, files), progress)
+        current = cache.obtain(answer(grown, grown.version, files), progress)
+        addition = by_hand.with_effect(data, current, effect_id, progress)
         title = f"+ {et.effects.BY_ID[effect_id].title}"
         progress(title, 1.0)  # a fit that was stopped comes back with its best so far
-        version = _version(grown, title, found).model_copy(update={"change": effect_id})
-        _keep(grown, version, found, session)
+        version = _version(grown, title, addition).model_copy(update={"change": effect_id})
+        _keep(grown, version, addition, session)
         return _growth(document.current, [*made, version])
 
     return work
@@ -240,13 +240,13 @@ def _fitted(document: Document, session: Session, progress: Progress) -> list[Ve
 
 def _refitted(document: Document, session: Session, progress: Progress) -> Version:
     before = document.version
-    found = session.shelf.obtain(answer(document, before, session.files), progress)
-    version = _version(document, REFIT if before.parent is None else REFITTED_AGAIN, found)
-    _keep(document, version, found, session)
+    refitted = session.cache.obtain(answer(document, before, session.files), progress)
+    version = _version(document, REFIT if before.parent is None else REFITTED_AGAIN, refitted)
+    _keep(document, version, refitted, session)
     return version
 
 
-def _version(document: Document, title: str, found: Answer) -> Version:
+def _version(document: Document, title: str, answer: Answer) -> Version:
     """An answer as a version below the current one, its id yet to come.
 
     Its uncertainties are those of the model as given, or further fits to the same data would
@@ -256,16 +256,16 @@ def _version(document: Document, title: str, found: Answer) -> Version:
         id="",
         parent=document.current,
         title=title,
-        added=found.added,
-        model=named_after(document.path()[0].loaded(), found.result.model).to_toml(),
-        effective=found.result.findings.effective,
+        added=answer.added,
+        model=named_after(document.path()[0].loaded(), answer.result.model).to_toml(),
+        effective=answer.result.findings.effective,
         fitted_to=document.data_key(),
     )
 
 
-def _keep(document: Document, version: Version, found: Answer, session: Session) -> None:
+def _keep(document: Document, version: Version, kept: Answer, session: Session) -> None:
     grown = document.adding(version)
-    session.shelf.put(answer(grown, grown.version, session.files), found)
+    session.cache.put(answer(grown, grown.version, session.files), kept)
 
 
 def _growth(base: str, made: Sequence[Version]) -> Change:

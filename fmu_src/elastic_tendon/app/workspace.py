@@ -43,7 +43,7 @@ class Failure:
     sentence: str
 
 
-class Shelf:
+class Cache:
     """Results that were computed, by key; those not asked for the longest go first."""
 
     def __init__(self) -> None:
@@ -66,11 +66,11 @@ class Shelf:
         ElasticTendonError : it cannot be computed; the reason is kept as a `Failure`
         Stopped : the user stopped the work
         """
-        found = self.find(result)
-        if isinstance(found, Failure):
-            raise ElasticTendonError(found.sentence)
-        if found is not None:
-            return found
+        value = self.find(result)
+        if isinstance(value, Failure):
+            raise ElasticTendonError(value.sentence)
+        if value is not None:
+            return value
         try:
             computed = result.compute(self, progress)
             progress(result.words, 1.0)  # a fit that was stopped comes back with its best so far
@@ -109,12 +109,12 @@ class Result(Generic[T]):
     """Something that follows from a document: what names it, and how it is computed.
 
     `key` : equal for equal results. `words` : what computing it is called. `compute` is given the
-    shelf, to obtain what it rests on, and a function to report progress.
+    cache, to obtain what it rests on, and a function to report progress.
     """
 
     key: tuple[str, ...]
     words: str
-    compute: Callable[[Shelf, Progress], T] = field(compare=False)
+    compute: Callable[[Cache, Progress], T] = field(compare=False)
 
 
 @dataclass
@@ -150,7 +150,7 @@ class Session:
     def __init__(self, session_id: str, document: Document, files: Mapping[str, Path]) -> None:
         self.id = session_id
         self.files = files
-        self.shelf = Shelf()
+        self.cache = Cache()
         self.revision = 0
         self.job: Job | None = None
         self._document = document
@@ -180,7 +180,7 @@ class Session:
         """Begin to compute what a step shows; see `start`."""
 
         def work(progress: Progress) -> None:
-            self.shelf.obtain(result, progress)
+            self.cache.obtain(result, progress)
 
         return self.start(step, result.words, work, result)
 
@@ -191,7 +191,7 @@ class Session:
         ----------
         step : id of the step that asks for it; its error is shown there
         words : what is being done
-        work : is given the function to report progress; leaves what it found on the shelf, and
+        work : is given the function to report progress; leaves what it found in the cache, and
             returns the change of the document that follows, None where none does; what was
             stopped changes nothing
         result : what it computes for the page
@@ -210,7 +210,7 @@ class Session:
                 self.job.stopping = True
                 self.job.state = "stopped"
                 if self.job.result is not None:  # else the page would ask for it again
-                    self.shelf.put(self.job.result, Failure(CANCELLED))
+                    self.cache.put(self.job.result, Failure(CANCELLED))
                 self.revision += 1
 
     def _run(self, job: Job, work: Work) -> None:

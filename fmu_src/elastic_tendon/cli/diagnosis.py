@@ -79,13 +79,13 @@ def demo() -> None:
         "second recording is held out.\n"
     )
     with progress_bar() as progress:
-        found = bundled.run(progress)
-    write_file(picture, lambda path: bundled.draw(found, path), force=force)
-    _show_answer(found)
-    _show_evidence(found, every=False)
+        diagnosis = bundled.run(progress)
+    write_file(picture, lambda path: bundled.draw(diagnosis, path), force=force)
+    _show_answer(diagnosis)
+    _show_evidence(diagnosis, every=False)
     output.print(f"\nThe picture of this is {picture}.", highlight=False)
     output.print(tables.NEXT_AFTER_DEMO, highlight=False, markup=False)
-    _stop_if(found)
+    _stop_if(diagnosis)
 
 
 @app.command()
@@ -131,7 +131,7 @@ def diagnose(
     page: ReportOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Find out whether the model is adequate, its numbers are wrong, or which effect is missing.
+    """Find out whether the model is adequate, its parameters are wrong, or which effect is missing.
 
     All effects are tried, alone and together; those that explain the error are fitted, until no
     change of the answer does better. Ctrl-C keeps what was found.
@@ -152,7 +152,7 @@ def diagnose(
         known = with_noise([*read, *held], sigmas)
         measurements, heldout = known[: len(read)], known[len(read) :]
         begin = time.monotonic()
-        found = et.diagnose(
+        diagnosis = et.diagnose(
             *(loaded, measurements, heldout),
             options=search,
             progress=stage.progress,
@@ -161,14 +161,14 @@ def diagnose(
         in_time = time_limit is None or time.monotonic() - begin < time_limit
         # files first: a reader that closes the pipe must not cost the user a result
         files.write(
-            found,
+            diagnosis,
             [recording.name for recording in measurements],
             [recording.name for recording in heldout],
         )
         if figures is not None:
             from elastic_tendon.reports.diagnosis_figures import all_figures
 
-            save_figures(all_figures(found), figures, force, stage.progress)
+            save_figures(all_figures(diagnosis), figures, force, stage.progress)
         call = Call(
             model=model,
             data=tuple(data),
@@ -176,20 +176,20 @@ def diagnose(
             reading=words(options),
             search=repeated(noise, only, without, relevance, horizon),
             saved=_text(save_model),
-            learned=_text(files.learned if found.learned else None),
-            experiment=_text(experiment if found.next_experiment else None),
+            learned=_text(files.learned if diagnosis.learned else None),
+            experiment=_text(experiment if diagnosis.next_experiment else None),
         )
         if page is not None:
             used = {"fitted": measurements, "held-out": heldout}
             came = sources(model, used, options.mapping, own_effects)
-            text = _report(found, came, next_lines(found, call), stage.progress)
+            text = _report(diagnosis, came, next_lines(diagnosis, call), stage.progress)
             write_text(page, text, force=force)
-    _show_answer(found)
-    _say(next_lines(found, call))
-    _show_evidence(found, every)
-    files.tell(found)
+    _show_answer(diagnosis)
+    _say(next_lines(diagnosis, call))
+    _show_evidence(diagnosis, every)
+    files.tell(diagnosis)
     if in_time:  # what a limit of time ends is what was asked for
-        _stop_if(found)
+        _stop_if(diagnosis)
 
 
 @dataclass(frozen=True)
@@ -216,27 +216,29 @@ class Outputs:
         if self.figures is not None:
             check_folder(self.figures, force=self.force)
 
-    def write(self, found: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> None:
+    def write(
+        self, diagnosis: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]
+    ) -> None:
         """Write what was found; `fitted` and `heldout` are the names of the recordings."""
         from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 
         if self.model is not None:
-            text = _provenance(found, fitted, heldout) + found.model.to_toml()
+            text = _provenance(diagnosis, fitted, heldout) + diagnosis.model.to_toml()
             write_text(self.model, text, force=self.force)
         learned = None
-        if found.learned is not None and self.learned is not None:
+        if diagnosis.learned is not None and self.learned is not None:
             learned = str(self.learned)
-            write_text(self.learned, found.learned.source, force=self.force)
-        if self.experiment is not None and found.next_experiment is not None:
+            write_text(self.learned, diagnosis.learned.source, force=self.force)
+        if self.experiment is not None and diagnosis.next_experiment is not None:
             from elastic_tendon.diagnosis.experiment import experiment_table
 
-            table = experiment_table(found.next_experiment)
+            table = experiment_table(diagnosis.next_experiment)
             write_text(self.experiment, table.to_csv(index=False), force=self.force)
-        save_json(diagnosis_json(found, learned), self.json, self.force)
+        save_json(diagnosis_json(diagnosis, learned), self.json, self.force)
 
-    def tell(self, found: "et.Diagnosis") -> None:
+    def tell(self, diagnosis: "et.Diagnosis") -> None:
         """Say what was not written, and where the pictures are."""
-        if self.experiment is not None and found.next_experiment is None:
+        if self.experiment is not None and diagnosis.next_experiment is None:
             notice.print(f"note: no experiment is proposed, so {self.experiment} was not written")
         if self.figures is not None:
             output.print(f"The figures are in {self.figures}.", highlight=False)
@@ -284,22 +286,22 @@ def _text(path: Path | None) -> str | None:
     return None if path is None else str(path)
 
 
-def _provenance(found: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
+def _provenance(diagnosis: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
     """Comments for the head of a model.toml: what made it, from what, and what was found."""
     from elastic_tendon.reports.diagnosis_tables import verdict_sentences
     from elastic_tendon.reports.provenance import comments
 
     lines = [
         *made_by(fitted, heldout),
-        f"verdict: {found.verdict}",
-        f"added: {', '.join(found.added) or 'nothing'}",
-        *verdict_sentences(found),
+        f"verdict: {diagnosis.verdict}",
+        f"added: {', '.join(diagnosis.added) or 'nothing'}",
+        *verdict_sentences(diagnosis),
     ]
     return comments(lines)
 
 
 def _report(
-    found: "et.Diagnosis",
+    diagnosis: "et.Diagnosis",
     read: Sequence[tuple[str, Path]],
     advice: Sequence[str],
     progress: "Progress",
@@ -308,29 +310,29 @@ def _report(
     from elastic_tendon.reports.html.document import diagnosis_document
     from elastic_tendon.reports.html.origin import origin_of
 
-    where = et.locate(found.steps[0].comparison, progress)
-    return diagnosis_document(found, where, origin_of(command_line(), read, advice), progress)
+    where = et.locate(diagnosis.steps[0].comparison, progress)
+    return diagnosis_document(diagnosis, where, origin_of(command_line(), read, advice), progress)
 
 
-def _show_answer(found: "et.Diagnosis") -> None:
+def _show_answer(diagnosis: "et.Diagnosis") -> None:
     from elastic_tendon.reports.diagnosis_tables import doubt_sentences, verdict_sentences
 
-    _say(verdict_sentences(found))
-    _say(doubt_sentences(found))
+    _say(verdict_sentences(diagnosis))
+    _say(doubt_sentences(diagnosis))
 
 
-def _show_evidence(found: "et.Diagnosis", every: bool) -> None:
+def _show_evidence(diagnosis: "et.Diagnosis", every: bool) -> None:
     from elastic_tendon.reports import tables
     from elastic_tendon.reports.neighbours import neighbours_table, would_show_table
 
-    output.print(tables.ladder_table(found.ladder))
-    output.print(tables.estimates_table(found.findings))
-    if found.findings.ratios:
-        output.print(tables.ratios_table(found.findings))
-    for table in (neighbours_table(found, every=every), would_show_table(found.would_show)):
+    output.print(tables.ladder_table(diagnosis.ladder))
+    output.print(tables.estimates_table(diagnosis.findings))
+    if diagnosis.findings.ratios:
+        output.print(tables.ratios_table(diagnosis.findings))
+    for table in (neighbours_table(diagnosis, every=every), would_show_table(diagnosis.would_show)):
         if table is not None:
             output.print(table)
-    for index, search_round in enumerate(found.rounds, start=1):
+    for index, search_round in enumerate(diagnosis.rounds, start=1):
         _show_round(index, search_round, every)
 
 
@@ -352,6 +354,6 @@ def _say(sentences: Sequence[str]) -> None:
         output.print()
 
 
-def _stop_if(found: "et.Diagnosis") -> None:
-    if not found.complete:
+def _stop_if(diagnosis: "et.Diagnosis") -> None:
+    if not diagnosis.complete:
         raise typer.Exit(INTERRUPTED)

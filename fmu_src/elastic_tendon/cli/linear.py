@@ -147,13 +147,13 @@ def linearise(
         loaded = load(model, own_effects)
         name, linear = loaded.name, partial(et.linearise, loaded, modes=held)
     linear_in = partial(linear, operating_point=point, drive=et.Drive(drive))
-    found = [_active(linear_in)] if point and not state else _every(linear_in, state)
-    channels = _channels(found[0], inputs, outputs)
-    _show(name, found, channels)
+    models = [_active(linear_in)] if point and not state else _every(linear_in, state)
+    channels = _channels(models[0], inputs, outputs)
+    _show(name, models, channels)
     if json_file is not None:
         from elastic_tendon.linear.linear_json import linear_json
 
-        content = linear_json(name, found, inputs=inputs, outputs=outputs)
+        content = linear_json(name, models, inputs=inputs, outputs=outputs)
         save_json(content, json_file, force)
     if mat_file is not None:
         from elastic_tendon.linear.mat import write_mat
@@ -161,14 +161,14 @@ def linearise(
 
         write_mat(
             name,
-            [selected(linear_model, inputs, outputs) for linear_model in found],
+            [selected(linear_model, inputs, outputs) for linear_model in models],
             mat_file,
             force=force,
         )
     if plot is not None:
         from elastic_tendon.reports.linear_figures import linear_figure
 
-        save_picture(linear_figure(name, found, channels[0] if channels else None), plot, force)
+        save_picture(linear_figure(name, models, channels[0] if channels else None), plot, force)
     if describe is not None:
         _describe(loaded, describe, force)
 
@@ -208,20 +208,20 @@ def _every(
 ) -> list["et.LinearModel"]:
     """The linear models of states; of those not asked for by name, the ones that there are."""
     wanted = list(dict.fromkeys(states or WITHOUT_POINT))
-    found: list[et.LinearModel] = []
+    models: list[et.LinearModel] = []
     faults: list[et.LinearisationError] = []
     with progress_bar() as progress:
         for index, state in enumerate(wanted):
             progress(f"linearising in state {state}", index / len(wanted))
             try:
-                found.append(linear_in(state))
+                models.append(linear_in(state))
             except et.LinearisationError as fault:
                 faults.append(fault)
-    if faults and (states or not found):
+    if faults and (states or not models):
         raise faults[0]
     for refusal in faults:
         notice.print(f"note: {refusal}", markup=False, soft_wrap=True)
-    return found
+    return models
 
 
 def _channels(
@@ -249,5 +249,5 @@ def _show(
 
 def _describe(model: "et.Model", picture: Path, force: bool) -> None:
     with progress_bar() as progress:
-        found = et.describing_function(model, progress=progress)
-    save_picture(found.plot(), picture, force)
+        function = et.describing_function(model, progress=progress)
+    save_picture(function.plot(), picture, force)

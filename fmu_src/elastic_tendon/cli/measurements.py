@@ -259,12 +259,14 @@ def _compared(
 def _show_comparison(comparison: "et.Comparison", location: "et.Location", all_bins: bool) -> None:
     from elastic_tendon.reports import comparison_tables as tables
 
-    for file, found in zip(comparison.files, location.files, strict=True):
+    for file, file_location in zip(comparison.files, location.files, strict=True):
         output.print(tables.error_table(comparison, file))
-        for sentence in tables.sentences(file, found):
+        for sentence in tables.sentences(file, file_location):
             output.print(sentence, highlight=False, markup=False)
         output.print()
-        for table in tables.bin_tables(file, found, all_bins=all_bins, advice=", see --all-bins"):
+        for table in tables.bin_tables(
+            file, file_location, all_bins=all_bins, advice=", see --all-bins"
+        ):
             output.print(table)
 
 
@@ -292,7 +294,7 @@ def _show_addition(addition: "et.Addition") -> None:
 def _stop_if(interrupted: bool) -> None:
     if interrupted:
         notice.print(
-            "elastic-tendon: stopped before the fit had converged; these numbers and intervals "
+            "elastic-tendon: stopped before the fit had converged; these estimates and intervals "
             "are only the best so far"
         )
         raise typer.Exit(INTERRUPTED)

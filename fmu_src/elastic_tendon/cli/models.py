@@ -69,8 +69,8 @@ def export(
             progress=progress,
         )
     runs_on = ", ".join(target.name for target in platforms)
-    told = f"{loaded.name} is in {out}, FMI {fmi_version}.0, for {runs_on}"
-    output.print(told, highlight=False, soft_wrap=True)
+    sentence = f"{loaded.name} is in {out}, FMI {fmi_version}.0, for {runs_on}"
+    output.print(sentence, highlight=False, soft_wrap=True)
 
 
 @app.command()

@@ -10,8 +10,8 @@ import typer
 
 import elastic_tendon as et
 from elastic_tendon.cli.shared import notice
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.progress import Progress
-from elastic_tendon.simulation.interpolation import Interpolation
 
 DataArgument = Annotated[
     list[str], typer.Argument(metavar="DATA...", help="file.csv, or file.csv\\[start:end] in s.")
@@ -175,14 +175,14 @@ def read_motion(
     ------
     MeasurementError : see `read_all`, or the file holds several recordings
     """
-    found = read_all(model, [data], replace(options, joint_required=False), progress)
-    if len(found) > 1:
-        names = ", ".join(measurement.name for measurement in found)
+    measurements = read_all(model, [data], replace(options, joint_required=False), progress)
+    if len(measurements) > 1:
+        names = ", ".join(measurement.name for measurement in measurements)
         raise et.MeasurementError(
-            f"{data}: it holds {len(found)} recordings ({names}); cut one out with a window "
+            f"{data}: it holds {len(measurements)} recordings ({names}); cut one out with a window "
             "file.csv[start:end], or with runs in a file for --map"
         )
-    return found[0]
+    return measurements[0]
 
 
 def _tell(kind: str, name: str, notes: Sequence[str]) -> None:

@@ -123,8 +123,8 @@ def with_noise(
     known = []
     for measurement in measurements:
         own = {name: sigma for name, sigma in sigmas.items() if name in measurement.signals}
-        told = measurement.with_noise(own)
-        for note in told.notes[len(measurement.notes) :]:
-            notice.print(f"note: {told.name}: {note}", markup=False, soft_wrap=True)
-        known.append(told)
+        with_given = measurement.with_noise(own)
+        for note in with_given.notes[len(measurement.notes) :]:
+            notice.print(f"note: {with_given.name}: {note}", markup=False, soft_wrap=True)
+        known.append(with_given)
     return known

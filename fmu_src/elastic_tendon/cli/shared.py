@@ -83,8 +83,8 @@ def reporting(function: Callable[Parameters, None]) -> Callable[Parameters, None
             raise typer.Exit(1) from None
         except KeyboardInterrupt:
             left = ", ".join(map(str, written))
-            told = f"but {left} had been written" if left else "nothing was written"
-            notice.print(f"elastic-tendon: stopped, {told}", markup=False, soft_wrap=True)
+            outcome = f"but {left} had been written" if left else "nothing was written"
+            notice.print(f"elastic-tendon: stopped, {outcome}", markup=False, soft_wrap=True)
             raise typer.Exit(INTERRUPTED) from None
 
     return run

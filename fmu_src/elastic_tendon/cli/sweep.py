@@ -59,7 +59,7 @@ VaryOption = Annotated[
     typer.Option(
         "--vary",
         metavar="PATH=...",
-        help="A number of model.toml: PATH by its uncertainty, PATH=5% Gaussian of that sigma, "
+        help="A parameter of model.toml: PATH by its uncertainty, PATH=5% Gaussian of that sigma, "
         "PATH=LOW:HIGH or PATH=-5%:5% uniform, PATH=LOW:HIGH:COUNT or PATH=A,B,C these values; "
         "repeatable. Without: all that stands in \\[uncertainty].",
     ),
@@ -95,12 +95,12 @@ SchedulerOption = Annotated[
 ]
 PlotOption = Annotated[
     Path | None,
-    typer.Option("--plot", metavar="F", help="Draw a fleet that is diagnosed (.png, .svg...)."),
+    typer.Option("--plot", metavar="F", help="Draw the results (.png, .svg...)."),
 ]
 
 
 @dataclass(frozen=True)
-class Asked:
+class Request:
     """What shall be done in the runs, as the options say it; None or empty where they do not."""
 
     work: Work
@@ -119,8 +119,8 @@ class Asked:
         for name in idle[self.work]:
             given = getattr(self, name)
             if not (given is None or given is False or given == ()):
-                told = f"says nothing where --do is {self.work}"
-                raise typer.BadParameter(told, param_hint=f"--{name}")
+                refusal = f"says nothing where --do is {self.work}"
+                raise typer.BadParameter(refusal, param_hint=f"--{name}")
         if self.work is not Work.SIMULATE and not self.data:
             raise typer.BadParameter(f"--do {self.work} needs recordings", param_hint="DATA")
         if self.work is Work.SIMULATE and len(self.data) > 1:
@@ -175,19 +175,17 @@ def sweep(
     tcp://HOST:8786 --nworkers 8 --nthreads 1".
     """
     drawn = (tuple(vary or ()), method, runs, seed)
-    asked = Asked(work, tuple(data or ()), *drawn, tuple(keep or ()), trajectories)
-    asked.check()
-    if plot is not None and work is not Work.DIAGNOSE:
-        raise typer.BadParameter(f"says nothing where --do is {work}", param_hint="--plot")
+    request = Request(work, tuple(data or ()), *drawn, tuple(keep or ()), trajectories)
+    request.check()
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("the cluster has workers of its own", param_hint="--workers")
-    check_outputs(out, picture=plot, force=force, read=[model, *asked.data])
-    if not asked.data and words(options):
+    check_outputs(out, picture=plot, force=force, read=[model, *request.data])
+    if not request.data and words(options):
         raise typer.BadParameter(f"no DATA to read: leave {words(options)[0]} out")
     loaded = load(model, own_effects)
     try:
         with progress_bar() as progress:
-            task = asked.task(loaded, options, progress)
+            task = request.task(loaded, options, progress)
             done = et.sweep(
                 *(task, out), workers=workers, scheduler=scheduler, force=force, progress=progress
             )
@@ -200,52 +198,56 @@ def sweep(
         raise typer.Exit(1)
 
 
-def _points(asked: Asked, model: "et.Model") -> "et.Points":
+def _points(request: Request, model: "et.Model") -> "et.Points":
     """What varies, and how; what cannot be read or drawn is wrong usage."""
     from elastic_tendon.sweeps.factors import parse_factor, stated_factors
     from elastic_tendon.sweeps.points import default_method, points
 
     hint = "--vary"
     try:
-        factors = [parse_factor(model, text) for text in asked.vary] or stated_factors(model)
+        factors = [parse_factor(model, text) for text in request.vary] or stated_factors(model)
         hint = "--vary, --method and --runs"
-        method = asked.method or default_method(factors, asked.runs)
-        count = asked.runs if asked.runs is not None or method == "grid" else DRAWN_RUNS
-        return points(factors, method, count, asked.seed or 0)
+        method = request.method or default_method(factors, request.runs)
+        count = request.runs if request.runs is not None or method == "grid" else DRAWN_RUNS
+        return points(factors, method, count, request.seed or 0)
     except et.SweepError as error:
         raise typer.BadParameter(str(error), param_hint=hint) from None
 
 
 def _simulations(
-    asked: Asked, model: "et.Model", options: "et.ReadOptions", progress: "Progress"
+    request: Request, model: "et.Model", options: "et.ReadOptions", progress: "Progress"
 ) -> "et.Task":
     from elastic_tendon.native.library import library_path
     from elastic_tendon.sweeps import simulations as module
 
-    points = _points(asked, model)
+    points = _points(request, model)
     library_path(model.effect_ids, progress)
     motion = module.default_motion(model)
-    if asked.data:
-        motion = module.measured_motion(model, read_motion(model, asked.data[0], options, progress))
+    if request.data:
+        motion = module.measured_motion(
+            model, read_motion(model, request.data[0], options, progress)
+        )
     try:
         return module.simulations(
             *(model, points),
             motion=motion,
-            outputs=asked.keep or module.OUTPUTS,
-            keep="trajectories" if asked.trajectories else "statistics",
+            outputs=request.keep or module.OUTPUTS,
+            keep="trajectories" if request.trajectories else "statistics",
         )
     except et.SweepError as error:
         raise typer.BadParameter(str(error), param_hint="--keep") from None
 
 
-def _fleet(asked: Asked, model: "et.Model", options: "et.ReadOptions") -> "et.Task":
+def _fleet(request: Request, model: "et.Model", options: "et.ReadOptions") -> "et.Task":
     from elastic_tendon.sweeps.fleet import robots_of
 
-    robots = robots_of(asked.data)
+    robots = robots_of(request.data)
     for robot in robots:
         if len(robot.data) > 1:
-            told = f"its {len(robot.data)} recordings are taken together; else name them one by one"
-            notice.print(f"note: {robot.name} is one robot, and {told}", markup=False)
+            advice = (
+                f"its {len(robot.data)} recordings are taken together; else name them one by one"
+            )
+            notice.print(f"note: {robot.name} is one robot, and {advice}", markup=False)
     return et.fleet(model, robots, options)
 
 
@@ -255,8 +257,8 @@ def _stopped(out: Path) -> None:
 
     folder = folder_of(out)
     kept = f"what was done is in {folder}; the same command goes on from there"
-    told = kept if folder.is_dir() else "nothing was written"
-    notice.print(f"elastic-tendon: stopped, {told}", markup=False, soft_wrap=True)
+    outcome = kept if folder.is_dir() else "nothing was written"
+    notice.print(f"elastic-tendon: stopped, {outcome}", markup=False, soft_wrap=True)
     raise typer.Exit(INTERRUPTED)
 
 

@@ -86,10 +86,10 @@ def bins_of(
     memory = max(memory, (1.0 + noise.correlation**2) / (1.0 - noise.correlation**2))
     rounding = _rounding(residual + measured, measured, noise)
     means = [block_means(samples, stride) for samples in (residual, squares, rounding**2)]
-    found = [unjudged for part in parts.values() for unjudged in _split(part, means, memory, noise)]
+    bins = [unjudged for part in parts.values() for unjudged in _split(part, means, memory, noise)]
     if not static:
-        found += _octaves(residual, rounding, time, noise)
-    return _judged(found, FLOOR_ERROR[noise.kind])
+        bins += _octaves(residual, rounding, time, noise)
+    return _assessed(bins, FLOOR_ERROR[noise.kind])
 
 
 def _rounding(simulated: Array, measured: Array, noise: NoiseFloor) -> Array:
@@ -118,7 +118,7 @@ def _split(
     floors = np.maximum(roundings, noise.sigma**2)
     sums = part.counts * squares
     total = float(np.sum(sums)) or 1.0
-    found = []
+    bins = []
     for index, words in enumerate(part.words):
         edges = (None, None) if part.edges is None else part.edges[index : index + 2].tolist()
         bin_ = Bin(
@@ -135,8 +135,8 @@ def _split(
         )
         ratio = float(squares[index] / floors[index])
         enough = bin_.count >= FEW
-        found.append(_Unjudged(bin_, ratio, bin_.count / memory if enough else 0.0))
-    return found
+        bins.append(_Unjudged(bin_, ratio, bin_.count / memory if enough else 0.0))
+    return bins
 
 
 def _octaves(residual: Array, rounding: Array, time: Array, noise: NoiseFloor) -> list[_Unjudged]:
@@ -155,7 +155,7 @@ def _octaves(residual: Array, rounding: Array, time: Array, noise: NoiseFloor) -
         floors = np.maximum(floors, np.add.reduceat(_power(rounding, time), starts))
     counts = np.diff(np.append(starts, len(power)))
     total = float(np.sum(sums)) or 1.0
-    found = []
+    octaves = []
     for index, (lower, upper) in enumerate(pairwise(edges.tolist())):
         bin_ = Bin(
             by="frequency",
@@ -170,8 +170,8 @@ def _octaves(residual: Array, rounding: Array, time: Array, noise: NoiseFloor) -
             stands_out=False,
         )
         ratio = float(sums[index] / floors[index])
-        found.append(_Unjudged(bin_, ratio, 2.0 * float(counts[index])))
-    return found
+        octaves.append(_Unjudged(bin_, ratio, 2.0 * float(counts[index])))
+    return octaves
 
 
 def _power(values: Array, time: Array) -> Array:
@@ -199,20 +199,22 @@ def noise_density(angle: Array, noise: NoiseFloor) -> Array:
     return (1.0 - rho**2) / np.asarray(1.0 - 2.0 * rho * np.cos(angle) + rho**2)
 
 
-def _judged(found: list[_Unjudged], floor_error: float) -> tuple[Bin, ...]:
+def _assessed(unjudged_bins: list[_Unjudged], floor_error: float) -> tuple[Bin, ...]:
     """Say of each bin how far it lies above the noise; Holm's correction over all of them."""
     from scipy.special import fdtrc
 
-    judged = [index for index, unjudged in enumerate(found) if unjudged.freedom >= MINIMUM_FREEDOM]
-    ratio = np.array([found[index].ratio for index in judged])
-    freedom = np.array([found[index].freedom for index in judged])
+    testable = [
+        index for index, unjudged in enumerate(unjudged_bins) if unjudged.freedom >= MINIMUM_FREEDOM
+    ]
+    ratio = np.array([unjudged_bins[index].ratio for index in testable])
+    freedom = np.array([unjudged_bins[index].freedom for index in testable])
     significance = np.asarray((ratio - 1.0) / np.sqrt(2.0 / freedom + floor_error**2))
     chance = np.asarray(fdtrc(freedom, 2.0 / floor_error**2, ratio))
     order = np.argsort(chance)
     small = chance[order] < RISK / np.arange(len(order), 0, -1)
     out = set(order[: len(order) if small.all() else int(np.argmin(small))].tolist())
-    bins = [unjudged.bin for unjudged in found]
-    for place, index in enumerate(judged):
+    bins = [unjudged.bin for unjudged in unjudged_bins]
+    for place, index in enumerate(testable):
         bins[index] = replace(
             bins[index], significance=float(significance[place]), stands_out=place in out
         )

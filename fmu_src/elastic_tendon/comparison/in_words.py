@@ -25,12 +25,12 @@ from elastic_tendon.comparison.patterns import SIMPLER, Evidence, Finding, Patte
 from elastic_tendon.comparison.places import concentration, densest, outside
 from elastic_tendon.comparison.residuals import Array, rms
 
-# of the mean square, below which a pattern is not told
+# of the mean square, below which a pattern is not reported
 TELLING = 0.5
 # times the noise's part of the missing torque; less is not interpreted
 CLEAR = 2.0
 LOUD = 1.3  # times the noise, above which an error is more than noise even if nothing stands out
-SURELY = 0.75  # of the mean square, below which another cause may be behind what is told
+SURELY = 0.75  # of the mean square, below which another cause may be behind what is reported
 # single samples: that hold most of what the few hold, times their neighbours, share of all
 MOST, FAR, FEW = 0.95, 5.0, 0.005
 MANY = 100  # samples, of which a few are few
@@ -59,11 +59,11 @@ def in_words(evidence: Evidence) -> str:
         return _nothing(evidence)
     if jumps := _single_samples(evidence):
         return jumps
-    found = _found(evidence)
-    if not found:
+    findings = _found(evidence)
+    if not findings:
         load = "; no load was recorded" if _may_be_a_load(evidence) else ""
         return f"{densest(evidence.bins)}; no simple pattern explains it{load}"
-    finding = found[0]
+    finding = findings[0]
     where = _where(evidence, finding)
     start, end = _bounds(finding)
     meaning = finding.pattern.meaning[finding.sign].format(
@@ -73,7 +73,7 @@ def in_words(evidence: Evidence) -> str:
         there=" there" if where else "",
         start=start,
         end=end,
-        alike=_alike(evidence, found),
+        alike=_alike(evidence, findings),
     )
     # one colon in a sentence is enough
     joint = "" if not where else "; " if ":" in meaning else ": "
@@ -106,7 +106,7 @@ def _single_samples(evidence: Evidence) -> str:
 
 
 def _found(evidence: Evidence) -> list[Finding]:
-    """The finding to be told, and then all others; nothing where none is clear."""
+    """The finding to be reported, and then all others; nothing where none is clear."""
     if evidence.signal != "joint_position":
         return _best(SIGNAL_PATTERNS, evidence.residual, evidence)
     target = evidence.missing.torque
@@ -125,16 +125,16 @@ def _best(table: tuple[Pattern, ...], target: Array, evidence: Evidence) -> list
         and not (evidence.static and pattern.by == "load_torque")
     ]
     fits = (pattern.fit(pattern, target, evidence) for pattern in asked)
-    found = [fit for fit in fits if fit is not None and fit.sign in fit.pattern.meaning]
-    most = max((finding.explained for finding in found), default=0.0)
+    possible = [fit for fit in fits if fit is not None and fit.sign in fit.pattern.meaning]
+    most = max((finding.explained for finding in possible), default=0.0)
     if most < TELLING:
         return []
-    best = next(finding for finding in found if finding.explained >= most - SIMPLER)
+    best = next(finding for finding in possible if finding.explained >= most - SIMPLER)
     for group in EQUALLY_SIMPLE:
         if best.pattern.name in group:
-            equals = (finding for finding in found if finding.pattern.name in group)
+            equals = (finding for finding in possible if finding.pattern.name in group)
             best = max(equals, key=lambda finding: finding.explained)
-    return [best, *(finding for finding in found if finding is not best)]
+    return [best, *(finding for finding in possible if finding is not best)]
 
 
 def _bounds(finding: Finding) -> tuple[str, str]:
@@ -154,8 +154,8 @@ def _numbers(size: float) -> dict[str, str]:
 def _pretensions(evidence: Evidence, finding: Finding) -> dict[str, str]:
     """The model's pretension, and the one that a change of it by the finding's share gives."""
     force = evidence.model.transmission.pretension_force
-    told = {"model_pretension": force, "pretension": (1.0 + finding.size) * force}
-    return {name: _digits(value) for name, value in told.items()}
+    forces = {"model_pretension": force, "pretension": (1.0 + finding.size) * force}
+    return {name: _digits(value) for name, value in forces.items()}
 
 
 def _digits(value: float) -> str:
@@ -183,9 +183,9 @@ def _explained(evidence: Evidence, finding: Finding) -> str:
     return f"this pattern accounts for {share} of {of}{left}"
 
 
-def _alike(evidence: Evidence, found: list[Finding]) -> str:
+def _alike(evidence: Evidence, findings: list[Finding]) -> str:
     """Another cause that the recording can hardly tell from the finding."""
-    finding, *others = found
+    finding, *others = findings
     name = finding.pattern.name
     explained = {
         rival.pattern.name: rival

@@ -125,10 +125,10 @@ def locate(comparison: Comparison, progress: Progress = silent) -> Location:
     files: list[FileLocation] = []
     for file in comparison.files:
 
-        def told(text: str, share: float, name: str = file.measurement.name) -> None:
+        def report_progress(text: str, share: float, name: str = file.measurement.name) -> None:
             progress(f"{name}: {text}", (len(files) + share) / len(comparison.files))
 
-        files.append(_locate_one(comparison.model, file, told))
+        files.append(_locate_one(comparison.model, file, report_progress))
     return Location(tuple(files))
 
 

@@ -36,21 +36,21 @@ class ErrorMap:
     torque: CellMap | None
 
 
-def error_maps(file: FileComparison, found: FileLocation) -> tuple[ErrorMap, ...]:
+def error_maps(file: FileComparison, location: FileLocation) -> tuple[ErrorMap, ...]:
     """Where the error of a recording lies, over each of `PAIRS`.
 
     Parameters
     ----------
     file : FileComparison of a time series
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
     """
     error = residuals_of(file.trajectory, file.measurement)["joint_position"]
     maps = []
     for pair in PAIRS:
-        across, up = (found.variables[variable] for variable in pair)
+        across, up = (location.variables[variable] for variable in pair)
         squares = mean_by_cell(across, up, error**2)
         rms = squares and replace(squares, values=np.sqrt(squares.values))
-        maps.append(ErrorMap(pair, rms, mean_by_cell(across, up, found.missing_torque.torque)))
+        maps.append(ErrorMap(pair, rms, mean_by_cell(across, up, location.missing_torque.torque)))
     return tuple(maps)
 
 

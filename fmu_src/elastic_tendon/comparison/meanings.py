@@ -1,4 +1,4 @@
-"""What is told of each pattern: its number, and what in the machine would do this."""
+"""What is said of each pattern: its number, and what in the machine would do this."""
 
 from elastic_tendon.comparison import patterns, springs
 from elastic_tendon.comparison.patterns import Pattern
@@ -189,7 +189,7 @@ TORQUE_PATTERNS = (
     ),
     Pattern("event", "time", patterns.event, _EVENT_WORDS),
 )
-# true of whatever the model does not know, hence told only where no other pattern is
+# true of whatever the model does not know, hence reported only where no other pattern is
 LAST_PATTERNS = (
     Pattern(
         "unknown torque",

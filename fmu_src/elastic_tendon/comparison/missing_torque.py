@@ -182,8 +182,8 @@ def missing_torque(
     rounds = ROUNDS if stride == 1 else 1
     track, done, notes = _track(model, file, noise, smoother, grid, rounds, progress)
     left = rms(track.error)
-    found = left <= max(LEFT * rms(error), LEFT_NOISE * noise.sigma)
-    if not found:
+    follows = left <= max(LEFT * rms(error), LEFT_NOISE * noise.sigma)
+    if not follows:
         notes.append(NOT_FOUND.format(left=1e3 * left))
     if stride > 1:
         notes.append(LONG_NOTE.format(stride=stride))
@@ -196,7 +196,7 @@ def missing_torque(
     sizes = None if stride == 1 else block_sizes(len(whole.time), stride)
     parts = partitions(variables, model, shaking, static=measurement.static, sizes=sizes)
     curves = _curves(track.torque, sigma, variables, parts)
-    return MissingTorque(track.torque, sigma, curves, tuple(notes), found), variables, parts
+    return MissingTorque(track.torque, sigma, curves, tuple(notes), follows), variables, parts
 
 
 def _track(
@@ -224,9 +224,9 @@ def _track(
         try:
             following = _next_track(model, measurement, track, left)
         except SimulationError as failure:
-            found = f"the missing torque was found in {done} of up to {rounds} rounds"
-            told = f"{found}, as the next failed: {failure}"
-            return track, done, [*notes, told]
+            outcome = f"the missing torque was found in {done} of up to {rounds} rounds"
+            sentence = f"{outcome}, as the next failed: {failure}"
+            return track, done, [*notes, sentence]
         if rms(following.error) >= rms(track.error):
             return track, done, notes
         track, before = following, rms(left)

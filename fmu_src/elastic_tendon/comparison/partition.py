@@ -165,7 +165,7 @@ def partitions(
     -------
     dict, name of a variable -> Partition; a variable that does not change is left out
     """
-    found = [_slack_states(variables["slack_state"], sizes)]
+    partitions = [_slack_states(variables["slack_state"], sizes)]
     boundaries = slack_boundaries(model.transmission)
     for by in UNITS:
         if static and by in NOT_STATIC:
@@ -174,9 +174,9 @@ def partitions(
         if np.ptp(values) > 1e-9 * np.max(np.abs(values)):
             inner = boundaries if by == "deflection" else ()
             parts = STRETCHES if by == "time" else PARTS
-            found.append(_parts(by, values, parts, inner, sizes))
-    found.append(_directions(variables["joint_velocity"], velocity_noise, sizes))
-    return {partition.by: partition for partition in found if len(partition.counts)}
+            partitions.append(_parts(by, values, parts, inner, sizes))
+    partitions.append(_directions(variables["joint_velocity"], velocity_noise, sizes))
+    return {partition.by: partition for partition in partitions if len(partition.counts)}
 
 
 def _slack_states(states: Array, sizes: Integers | None) -> Partition:
@@ -207,7 +207,7 @@ def _counts(number: Integers, bins: int, sizes: Integers | None) -> Integers:
 
 
 def range_text(lower: float, upper: float, between: str = " to ") -> str:
-    """Two numbers of one quantity, with three digits or as many as tell them apart."""
+    """Two numbers of one quantity, with three digits or as many as distinguish them."""
     for digits in range(3, MOST_DIGITS + 1):
         texts = f"{lower:.{digits}g}", f"{upper:.{digits}g}"
         # a rounded width must still be the width

@@ -31,13 +31,13 @@ STRETCHES = 50
 CURVE_PARTS = 24  # of the range of a variable
 # of the largest speed: what is slow; slower still, smoothing turns the missing torque too early
 SLOWEST, SLOW = 0.02, 0.1
-# of the torque along the motion: by which it falls or grows with the speed before that is told
+# of the torque along the motion: by which it falls or grows with the speed before that is reported
 TREND = 0.15
 # of the motor's motion at the joint: a joint that moves less is held; of the deflection: a motor
 # that moves less is
 STILL = 0.2
 EVENT_SHARE = 0.8  # of the square over the recording that a passing event must hold
-EVENT_ENERGY = 0.9  # of what the longest stretch holds lies between the times that are told
+EVENT_ENERGY = 0.9  # of what the longest stretch holds lies between the times that are reported
 
 
 @dataclass(frozen=True)
@@ -124,29 +124,29 @@ def proportional(pattern: Pattern, target: Array, evidence: Evidence) -> Finding
 
 def acceleration(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
     """In proportion to the acceleration; a link cannot be less inert than not at all."""
-    found = proportional(pattern, target, evidence)
-    return found if found.size < evidence.model.link.inertia else None
+    finding = proportional(pattern, target, evidence)
+    return finding if finding.size < evidence.model.link.inertia else None
 
 
 def velocity(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
     """In proportion to the velocity; nothing is damped less than not at all."""
-    found = proportional(pattern, target, evidence)
+    finding = proportional(pattern, target, evidence)
     springs = characteristic_damping(0.0, evidence.model.transmission)
-    return found if found.size < evidence.model.link.damping + float(springs) else None
+    return finding if finding.size < evidence.model.link.damping + float(springs) else None
 
 
 def load(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | None:
     """In proportion to the load, which does not act backwards."""
-    found = proportional(pattern, target, evidence)
-    return found if found.size > -1.0 else None
+    finding = proportional(pattern, target, evidence)
+    return finding if finding.size > -1.0 else None
 
 
 def direction(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
     """The sign of the velocity; friction holds what rests with any smaller torque."""
-    found = _along(pattern, target, evidence, np.ones(len(target)))
+    best = _along(pattern, target, evidence, np.ones(len(target)))
     sticking = _sticking(pattern, target, _ways(pattern, evidence))
-    found = max(found, sticking, key=lambda finding: finding.explained)
-    return replace(found, trend=_trend(pattern, target, found, evidence))
+    best = max(best, sticking, key=lambda finding: finding.explained)
+    return replace(best, trend=_trend(pattern, target, best, evidence))
 
 
 def direction_and_load(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:
@@ -176,34 +176,34 @@ def _sticking(pattern: Pattern, target: Array, way: Array) -> Finding:
     moving = way != 0.0
     if not moving.any():
         return Finding(pattern, 0.0, 0.0, 0.0)
-    found = proportional_to(pattern, target[moving], way[moving])
-    if found.size >= 0.0:
-        return replace(found, explained=0.0)
-    held = np.clip(target, found.size, -found.size)
-    rest = target - np.where(moving, found.size * way, held)
+    fit = proportional_to(pattern, target[moving], way[moving])
+    if fit.size >= 0.0:
+        return replace(fit, explained=0.0)
+    held = np.clip(target, fit.size, -fit.size)
+    rest = target - np.where(moving, fit.size * way, held)
     overall = 1.0 - float(rest @ rest) / float(target @ target)
-    return replace(found, explained=min(found.explained, overall))
+    return replace(fit, explained=min(fit.explained, overall))
 
 
-def _trend(pattern: Pattern, target: Array, found: Finding, evidence: Evidence) -> int:
+def _trend(pattern: Pattern, target: Array, finding: Finding, evidence: Evidence) -> int:
     """Whether the torque along the motion surely falls (-1) or grows (1) with the speed.
 
     What smoothing does to slow motion only makes it seem smaller there, never larger.
     """
     velocity = evidence.variables["joint_velocity"]
     speed = np.abs(velocity)
-    along = np.sign(found.size) * target * np.sign(velocity)
+    along = np.sign(finding.size) * target * np.sign(velocity)
     share = speed / max(float(np.max(speed)), 1e-300)
     fast, slow = share > SLOW, (share > SLOWEST) & (share <= SLOW)
     if slow.any() and fast.any():
         more = along[slow] - np.mean(along[fast])
         excess = proportional_to(pattern, more, np.ones(len(more)))
-        if excess.sign > 0 and excess.size > TREND * abs(found.size):
+        if excess.sign > 0 and excess.size > TREND * abs(finding.size):
             return -1
     along, speed = along[fast], speed[fast]
     slope = proportional_to(pattern, along - np.mean(along), speed - np.mean(speed))
     change = slope.size * float(np.subtract(*np.quantile(speed, (0.9, 0.1))))
-    return slope.sign if abs(change) > TREND * abs(found.size) else 0
+    return slope.sign if abs(change) > TREND * abs(finding.size) else 0
 
 
 def unknown_torque(pattern: Pattern, target: Array, evidence: Evidence) -> Finding:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,18 +69,22 @@ def simulate_measurement(
     ------
     SimulationError : the solver could not go on
     """
-    trajectory = simulate(
-        model,
-        measurement.time,
-        measurement.motor_position,
-        measurement.load_torque,
-        initial_state=initial.as_dict(),
-        interpolation=measurement.interpolation,
-        tolerance=tolerance,
-        as_measured=True,
-    )
+    trajectory = simulate(model, **_motion(measurement, initial, tolerance))
     count(_weight(measurement) * trajectory.statistics["rates"])
     return trajectory
+
+
+def _motion(measurement: Measurement, initial: InitialState, tolerance: float) -> dict[str, Any]:
+    """What is simulated of a recording, as arguments of `simulate`."""
+    return {
+        "time": measurement.time,
+        "motor_position": measurement.motor_position,
+        "load_torque": measurement.load_torque,
+        "initial_state": initial.as_dict(),
+        "interpolation": measurement.interpolation,
+        "tolerance": tolerance,
+        "as_measured": True,
+    }
 
 
 def _weight(measurement: Measurement) -> int:
@@ -122,15 +127,9 @@ def sensitivity(
     """
     result = sensitivities(
         model,
-        measurement.time,
-        measurement.motor_position,
-        measurement.load_torque,
         parameters=tuple(parameters),
         initial_states=INITIAL_STATES,
-        initial_state=initial.as_dict(),
-        interpolation=measurement.interpolation,
-        tolerance=tolerance,
-        as_measured=True,
+        **_motion(measurement, initial, tolerance),
     )
     columns = (len(parameters) + len(INITIAL_STATES)) * len(interface(model.effect_ids).states)
     count(_weight(measurement) * result.trajectory.statistics["rates"], columns)

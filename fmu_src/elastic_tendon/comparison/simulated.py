@@ -15,9 +15,9 @@ from elastic_tendon.actuator.variables import INPUTS, interface
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import Array, InitialState, simulate_measurement
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
 from elastic_tendon.simulation.excitation import default_excitation
-from elastic_tendon.simulation.interpolation import Interpolation
 from elastic_tendon.simulation.simulate import Trajectory
 from elastic_tendon.simulation.simulate import simulate as call
 

@@ -80,17 +80,17 @@ def beyond(pattern: Pattern, target: Array, evidence: Evidence) -> Finding | Non
     """Another stiffness beyond a deflection of either sign, or of one."""
     deflection = evidence.variables["deflection"]
     cells = _cells(target, deflection)
-    found = []  # share explained, bound
+    findings = []  # share explained, bound
     for side in (-1.0, 1.0):
         way = side * cells.deflection
         bounds = max(float(np.max(way)), 0.0) * BOUNDS
         gains = [cells.best_explained(np.maximum(way - bound, 0.0)) for bound in bounds]
         best = int(np.argmax(gains))
-        found.append((gains[best], side * float(bounds[best])))
-    most = max(explained for explained, _ in found)
+        findings.append((gains[best], side * float(bounds[best])))
+    most = max(explained for explained, _ in findings)
     if most <= 0.0:
         return None
-    chosen = tuple(bound for explained, bound in found if explained > SIMPLER * most)
+    chosen = tuple(bound for explained, bound in findings if explained > SIMPLER * most)
     shape = np.zeros(len(deflection))
     for bound in chosen:
         side = np.sign(bound)
@@ -135,7 +135,7 @@ def _as_if(
     evidence: Evidence,
     changed: Callable[[Transmission, float], Transmission],
 ) -> Finding:
-    """The torque that the springs would have more if one of their numbers were another."""
+    """The torque that the springs would have more if one of their parameters were another."""
     springs = evidence.model.transmission
     deflection = evidence.variables["deflection"]
     cells = _cells(target, deflection)

@@ -119,7 +119,7 @@ class Relation:
 
 @dataclass(frozen=True)
 class Alias:
-    """What the effect cannot be told from by any measurement of the joint, while `when` holds.
+    """What no measurement of the joint can distinguish the effect from, while `when` holds.
 
     Said by one of two effects; `Registry.aliases_of` tells it of both.
 
@@ -277,7 +277,7 @@ class Effect:
     equations: Equations
     reference: str
     law: str = ""  # the equations as a formula, see LAW_SYMBOLS
-    confused_with: str = ""  # what else looks like it, and what tells them apart
+    confused_with: str = ""  # what else looks like it, and what distinguishes them
     confirm: str = ""  # how to make sure on the machine
     cure: str = ""  # how to be rid of it
     magnitude: str = ""  # what is typical, and on what it depends

@@ -17,8 +17,8 @@ WITHOUT = {"base", "catalogue", "checks", "registry", "source", "symbolic", "uni
 
 def _effects() -> tuple[Effect, ...]:
     names = {module.name for module in iter_modules([str(Path(__file__).parent)])} - WITHOUT
-    found = [import_module(f"elastic_tendon.effects.{name}").EFFECT for name in names]
-    return tuple(sorted(found, key=lambda effect: (effect.catalogue_order, effect.id)))
+    effects = [import_module(f"elastic_tendon.effects.{name}").EFFECT for name in names]
+    return tuple(sorted(effects, key=lambda effect: (effect.catalogue_order, effect.id)))
 
 
 CATALOGUE: tuple[Effect, ...] = _effects()

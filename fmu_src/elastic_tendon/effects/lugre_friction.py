@@ -51,9 +51,9 @@ EFFECT = Effect(
     law="-(s0 z + s1 z'), z' = v - s0 |v| z / g(v), g(v) = coulomb_torque + (static_torque - "
     "coulomb_torque) exp(-(v / stribeck_velocity)²), s0 = bristle_stiffness, s1 = bristle_damping",
     confused_with="Coulomb friction and Stribeck friction: the same in all motions much larger "
-    "than the bending of the bristles; only motion before the break-away tells them apart. Spring "
-    "hysteresis: its loop too has rounded corners, but belongs to the springs and is lower where a "
-    "tendon is slack.",
+    "than the bending of the bristles; only motion before the break-away distinguishes them. "
+    "Spring hysteresis: its loop too has rounded corners, but belongs to the springs and is lower "
+    "where a tendon is slack.",
     confirm="Hold the motor and load the link in small steps below the torque at which it breaks "
     "away. The joint moves a little at each step and comes back when the load is taken off; with "
     "Coulomb or Stribeck friction it would not move at all. The joint encoder must resolve a tenth "

@@ -24,7 +24,7 @@ EFFECT = Effect(
     "over the measured deflection with it.",
     law="true motor position = measured one - offset",
     confused_with="Joint encoder offset: only what depends on the angle itself, as gravity, a stop "
-    "or an eccentric pulley, tells the two apart. Gear backlash under a load that never changes "
+    "or an eccentric pulley, distinguishes the two. Gear backlash under a load that never changes "
     "sign: it shifts the joint by half the gap. Gravity load: its error is larger where a tendon "
     "is slack. Pulley eccentricity: alike over a small part of a turn of the motor, but not "
     "constant over the whole.",

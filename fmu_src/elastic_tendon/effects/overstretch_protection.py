@@ -39,7 +39,7 @@ EFFECT = Effect(
     "motion do not matter. Large swings are faster than small ones.",
     law="added force of one spring: stiffness max(0, e - engagement max_deflection)",
     confused_with="Spring hardening: it stiffens gradually and from small deflections on; data "
-    "that hardly pass the corner cannot tell the two apart. Joint stop: it stands at one angle of "
+    "that hardly pass the corner cannot distinguish the two. Joint stop: it stands at one angle of "
     "the joint, the corners move with the motor.",
     confirm="Hold the motor and load the link slowly up to the largest deflection, in both "
     "directions. The slope of load torque against deflection jumps at one deflection on each side "

@@ -76,18 +76,18 @@ class Registry(dict[str, Effect]):
 
     def installed(self) -> dict[str, tuple[EntryPoint, ...]]:
         """Entry points of effects that are not loaded, by id; none of them is imported."""
-        found: dict[str, tuple[EntryPoint, ...]] = {}
+        entries: dict[str, tuple[EntryPoint, ...]] = {}
         for entry in entry_points(group=GROUP):
             if entry.name not in self:
-                found[entry.name] = (*found.get(entry.name, ()), entry)
-        return found
+                entries[entry.name] = (*entries.get(entry.name, ()), entry)
+        return entries
 
     def ids(self) -> tuple[str, ...]:
         """What a model can name: the effects that are loaded, then those only installed."""
         return (*self, *sorted(self.installed()))
 
     def aliases_of(self, effect: Effect) -> tuple[Alias, ...]:
-        """What an effect cannot be told from: what it says itself, and what says so of it."""
+        """What an effect is indistinguishable from: what it says, and what says so of it."""
         told_by = (
             Alias((rival.id,), alias.when)
             for rival in self.values()

@@ -129,5 +129,5 @@ def reason(error: BaseException) -> str:
     text = " ".join(str(error).split())
     if len(text) > LONGEST_REASON:
         text = text[: LONGEST_REASON - 3] + "..."
-    told = f"{type(error).__name__}: {text}" if text else type(error).__name__
-    return next((words.format(told) for part, words in _CLEARER if part in text), told)
+    sentence = f"{type(error).__name__}: {text}" if text else type(error).__name__
+    return next((words.format(sentence) for part, words in _CLEARER if part in text), sentence)

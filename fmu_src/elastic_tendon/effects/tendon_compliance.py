@@ -24,7 +24,7 @@ EFFECT = Effect(
     "show otherwise: it gives way first in fast motions, and it softens what lies beyond a corner "
     "of the curve.",
     law="elongation of a side = e + compliance F, F force of its parallel springs",
-    confused_with="Softer springs: only springs that are damped or not linear tell the two apart. "
+    confused_with="Softer springs: only springs that are damped or not linear distinguish the two. "
     "Spring relaxation: the same law in other numbers where the springs are damped.",
     confirm="Hold the motor, load the link and read the length of the spring itself beside the "
     "joint encoder: what the joint yields beyond the spring's elongation over R belongs to the "

@@ -34,7 +34,7 @@ EFFECT = Effect(
     law="τ = R (F_1 exp(-s wrap_friction) - F_2 exp(s wrap_friction)), s = sgn(v); at rest the "
     "joint stays while some s from -1 to 1 balances",
     confused_with="Coulomb friction: its loop does not grow with tension; while both tendons stay "
-    "taut the two cannot be told apart. Spring hysteresis: its loop shrinks where a tendon is "
+    "taut the two cannot be distinguished. Spring hysteresis: its loop shrinks where a tendon is "
     "slack, where this one opens.",
     confirm="Hold the motor and push the link slowly forth and back through a force gauge, far "
     "enough that a tendon goes slack: the loop opens towards the ends. Repeat with twice the "

@@ -56,11 +56,8 @@ class Description:
     @property
     def units(self) -> tuple[str, ...]:
         """Units of the variables, each once."""
-        return tuple(
-            dict.fromkeys(
-                variable.variable.unit for variable in self.variables if is_real(variable)
-            )
-        )
+        declared = (variable.variable for variable in self.variables)
+        return tuple(dict.fromkeys(real.unit for real in declared if real.kind is Kind.REAL))
 
     @property
     def states(self) -> dict[int, FmuVariable]:
@@ -144,11 +141,6 @@ def add_log_categories_and_experiment(root: Element) -> None:
 
 
 # ---- attributes of variables that all versions share ---------------------------------------
-
-
-def is_real(variable: FmuVariable) -> bool:
-    """Whether it is a floating-point variable, and so has a unit and a nominal value."""
-    return variable.variable.kind is Kind.REAL
 
 
 def identity(variable: FmuVariable) -> dict[str, str]:

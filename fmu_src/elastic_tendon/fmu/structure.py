@@ -42,19 +42,19 @@ def structure(variables: Iterable[FmuVariable], dependencies: Dependencies) -> S
     variables : from `layout`
     dependencies : of the same system
     """
-    found = _Finder(tuple(variables), dependencies)
-    outputs = [variable for variable in found.variables if variable.is_output]
-    rates = found.of_role(Role.DERIVATIVE)
-    states = [variable for variable in found.of_role(Role.STATE) if not variable.is_output]
+    finder = _Finder(tuple(variables), dependencies)
+    outputs = [variable for variable in finder.variables if variable.is_output]
+    rates = finder.of_role(Role.DERIVATIVE)
+    states = [variable for variable in finder.of_role(Role.STATE) if not variable.is_output]
     initial = [variable for variable in outputs + rates + states if variable.start is None]
     return Structure(
-        outputs=tuple(map(found.unknown, outputs)),
-        derivatives=tuple(map(found.unknown, rates)),
+        outputs=tuple(map(finder.unknown, outputs)),
+        derivatives=tuple(map(finder.unknown, rates)),
         initial_unknowns=tuple(
-            found.initial_unknown(variable)
+            finder.initial_unknown(variable)
             for variable in sorted(initial, key=lambda variable: variable.value_reference)
         ),
-        event_indicators=tuple(map(found.unknown, found.of_role(Role.INDICATOR))),
+        event_indicators=tuple(map(finder.unknown, finder.of_role(Role.INDICATOR))),
     )
 
 
@@ -77,8 +77,8 @@ class _Finder:
 
     def of_role(self, role: Role) -> list[FmuVariable]:
         """Variables of a role, in the model's order."""
-        found = (variable for variable in self.variables if variable.role is role)
-        return sorted(found, key=lambda variable: variable.index)
+        variables = (variable for variable in self.variables if variable.role is role)
+        return sorted(variables, key=lambda variable: variable.index)
 
     def unknown(self, variable: FmuVariable) -> Unknown:
         """After initialisation, where what is fixed is no known any more."""
@@ -107,5 +107,5 @@ class _Finder:
 
     def _knowns(self, row: _Kinds) -> tuple[tuple[FmuVariable, Dependence], ...]:
         pairs = zip(self._columns, row, strict=True)
-        found = ((known, Dependence(int(kind))) for known, kind in pairs if kind)
-        return tuple(sorted(found, key=lambda pair: pair[0].value_reference))
+        dependences = ((known, Dependence(int(kind))) for known, kind in pairs if kind)
+        return tuple(sorted(dependences, key=lambda pair: pair[0].value_reference))

@@ -213,8 +213,8 @@ def frequency_span(analyses: Iterable[Analysis]) -> FrequencySpan | None:
     FrequencySpan; None where none of the tendons oscillates
     """
     pairs = [analysis.tendon_oscillation for analysis in analyses]
-    found = [pair.natural_frequency for pair in pairs if pair is not None]
-    return FrequencySpan(min(found), max(found)) if found else None
+    frequencies = [pair.natural_frequency for pair in pairs if pair is not None]
+    return FrequencySpan(min(frequencies), max(frequencies)) if frequencies else None
 
 
 @dataclass(frozen=True)
@@ -279,8 +279,8 @@ def _tendon_oscillation(model: LinearModel) -> Pole | None:
     rows = [model.output_labels.index(name) for name in (DEFLECTION, JOINT_POSITION)]
     deflection, joint = model.C[rows] @ vectors
     deflects = np.abs(deflection) > _SHARE * (np.abs(joint) + np.abs(joint - deflection))
-    found = values[deflects & (values.imag > 0.0)]
-    return _pole(complex(found[np.argmin(np.abs(found))])) if found.size else None
+    oscillating = values[deflects & (values.imag > 0.0)]
+    return _pole(complex(oscillating[np.argmin(np.abs(oscillating))])) if oscillating.size else None
 
 
 def _poles(A: Array) -> tuple[Pole, ...]:
@@ -300,7 +300,7 @@ def _pole(value: complex) -> Pole:
 
 
 def _eigenvalues(A: Array, size: float = 0.0) -> list[complex]:
-    """Eigenvalues; 0 for those which rounding cannot tell from 0, judged by their condition.
+    """Eigenvalues; 0 for those which rounding cannot distinguish from 0, judged by their condition.
 
     `size` is that of the terms by which A was found, where they are larger than A. A double
     eigenvalue at 0 comes out as large as sqrt(eps), a single one as eps.
@@ -319,14 +319,14 @@ def _channel(system: _System, input_name: str, output_name: str) -> Channel:
     poles = _eigenvalues(system.A)
     size = max(map(abs, poles), default=0.0)
     zeros = []
-    found = _zeros(system)
-    for zero in sorted(found or (), key=lambda value: (abs(value), value.imag)):
+    finite = _zeros(system)
+    for zero in sorted(finite or (), key=lambda value: (abs(value), value.imag)):
         near = min(poles, key=lambda pole: abs(pole - zero), default=None)
         if near is not None and abs(near - zero) <= _CANCELS * (abs(near) or _CANCELS * size):
             poles.remove(near)
         else:
             zeros.append(zero)
-    return Channel(input_name, output_name, _gain(system), found is not None, tuple(zeros))
+    return Channel(input_name, output_name, _gain(system), finite is not None, tuple(zeros))
 
 
 def _zeros(system: _System) -> list[complex] | None:
@@ -384,7 +384,7 @@ def _gain(system: _System) -> float:
 
 
 def _static(A: Array | Complex, B: Array | Complex, C: Array | Complex, D: Array) -> float:
-    """D - C A⁻¹ B, real; 0 where rounding cannot tell it from 0."""
+    """D - C A⁻¹ B, real; 0 where rounding cannot distinguish it from 0."""
     parts = np.append(C.ravel() * np.linalg.solve(A, -B).ravel(), D.ravel())
     gain = float(parts.sum().real)
     noise = 100.0 * len(parts) * np.finfo(float).eps * float(np.abs(parts).sum())

@@ -49,12 +49,12 @@ def boundaries(plant: Plant, point: Point, beside: tuple[Point, Point]) -> tuple
     tuple of Boundary, by rising deflection
     """
     low, high = beside
-    found = [_next(plant, point, low, -1), _next(plant, point, high, 1)]
+    neighbours = [_next(plant, point, low, -1), _next(plant, point, high, 1)]
     if switches(low.regime, high.regime):
-        found.append(_boundary(plant, point, point, low.regime, high.regime))
+        neighbours.append(_boundary(plant, point, point, low.regime, high.regime))
     if point.regime.modes.get(JOINT_MOTION.name) == 0:
-        found += [_breakaway(plant, point, direction) for direction in (-1, 1)]
-    every = [boundary for boundary in found if boundary is not None]
+        neighbours += [_breakaway(plant, point, direction) for direction in (-1, 1)]
+    every = [boundary for boundary in neighbours if boundary is not None]
     return tuple(sorted(every, key=lambda boundary: (boundary.deflection, boundary.load_torque)))
 
 

@@ -100,8 +100,8 @@ class DescribingFunction(Result):
     def to_dict(self) -> dict[str, Any]:
         """Name of the model, frequency, and a list of each figure over the amplitudes, SI."""
         columns = self.to_dataframe().reset_index().to_dict("list")
-        found: dict[str, Any] = plain(columns)
-        return {"model": self.model.name, "frequency": self.frequency} | found
+        content: dict[str, Any] = plain(columns)
+        return {"model": self.model.name, "frequency": self.frequency} | content
 
     def plot(self) -> "Figure":
         """Draw equivalent stiffness over the amplitude; damping below, if there is any."""
@@ -194,13 +194,13 @@ def describing_function(
     load = None if load_torque is None else _finite("load_torque", load_torque)
     chosen = default_amplitudes(model, mean) if amplitudes is None else _increasing(amplitudes)
     transmission_alone = _without_joint(model)
-    found = []
+    results = []
     for index, amplitude in enumerate(chosen):
         progress("describing function", index / len(chosen))
         if load is not None:
             mean = _carrying(transmission_alone, load, float(amplitude), omega, mean)
-        found.append((mean, *_first_harmonic(transmission_alone, mean, float(amplitude), omega)))
-    means, torques, in_phase, quadrature, scatter = np.array(found).T
+        results.append((mean, *_first_harmonic(transmission_alone, mean, float(amplitude), omega)))
+    means, torques, in_phase, quadrature, scatter = np.array(results).T
     return DescribingFunction(
         model=model,
         amplitudes=chosen,

@@ -93,9 +93,9 @@ def equilibrium(plant: Plant, asked: OperatingPoint, near: Point | None = None) 
     n = len(plant.states)
     for start in _starts(plant, asked, near):
         with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond sense have no rest
-            found, rest = _solved(plant, start, _unknown(asked, n))
+            solution, rest = _solved(plant, start, _unknown(asked, n))
         if rest <= _REST:
-            return Point(found[:n], found[n:], plant.settle(found[:n], found[n:]))
+            return Point(solution[:n], solution[n:], plant.settle(solution[:n], solution[n:]))
     given = ", ".join(f"{name} {value:g}" for name, value in _given(asked).items())
     sought = "equilibrium" if asked.joint_velocity == 0.0 else "steady motion"
     raise LinearisationError(

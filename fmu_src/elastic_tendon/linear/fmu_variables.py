@@ -137,9 +137,9 @@ def transmission_of(instance: Instance) -> Transmission:
     try:
         return Transmission.model_validate(tables)
     except ValidationError as error:
-        found = error.errors()[0]
-        path = ".".join(map(str, found["loc"]))
+        problem = error.errors()[0]
+        path = ".".join(map(str, problem["loc"]))
         raise LinearisationError(
-            f"{instance.name}: {_TRANSMISSION}{path} = {found['input']}: {found['msg']}; give "
+            f"{instance.name}: {_TRANSMISSION}{path} = {problem['input']}: {problem['msg']}; give "
             "other start values"
         ) from None

@@ -234,12 +234,12 @@ class _Balance:
         """Amplitudes at which a pole crosses the axis, and whether it does to the left."""
         from scipy.optimize import brentq
 
-        found = []
+        crossings = []
         for step, rank in np.argwhere((parts[:-1] > 0) != (parts[1:] > 0)):
             low, high = amplitudes[step : step + 2]
             root = brentq(self._real_part, low, high, args=(rank,), xtol=ROOT)
-            found.append((float(root), bool(parts[step, rank] > 0)))
-        return found
+            crossings.append((float(root), bool(parts[step, rank] > 0)))
+        return crossings
 
     def cycle(self, amplitude: float, falling: bool) -> LimitCycle | None:
         """The limit cycle at a crossing; None where the pole is real, for it does not oscillate."""

@@ -109,8 +109,8 @@ def operating_point_of(
     if is_sought(unloaded.regime):
         return unloaded
     for path in _paths(plant):
-        if (found := _middle_of_longest(plant, path, unloaded, is_sought)) is not None:
-            return found
+        if (deflection := _middle_of_longest(plant, path, unloaded, is_sought)) is not None:
+            return deflection
     return unloaded
 
 
@@ -131,14 +131,14 @@ def linear_model(
     motor : the rotor of Drive.TORQUE
     """
     beside = sides(plant, point)
-    found = boundaries(plant, point, beside)
+    neighbours = boundaries(plant, point, beside)
     at = _equilibrium(plant, point)
 
     def made(regime: Regime, active: bool, sides: tuple[LinearModel, ...] = ()) -> LinearModel:
         jacobians = plant.jacobians(point.x, point.u, regime)
         source = driven_by_source(jacobians, plant.states, plant.outputs)
         matrices = driven(source, drive, motor, plant.name)
-        within = _around(found, regime, beside)
+        within = _around(neighbours, regime, beside)
         here = completed(at, matrices, source, motor)
         validity = Validity(regime.slack_state, regime.modes, active, here, within)
         return LinearModel(
@@ -160,23 +160,23 @@ def linear_model(
 
 
 def _around(
-    found: tuple[Boundary, ...], regime: Regime, beside: tuple[Point, Point]
+    neighbours: tuple[Boundary, ...], regime: Regime, beside: tuple[Point, Point]
 ) -> tuple[Boundary, ...]:
     """Boundaries as a regime sees them: that of one side of a boundary ends there."""
     low, high = (side.regime for side in beside)
     if not switches(low, high):
-        return found
+        return neighbours
     if not switches(low, regime):
-        return tuple(boundary for boundary in found if boundary.deflection_margin <= 0.0)
+        return tuple(boundary for boundary in neighbours if boundary.deflection_margin <= 0.0)
     if not switches(high, regime):
         return tuple(
             boundary
             if boundary.deflection_margin or boundary.torque_margin
             else replace(boundary, switches=switches(high, low), slack_state=low.slack_state)
-            for boundary in found
+            for boundary in neighbours
             if boundary.deflection_margin >= 0.0
         )
-    return found
+    return neighbours
 
 
 def _equilibrium(plant: Plant, point: Point) -> Equilibrium:

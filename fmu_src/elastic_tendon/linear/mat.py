@@ -75,11 +75,11 @@ def _columns(boundaries: Sequence[Boundary]) -> dict[str, Any]:
     names = ("deflection", "load_torque", "deflection_margin", "torque_margin")
     numbers = np.array([[getattr(boundary, name) for name in names] for boundary in boundaries])
     columns = dict(zip(names, np.hsplit(numbers.reshape(-1, len(names)), len(names)), strict=True))
-    told = [
+    switches = [
         ", ".join(f"{name} = {value}" for name, value in boundary.switches.items())
         for boundary in boundaries
     ]
-    return {**columns, "switches": _cells(told).reshape(-1, 1)}
+    return {**columns, "switches": _cells(switches).reshape(-1, 1)}
 
 
 def _cells(names: Iterable[str]) -> np.ndarray[Any, np.dtype[np.object_]]:

@@ -114,8 +114,8 @@ class Instance:
     def get(self, name: str) -> float:
         """Value of a variable of any type."""
         variable = self.variables[name]
-        found = self._call(f"get{self._calls.ending[variable.type]}", [variable.valueReference])
-        return float(found[0])
+        values = self._call(f"get{self._calls.ending[variable.type]}", [variable.valueReference])
+        return float(values[0])
 
     def get_reals(self, names: Sequence[str]) -> Array:
         """Values of continuous variables, (n,)."""

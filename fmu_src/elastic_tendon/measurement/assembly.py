@@ -22,7 +22,7 @@ from elastic_tendon.measurement.recording import (
 )
 from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Label, Run
 from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.native.interpolation import Interpolation
 
 # s between the samples of a static curve: the sweep is slow against every motion of a joint
 STATIC_STEP = 1000.0
@@ -135,19 +135,21 @@ def _measurements(reading: Reading, run: Run) -> list[Measurement]:
     notes = (*_run_notes(run, reading), *_offset_notes(reading.layout, columns, tracks))
     if reading.layout.static:
         return [_static_measurement(reading, run, name, tracks, columns, notes)]
-    found, left_out = [], []
+    measurements, left_out = [], []
     parts = pieces(tracks, reading.preparation.resample)
     for part, window in parts:
         measurement = _of_piece(reading, run, name, part, window, columns)
         if measurement is None:
             left_out.append(part)
         else:
-            found.append(measurement)
-    if not found:
+            measurements.append(measurement)
+    if not measurements:
         raise _nothing_in_common(name, tracks)
     if len(parts) > 1:
-        notes += _gap_notes(found, left_out, reading.preparation.resample)
-    return [replace(measurement, notes=(*measurement.notes, *notes)) for measurement in found]
+        notes += _gap_notes(measurements, left_out, reading.preparation.resample)
+    return [
+        replace(measurement, notes=(*measurement.notes, *notes)) for measurement in measurements
+    ]
 
 
 def _count(run: Run, layout: Layout) -> int:
@@ -216,9 +218,9 @@ def _of_piece(
         return None
     shown = window_text(time[0], time[-1]) if run.cut or window is not None else ""
     preparation = _resolved_preparation(reading, run, window, columns)
-    told = preparation.time_shift
-    shifts = {signal: shift for signal, shift in told.items() if shift != "auto"}
-    waiting = {signal: shift for signal, shift in told.items() if shift == "auto"}
+    given_shifts = preparation.time_shift
+    shifts = {signal: shift for signal, shift in given_shifts.items() if shift != "auto"}
+    waiting = {signal: shift for signal, shift in given_shifts.items() if shift == "auto"}
     measurement = Measurement(
         name=name + ((window is None and reading.asked.suffix(reading.preparation)) or shown),
         time=time,
@@ -351,12 +353,12 @@ def _short_run_notes(labels: Sequence[Label], *, cut: bool) -> tuple[str, ...]:
 
 
 def _gap_notes(
-    found: Sequence[Measurement], left_out: Sequence[Tracks], resample: float | None
+    measurements: Sequence[Measurement], left_out: Sequence[Tracks], resample: float | None
 ) -> tuple[str, ...]:
     blanks = " or long blanks" if resample is not None else ""
     notes = [
-        f"the recording has gaps{blanks} and was split into {len(found) + len(left_out)} pieces, "
-        "each with an initial state of its own"
+        f"the recording has gaps{blanks} and was split into {len(measurements) + len(left_out)} "
+        "pieces, each with an initial state of its own"
     ]
     if left_out:
         count = sum(max(len(track.time) for track in part.values()) for part in left_out)

@@ -112,20 +112,20 @@ def find_layout(
     """
     search = _Search(groups, preparation, source)
     if search.is_static():
-        found = [search.column(signal, required=True) for signal in STATIC]
+        columns = [search.column(signal, required=True) for signal in STATIC]
         times = {}
     else:
         required = ["motor_position", *(["joint_position"] if joint_required else [])]
         search.check_time(required)
-        found = [
+        columns = [
             search.column(signal, required=signal in required)
             for signal in DIMENSIONS
             if signal not in ("time", "joint_deflection")
         ]
-        search.check_load(found)
-        used = {column.group for column in found if column is not None}
+        search.check_load(columns)
+        used = {column.group for column in columns if column is not None}
         times = {group: search.time(group) for group in sorted(used)}
-    signals = tuple(column for column in found if column is not None and column.signal != _UNUSED)
+    signals = tuple(column for column in columns if column is not None and column.signal != _UNUSED)
     _check_distinct([*times.values(), *signals], source)
     runs = frozenset(
         group.name
@@ -135,7 +135,7 @@ def find_layout(
     notes = _notes(groups, [*times.values(), *signals], runs)
     idle = preparation.columns.keys() - {
         "time",
-        *(column.signal for column in found if column is not None),
+        *(column.signal for column in columns if column is not None),
     }
     if idle:
         kind = "a time series" if times else "a static curve"
@@ -190,19 +190,19 @@ class _Search:
         """
         mapped = self.preparation.columns.get(signal)
         if mapped is not None and mapped.column is not None:
-            found = self._mapped(signal, mapped, mapped.column)
+            columns = self._mapped(signal, mapped, mapped.column)
         elif signal == _UNUSED:
             return None
         else:
-            found = self._by_name(signal, self.groups, mapped, required=required)
-        if len(found) > 1:
-            names = " and ".join(column.label for column in found)
+            columns = self._by_name(signal, self.groups, mapped, required=required)
+        if len(columns) > 1:
+            names = " and ".join(column.label for column in columns)
             raise MeasurementError(
                 f"{self.source}: {signal} comes twice, as {names}; choose with {_advice(signal)}"
             )
-        if not found and (required or mapped is not None):
+        if not columns and (required or mapped is not None):
             raise self._missing(signal)
-        return found[0] if found else None
+        return columns[0] if columns else None
 
     def time(self, group: str) -> Column:
         """Find the time of a group.
@@ -212,18 +212,20 @@ class _Search:
         MeasurementError : it is missing, comes twice, or in no known unit
         """
         mapped = self.preparation.columns.get("time")
-        found = []
+        columns = []
         if mapped is not None and mapped.column is not None:
             everywhere = self._mapped("time", mapped, mapped.column)
-            found = [column for column in everywhere if column.group == group]
+            columns = [column for column in everywhere if column.group == group]
             mapped = None  # what holds for that column need not hold for one of another name
-        found = found or self._by_name("time", [group], mapped, required=True)
-        if len(found) == 1:
-            return found[0]
-        if not found and not group:
+        columns = columns or self._by_name("time", [group], mapped, required=True)
+        if len(columns) == 1:
+            return columns[0]
+        if not columns and not group:
             raise self._missing("time")
-        names = " and ".join(column.label for column in found)
-        fault = f"time comes twice, as {names}" if found else f"group {group} has no column time_s"
+        names = " and ".join(column.label for column in columns)
+        fault = (
+            f"time comes twice, as {names}" if columns else f"group {group} has no column time_s"
+        )
         raise MeasurementError(f"{self.source}: {fault}; name the right one with {_advice('time')}")
 
     def _mentioned(self, signal: str) -> bool:
@@ -246,14 +248,14 @@ class _Search:
             raise self._missing(signal)
         return [self._column(signal, group, name, mapped) for group, name in places]
 
-    def check_load(self, found: Sequence[Column | None]) -> None:
+    def check_load(self, columns: Sequence[Column | None]) -> None:
         """Refuse a file that seems to have a load which is not found.
 
         Without it the model would be simulated without load, which nobody asked for.
         """
-        if any(column is not None and column.signal == "load_torque" for column in found):
+        if any(column is not None and column.signal == "load_torque" for column in columns):
             return
-        used = {(column.group, column.name) for column in found if column is not None}
+        used = {(column.group, column.name) for column in columns if column is not None}
         for group in self.groups.values():
             for name in group.columns:
                 letters = re.sub(r"[^a-z]", "", name.lower())
@@ -276,16 +278,16 @@ class _Search:
         dimension = None if required else DIMENSIONS[signal]
         fault: MeasurementError | None = None
         for measured in (True, False):
-            found = []
+            columns = []
             for group, name, suffix in self.named.get((signal, measured), ()):
                 if group not in groups or (suffix and not _is_unit(suffix, dimension)):
                     continue  # such as joint_position_filtered: another quantity
                 try:
-                    found.append(self._column(signal, group, name, mapped or SignalColumn()))
+                    columns.append(self._column(signal, group, name, mapped or SignalColumn()))
                 except MeasurementError as error:
                     fault = fault or error
-            if found:
-                return found
+            if columns:
+                return columns
         if fault is not None:
             raise fault
         return []

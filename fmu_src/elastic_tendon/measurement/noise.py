@@ -190,14 +190,14 @@ def _from_high_frequencies(time: Array, signal: Array) -> SpectralNoise:
     step = quantisation_step(centred)
     if _is_only_rounded(centred, step):
         return SpectralNoise(step / sqrt(12.0))
-    found = spectral_noise(
+    noise = spectral_noise(
         centred if even else _at_even_times(time, centred),
         smallest=_smallest(signal),
         rounding=step / sqrt(12.0),
         top=0.5 if even else _SPLINE_TOP,
     )
     # a spline through uneven samples falls by itself
-    return found if even else replace(found, falls_at=None)
+    return noise if even else replace(noise, falls_at=None)
 
 
 def _is_only_rounded(signal: Array, step: float) -> bool:

@@ -17,7 +17,7 @@ from elastic_tendon.measurement.preparation import (
     parse_map,
     preparation_json,
 )
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.native.interpolation import Interpolation
 
 
 class ReadOptionError(MeasurementError):

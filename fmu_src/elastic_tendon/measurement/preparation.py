@@ -209,12 +209,12 @@ def check_preparation(tree: object, source: str) -> Preparation:
     try:
         return Preparation.model_validate(tree)
     except ValidationError as error:
-        found = error.errors()[0]
-    location = [str(part) for part in found["loc"]]
+        problem = error.errors()[0]
+    location = [str(part) for part in problem["loc"]]
     path = ".".join(location)
-    if found["type"] == REFUSED:
-        sentence = f"{path}: {found['msg']}"
-    elif found["type"] == "extra_forbidden":
+    if problem["type"] == REFUSED:
+        sentence = f"{path}: {problem['msg']}"
+    elif problem["type"] == "extra_forbidden":
         table = SignalColumn if len(location) > 1 else Preparation
         where = f"[{'.'.join(location[:-1])}]" if len(location) > 1 else "a preparation"
         sentence = unknown_key(path, location[-1], table.model_fields, where)
@@ -222,7 +222,7 @@ def check_preparation(tree: object, source: str) -> Preparation:
         # what follows is the place in a list, or which of two types was tried
         location = location[: {"columns": 3, "time_shift": 2}.get("".join(location[:1]), 1)]
         field = next((name for name in reversed(location) if name in _WANTED), "")
-        value = list(found["input"]) if isinstance(found["input"], tuple) else found["input"]
+        value = list(problem["input"]) if isinstance(problem["input"], tuple) else problem["input"]
         sentence = f"{value!r} is found where {_WANTED[field]} is expected"
         sentence = ": ".join([*filter(None, [".".join(location)]), sentence])
     raise MeasurementError(f"{source}: {sentence}")

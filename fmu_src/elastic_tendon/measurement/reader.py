@@ -19,8 +19,8 @@ from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 from elastic_tendon.measurement.preparation import Preparation, read_preparations
 from elastic_tendon.measurement.recording import Measurement, window_text
 from elastic_tendon.measurement.rows import read_runs
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.progress import Progress, silent
-from elastic_tendon.simulation.interpolation import Interpolation
 
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")
 _MOST_NAMES = 6  # measurements that a sentence names
@@ -83,10 +83,10 @@ def read(
         source = FrameSource(data)
         ends = split_window(f"{source.name}{asked}")[1]
         written, _ = _written_preparations(Path(), options)
-        found = _read_as_written(source, Asked("", asked, ends), written, options)
+        measurements = _read_as_written(source, Asked("", asked, ends), written, options)
     else:
-        found = read_prepared(asked, options)
-    recording = _only(found, path or "the data frame")
+        measurements = read_prepared(asked, options)
+    recording = _only(measurements, path or "the data frame")
     return recording if noise is None else recording.with_noise(noise)
 
 
@@ -100,16 +100,16 @@ def read_measurement(data: str, options: ReadOptions = DEFAULT) -> Measurement:
     return _only(read_prepared(data, options), data)
 
 
-def _only(found: Sequence[Measurement], data: str) -> Measurement:
+def _only(measurements: Sequence[Measurement], data: str) -> Measurement:
     """The one recording that was read."""
-    if len(found) > 1:
-        names = ", ".join(recording.name for recording in found[:_MOST_NAMES])
+    if len(measurements) > 1:
+        names = ", ".join(recording.name for recording in measurements[:_MOST_NAMES])
         raise MeasurementError(
-            f"{data}: it holds {len(found)} recordings ({names}"
-            f"{', ...' if len(found) > _MOST_NAMES else ''}) where one is wanted; choose one by a "
-            "window, file[start:end], or by runs in a preparation"
+            f"{data}: it holds {len(measurements)} recordings ({names}"
+            f"{', ...' if len(measurements) > _MOST_NAMES else ''}) where one is wanted; choose "
+            "one by a window, file[start:end], or by runs in a preparation"
         )
-    return found[0]
+    return measurements[0]
 
 
 def read_prepared(
@@ -135,8 +135,10 @@ def read_prepared(
     path, window = split_window(data)
     written, notes = _written_preparations(path, options)
     asked = Asked(str(path), data, window)
-    found = _read_as_written(_open(path), asked, written, options, progress)
-    return [replace(measurement, notes=(*notes, *measurement.notes)) for measurement in found]
+    measurements = _read_as_written(_open(path), asked, written, options, progress)
+    return [
+        replace(measurement, notes=(*notes, *measurement.notes)) for measurement in measurements
+    ]
 
 
 def _read_as_written(
@@ -178,26 +180,27 @@ def _for_window(
         return [part for part in distinct if not any(_lies_within(part, each) for each in distinct)]
     distinct = [part for part in distinct if _shared(part, window)] or distinct
     anywhere = [part.model_copy(update={"window": None}) for part in distinct]
-    found: list[Preparation] = []
+    preparations: list[Preparation] = []
     for part, bare in zip(distinct, anywhere, strict=True):
         alike = all(earlier == bare for earlier in anywhere if earlier.runs == bare.runs)
         kept = bare.model_copy(update={"window": window if alike else _shared(part, window)})
-        if kept.window is not None and kept not in found:
-            found.append(kept)
-    for i, part in enumerate(found):
+        if kept.window is not None and kept not in preparations:
+            preparations.append(kept)
+    for i, part in enumerate(preparations):
         if any(
-            part.runs == earlier.runs and _shared(part, earlier.window) for earlier in found[:i]
+            part.runs == earlier.runs and _shared(part, earlier.window)
+            for earlier in preparations[:i]
         ):
             raise MeasurementError(
                 f"{data}: what is written down says two ways to read a part of this window; "
                 "choose one that lies within one piece"
             )
-    if not found:
+    if not preparations:
         raise MeasurementError(
             f"{data}: what is written down says nothing about this window; choose one that "
             "overlaps a piece, or read the file without --map"
         )
-    return found
+    return preparations
 
 
 def _lies_within(part: Preparation, whole: Preparation) -> bool:

@@ -16,8 +16,8 @@ from elastic_tendon.measurement.preparation import (
     check_preparation,
     preparation_json,
 )
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.result import Result
-from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# fewer samples than this cannot tell an initial state from noise
+# fewer samples than this cannot distinguish an initial state from noise
 MINIMUM_SAMPLES = 10
 
 

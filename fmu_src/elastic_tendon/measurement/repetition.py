@@ -21,7 +21,7 @@ _EXACT = 1e-6
 # a period is longer than the lag at which the input has come away from itself by this share of
 # its variance
 _AWAY = 0.1
-# fewer samples of a period cannot tell a transient from noise
+# fewer samples of a period cannot distinguish a transient from noise
 _SHORTEST_PERIOD = 40
 # samples that show a period; more are thinned first
 _ENOUGH = 100_000
@@ -149,8 +149,8 @@ def repeated_noise(signal: Array, period: int) -> tuple[float, float] | None:
         return 0.0, 0.0
     correlation = 0.5 * float(np.mean(settled[1:] * settled[:-1])) / variance
     chance = max(_CHANCE / np.sqrt(len(settled)), _LEAST_CORRELATION)
-    found = min(correlation, _MOST_CORRELATION) if correlation > chance else 0.0
-    return float(np.sqrt(variance)), found
+    significant = min(correlation, _MOST_CORRELATION) if correlation > chance else 0.0
+    return float(np.sqrt(variance)), significant
 
 
 def _end_of_transient(differences: Array, quarter: int) -> int | None:

@@ -108,8 +108,10 @@ def read_runs(
     wanted = preparation.runs
     for label in wanted or ():
         if label not in labels:
-            found = f"found: {', '.join(map(str, labels))}" if labels else "no column is named run"
-            raise MeasurementError(f"{source.name}: there is no run {label!r} ({found})")
+            present = (
+                f"found: {', '.join(map(str, labels))}" if labels else "no column is named run"
+            )
+            raise MeasurementError(f"{source.name}: there is no run {label!r} ({present})")
     taken: list[Label] = [label for label in labels if wanted is None or label in wanted]
     if not labels:
         taken = [None]
@@ -155,13 +157,13 @@ class _GroupReader:
         if not self.has_runs:
             yield None, _Part(chunk, numbers)
             return
-        codes, found = pd.factorize(chunk[RUN])
+        codes, runs = pd.factorize(chunk[RUN])
         if np.any(codes < 0):
             bad = int(numbers[np.argmax(codes < 0)])
             raise MeasurementError(
                 f"{self.source.name}: column run, row {bad} is blank; say to which run it belongs"
             )
-        labels = list(map(_label, found))
+        labels = list(map(_label, runs))
         for label in dict.fromkeys(labels):
             alike = [code for code, present in enumerate(labels) if present == label]
             yield label, _Part(chunk, numbers).rows(np.isin(codes, alike))
@@ -285,14 +287,14 @@ class _GroupReader:
             raise self._bad_cell(column, int(part.numbers[index]), raw[index], bool(blank[index]))
         return values
 
-    def _no_numbers(self, column: Column, found: str) -> MeasurementError:
+    def _no_numbers(self, column: Column, cell: str) -> MeasurementError:
         return MeasurementError(
-            f"{self.source.name}: column {column.label} holds {found}; {column.signal} needs real "
+            f"{self.source.name}: column {column.label} holds {cell}; {column.signal} needs real "
             f"numbers, choose another column with --map {column.signal}=COLUMN"
         )
 
     def _bad_cell(self, column: Column, row: int, cell: object, blank: bool) -> MeasurementError:
-        found = "no number" if blank else repr(str(cell))
+        content = "no number" if blank else repr(str(cell))
         bridged = column is not self.time and blank
         cure = "; drop the row, or fill it"
         if bridged:
@@ -300,7 +302,7 @@ class _GroupReader:
         elif _WITH_UNIT.fullmatch(str(cell)):
             cure = "; write plain numbers without a unit, times in s"
         return MeasurementError(
-            f"{self.source.name}: column {column.label}, row {row} holds {found}; every sample "
+            f"{self.source.name}: column {column.label}, row {row} holds {content}; every sample "
             f"needs a finite number{cure}"
         )
 
@@ -324,9 +326,9 @@ def _run(
 ) -> Run:
     """Join the chunks of one run; a group without runs belongs to every run."""
     parts = [rows.get(label, rows.get(None)) for rows in gathered]
-    found = [rows for rows in parts if rows is not None]
+    rows_of_run = [rows for rows in parts if rows is not None]
     tracks: dict[str, Track] = {}
-    for rows in found:
+    for rows in rows_of_run:
         if resample is not None:
             tracks |= {signal: reduced(bins, resample) for signal, bins in rows.bins.items()}
         elif rows.times:
@@ -338,9 +340,9 @@ def _run(
         label,
         {signal: tracks[signal] for signal in order},
         (
-            min((rows.first_time for rows in found), default=np.inf),
-            max((rows.last_time for rows in found), default=-np.inf),
+            min((rows.first_time for rows in rows_of_run), default=np.inf),
+            max((rows.last_time for rows in rows_of_run), default=-np.inf),
         ),
-        sum(rows.cut for rows in found),
-        sum(rows.repeated for rows in found),
+        sum(rows.cut for rows in rows_of_run),
+        sum(rows.repeated for rows in rows_of_run),
     )

@@ -118,17 +118,17 @@ def pieces(tracks: Tracks, step: float | None) -> list[tuple[Tracks, tuple[float
         # the middle of a gap, moved to the border between two steps
         bounds = [(floor(bound / step) + 0.5) * step for bound in bounds]
     edges = [-np.inf, *bounds, np.inf]
-    found: list[tuple[Tracks, tuple[float, float] | None]] = []
+    parts: list[tuple[Tracks, tuple[float, float] | None]] = []
     for lower, end in pairwise(edges):
         upper = float(np.nextafter(end, -np.inf)) if np.isfinite(end) else end
         part = between(tracks, lower, upper)
         if all(len(track.time) for track in part.values()):
             for inner, window in pieces(part, step):
                 low, high = window or (-np.inf, np.inf)
-                found.append((inner, (max(lower, low), min(upper, high))))
+                parts.append((inner, (max(lower, low), min(upper, high))))
         else:
-            found.append((part, (lower, upper)))
-    return found
+            parts.append((part, (lower, upper)))
+    return parts
 
 
 def _gaps(tracks: Tracks) -> list[float]:

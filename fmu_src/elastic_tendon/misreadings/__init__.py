@@ -1,4 +1,4 @@
-"""Recordings that look as if they were read wrongly, told before anything rests on them.
+"""Recordings that look as if they were read wrongly, reported before anything rests on them.
 
 In come a model and `Measurement`s; out go sentences, each with what would put it right: units,
 signs, swapped columns, gear ratios (`suspicion`), impossible joints (`plausibility`), late sensors

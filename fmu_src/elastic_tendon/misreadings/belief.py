@@ -13,14 +13,18 @@ from elastic_tendon.progress import Progress
 
 
 def believed(
-    model: Model, found: Sequence[Measurement], progress: Progress, *, as_declared: bool = False
+    model: Model,
+    measurements: Sequence[Measurement],
+    progress: Progress,
+    *,
+    as_declared: bool = False,
 ) -> list[Measurement]:
     """Recordings with notes of what is doubtful, and with the time shifts that were asked for.
 
     Parameters
     ----------
     model : Model
-    found : as read; those without the joint's position only drive a model and are taken as they are
+    measurements : as read; taken as they are where the joint's position is not in them
     progress : called with what is being done, and the share of it that is done
     as_declared : note what looks read wrongly instead of refusing it
 
@@ -32,20 +36,20 @@ def believed(
     ------
     MeasurementError : a recording looks as if it was read wrongly
     """
-    if not all("joint_position" in measurement.signals for measurement in found):
-        return list(found)
+    if not all("joint_position" in measurement.signals for measurement in measurements):
+        return list(measurements)
     # simulating comes next, and a library that has yet to be compiled takes a while
     library_path(model.effect_ids, progress)
     progress("looking at the data", 0.0)
     if as_declared:
-        found = [
+        measurements = [
             replace(measurement, notes=(*measurement.notes, *suspicions(model, measurement)))
-            for measurement in found
+            for measurement in measurements
         ]
     else:
-        refuse_suspicious(model, found)
-    found = [
+        refuse_suspicious(model, measurements)
+    measurements = [
         replace(measurement, notes=(*measurement.notes, *sampling_warnings(model, measurement)))
-        for measurement in found
+        for measurement in measurements
     ]
-    return with_time_shifts_resolved(model, found)
+    return with_time_shifts_resolved(model, measurements)

@@ -32,7 +32,7 @@ POSITION = "joint_position"
 STIFFNESSES = ("transmission.upper_spring.stiffness", "transmission.lower_spring.stiffness")
 EXPLAINED = 0.75  # share of the squared error above the noise that a constant removes at least
 VISIBLE = 1.5  # an error below this many times the noise needs no explanation
-LIKE = 1.1  # of constants that leave errors this close, the plainest is told
+LIKE = 1.1  # of constants that leave errors this close, the plainest is reported
 STEPS = 5  # of Gauss and Newton's method
 SETTLED = 0.01  # a step that lowers the squared error by a smaller share is the last
 PROBE = 0.02  # of what a constant may be at most, by which its derivative is taken
@@ -96,15 +96,17 @@ def explained_by(model: Model, measurement: Measurement) -> Explanation | None:
     if before <= VISIBLE * floor:
         return None
     limit = floor**2 + (1.0 - EXPLAINED) * (before**2 - floor**2)
-    told = []
+    explanations = []
     for kind, value, unit, after, clause in _trials(model, measurement, error):
         if after**2 <= limit:
             words = _sentence(measurement, clause, before, after)
-            told.append(Explanation(kind, value, unit, before, after, words))
+            explanations.append(Explanation(kind, value, unit, before, after, words))
         if after <= LIKE * floor:
             break  # nothing explains more, and what follows is less plain
-    best = min((cause.rmse_after for cause in told), default=0.0)
-    return next((cause for cause in told if cause.rmse_after <= max(LIKE * best, floor)), None)
+    best = min((cause.rmse_after for cause in explanations), default=0.0)
+    return next(
+        (cause for cause in explanations if cause.rmse_after <= max(LIKE * best, floor)), None
+    )
 
 
 def _trials(model: Model, measurement: Measurement, error: Array) -> Iterator[_Trial]:
@@ -178,10 +180,6 @@ def _largest_deflection(model: Model) -> float:
     return sizes.torque / sizes.joint_stiffness
 
 
-def _largest_torque(model: Model) -> float:
-    return sizes_of(model.transmission, model.link).torque
-
-
 def _zeroed_joint(
     model: Model, measurement: Measurement, offset: float
 ) -> tuple[Model, Measurement]:
@@ -250,7 +248,7 @@ CONSTANTS = (
         "load",
         "N·m",
         0.0,
-        _largest_torque,
+        lambda model: sizes_of(model.transmission, model.link).torque,
         _loaded,
         "a constant load of {value:.3g} N·m acts beside what was recorded",
     ),

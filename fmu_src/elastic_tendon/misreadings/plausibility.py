@@ -54,7 +54,7 @@ def implausible(model: Model, measurement: Measurement, *, explained: bool) -> t
     -------
     tuple of at most one sentence
     """
-    found = (
+    doubts = (
         _travel(model, measurement),
         _deflection(model, measurement),
         _load(model, measurement),
@@ -62,7 +62,7 @@ def implausible(model: Model, measurement: Measurement, *, explained: bool) -> t
         "" if explained or measurement.static else _duration(measurement),
     )
     # columns in a wrong unit break several rules; the first is the plainest
-    return tuple(f"{measurement.name}: {fault}" for fault in found if fault)[:1]
+    return tuple(f"{measurement.name}: {fault}" for fault in doubts if fault)[:1]
 
 
 def _travel(model: Model, measurement: Measurement) -> str:
@@ -192,20 +192,20 @@ def static_suspicion(model: Model, measurement: Measurement) -> tuple[str, ...]:
     radii = model.transmission
     springs = radii.upper_spring.combined_stiffness + radii.lower_spring.combined_stiffness
     expected = radii.joint_pulley_radius**2 * springs
-    found = float(np.std(load) / np.std(deflection))
-    swapped = _static_swapped(model, measurement, found / expected)
+    stiffness = float(np.std(load) / np.std(deflection))
+    swapped = _static_swapped(model, measurement, stiffness / expected)
     if swapped:
         return (f"{measurement.name}: {swapped}",)
-    readings = _static_readings(measurement, found / expected)
+    readings = _static_readings(measurement, stiffness / expected)
     if correlation < 0.0:
         readings = _with_opposite_torque(readings)
     if not readings:
         return ()
     cures = " ".join(reading.options(measurement.preparation) for reading in readings)
-    looks = " and ".join(reading.what for reading in readings)
+    explanations = " and ".join(reading.what for reading in readings)
     return (
-        f"{measurement.name}: {looks}: against the deflection "
-        f"the joint torque falls by {copysign(found, correlation):.3g} N·m/rad, the model's by "
+        f"{measurement.name}: {explanations}: against the deflection "
+        f"the joint torque falls by {copysign(stiffness, correlation):.3g} N·m/rad, the model's by "
         f"{expected:.3g} N·m/rad; read it with {cures}",
     )
 

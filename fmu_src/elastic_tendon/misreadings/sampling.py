@@ -14,7 +14,7 @@ from elastic_tendon.comparison.residuals import (
 )
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.simulation.interpolation import Interpolation
+from elastic_tendon.native.interpolation import Interpolation
 
 SAMPLES = 20_000  # from the start, that are looked at
 MATTERS = 1.0  # difference between two interpolations, of the noise

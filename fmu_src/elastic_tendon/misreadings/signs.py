@@ -1,4 +1,4 @@
-"""Signals of opposite sign, told before any fit, from a model whose numbers may be quite wrong.
+"""Signals of opposite sign, reported before any fit, from a model whose parameters may be wrong.
 
 What the motor does to the joint and what the load does to it are simulated apart, and the measured
 joint position is written as a sum of the two. Numbers that are wrong and effects that are missing
@@ -55,16 +55,16 @@ def sign_errors(model: Model, measurements: Sequence[Measurement]) -> list[Findi
 
     Returns
     -------
-    list of Finding, at most one for each recording: two signals where they cannot be told apart
+    list of Finding, at most one for each recording: two signals where they cannot be distinguished
     """
-    found = []
+    errors = []
     for measurement in measurements:
         signals = (
             _flipped_static(measurement) if measurement.static else _flipped(model, measurement)
         )
         if signals:
-            found.append(Finding(measurement.name, signals, _sentence(measurement, signals)))
-    return found
+            errors.append(Finding(measurement.name, signals, _sentence(measurement, signals)))
+    return errors
 
 
 def _sentence(measurement: Measurement, signals: tuple[str, ...]) -> str:

@@ -39,8 +39,8 @@ FINE = 0.02  # a recording that leaves no more as declared is not looked into
 # shorter pieces are explained by their initial state under almost any reading
 FEWEST, PERIODS = 100, 4.0  # samples, natural periods of the joint
 SELDOM = 10.0  # natural periods between samples
-LIKE = 1.5  # of readings this close the one that comes first in the table is told
-CLEARLY = 3.0  # a gear that leaves this much less unexplained than a unit is told alone
+LIKE = 1.5  # of readings this close the first of the table is reported
+CLEARLY = 3.0  # a gear that leaves this much less unexplained than a unit is reported alone
 # a gear's ratio is sought this far about what the motion's slope says, and to this share
 FAR_RATIO, SHARP = 3.0, 1e-4
 WHOLE = 0.03  # a ratio this close to a whole number or to a unit may be that
@@ -76,9 +76,9 @@ def suspicions(model: Model, measurement: Measurement) -> tuple[str, ...]:
         return implausible(model, measurement, explained=False)  # nothing moves, to be explained
     excerpt = liveliest(measurement, SAMPLES)
     declared = unexplained_motion(model, excerpt)
-    found = _misread(model, excerpt, declared)
-    if found:
-        return (_sentence(measurement, found, declared),)
+    trials = _misread(model, excerpt, declared)
+    if trials:
+        return (_sentence(measurement, trials, declared),)
     return (
         *implausible(model, measurement, explained=declared <= FINE),
         *_torque_suspicions(model, measurement, excerpt),
@@ -105,7 +105,7 @@ def refuse_suspicious(model: Model, measurements: Sequence[Measurement]) -> None
 def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Trial, ...]:
     """The reading that explains an excerpt far better than what is declared, if there is one.
 
-    Two where two units, or a unit and the ratio of a gear, cannot be told apart.
+    Two where two units, or a unit and the ratio of a gear, cannot be distinguished.
     """
     if declared <= FINE:
         return ()
@@ -116,13 +116,13 @@ def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Tria
         gear = _gear(model, excerpt)
     trials = [_Trial(reading, _left_by(model, excerpt, reading)) for reading in table]
     good = [trial for trial in trials if _explains(trial, declared)]
-    told = [*good, gear] if gear is not None and _explains(gear, declared) else good
-    if not told:
+    explaining = [*good, gear] if gear is not None and _explains(gear, declared) else good
+    if not explaining:
         return ()
-    best = _first_of_best(told)
-    found = (best,) if gear is None else _beside_gear(best, gear, good)
-    found = found if len(found) > 1 else (*found, *_other_unit(found[0], good))
-    return tuple(sorted(found, key=lambda trial: trial.unexplained))
+    best = _first_of_best(explaining)
+    likely = (best,) if gear is None else _beside_gear(best, gear, good)
+    likely = likely if len(likely) > 1 else (*likely, *_other_unit(likely[0], good))
+    return tuple(sorted(likely, key=lambda trial: trial.unexplained))
 
 
 def _left_by(model: Model, excerpt: Measurement, reading: Reading) -> float:
@@ -198,13 +198,13 @@ def _gear(model: Model, excerpt: Measurement) -> _Trial | None:
 
     start = max(abs(slope), 1.0 / abs(slope))
     # where the motor counts before the gear, what is left is nearly a parabola over 1 / ratio
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda inverse: min(trial(1.0 / inverse).unexplained ** 2, 1e9),
         bounds=(1.0 / (FAR_RATIO * start), 1.0 / max(start / FAR_RATIO, 1.0)),
         method="bounded",
         options={"xatol": SHARP / start},
     )
-    ratio = 1.0 / float(found.x)
+    ratio = 1.0 / float(minimum.x)
     if not is_gear(ratio):
         return None
     rounded = [float(f"{ratio:.4g}")]
@@ -261,12 +261,12 @@ def _trajectory(model: Model, excerpt: Measurement, offset: float) -> Trajectory
         return None
 
 
-def _sentence(measurement: Measurement, found: Sequence[_Trial], declared: float) -> str:
+def _sentence(measurement: Measurement, trials: Sequence[_Trial], declared: float) -> str:
     clauses = [
         f"{trial.reading.what}: as declared the model errs by {declared:.3g} times the signal's "
         f"spread, read so by {trial.unexplained:.3g} times; "
         f"{trial.reading.cure(measurement.preparation)}"
-        for trial in found
+        for trial in trials
     ]
     return f"{measurement.name}: " + "; or ".join(clauses)
 
@@ -281,8 +281,10 @@ def _torque_suspicions(model: Model, measurement: Measurement, excerpt: Measurem
     trajectory = _trajectory(model, excerpt, 0.0)
     if trajectory is None:
         return []
-    found = (_torque_suspicion(signal, trajectory, measurement, excerpt) for signal in measured)
-    return [suspicion for suspicion in found if suspicion]
+    suspicions = (
+        _torque_suspicion(signal, trajectory, measurement, excerpt) for signal in measured
+    )
+    return [suspicion for suspicion in suspicions if suspicion]
 
 
 def _torque_suspicion(

@@ -71,13 +71,13 @@ def estimate_time_shift(model: Model, measurement: Measurement, signal: str) -> 
     best = int(np.argmin(costs))
     if best in (0, GRID - 1) or not np.isfinite(costs[best]):
         return None
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         cost,
         bounds=(float(grid[best - 1]), float(grid[best + 1])),
         method="bounded",
         options={"xatol": SHARPEST},
     )
-    shift = float(found.x)
+    shift = float(minimum.x)
     deviation = _standard_error(error, shift, 0.1 * float(grid[1] - grid[0]))
     return TimeShift(shift, deviation) if deviation <= WORST_ERROR else None
 
@@ -162,28 +162,28 @@ def with_time_shifts_resolved(
 
 
 def _resolved(model: Model, measurement: Measurement) -> Measurement:
-    found: dict[str, TimeShift] = {}
+    shifts_resolved: dict[str, TimeShift] = {}
     shifts: dict[str, float] = {}
     for signal, shift in measurement.preparation.time_shift.items():
         if shift == "auto":
-            found[signal] = _told(model, measurement.shifted(shifts), signal)
-            shifts[signal] = found[signal].shift
+            shifts_resolved[signal] = _estimated_shift(model, measurement.shifted(shifts), signal)
+            shifts[signal] = shifts_resolved[signal].shift
     notes = [
-        f"{signal} is taken as {1e3 * told.shift:.2f} ms late, which was estimated with this model "
-        f"(standard error {1e3 * told.standard_error:.2f} ms if the model is right; friction that "
+        f"{signal} is taken as {1e3 * late.shift:.2f} ms late, which was estimated with this model "
+        f"(standard error {1e3 * late.standard_error:.2f} ms if the model is right; friction that "
         "it lacks or a wrong inertia passes for a delay)"
-        for signal, told in found.items()
+        for signal, late in shifts_resolved.items()
     ]
     # all at once, as when the file is read again with these numbers
     return replace(measurement.shifted(shifts), notes=(*measurement.notes, *notes))
 
 
-def _told(model: Model, measurement: Measurement, signal: str) -> TimeShift:
-    found = estimate_time_shift(model, measurement, signal)
-    if found is None:
+def _estimated_shift(model: Model, measurement: Measurement, signal: str) -> TimeShift:
+    shift = estimate_time_shift(model, measurement, signal)
+    if shift is None:
         raise MeasurementError(
             f"{measurement.name}: the recording does not tell with this model by how "
             f"much {signal} is late; give "
             f"the shift as a number, such as --shift {signal}=0.004, or leave it out"
         )
-    return found
+    return shift

@@ -43,7 +43,7 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
     x, u, p, r, w = system.x, system.u, system.p, system.r, system.w
     v = ca.vertcat(x, u, p)
     at = {"x": x, "u": u, "p": p, "r": r}
-    found, after = at | {"w": w}, at | {"r_next": system.r_next}
+    solved, after = at | {"w": w}, at | {"r_next": system.r_next}
 
     def by_v(expression: ca.SX) -> ca.SX:
         return total_jacobian(expression, v, w, system.residuals)
@@ -51,22 +51,22 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
     rates_jacobian = by_v(system.rates)
     implicit = {
         "guess": (at, system.guesses),
-        "newton": (found, newton_step(w, system.residuals)),
+        "newton": (solved, newton_step(w, system.residuals)),
     }
     expressions = (implicit if w.numel() else {}) | {
-        "rates": (found, system.rates),
-        "outputs": (found, system.outputs),
-        "indicators": (found, system.indicators),
-        "next_modes": (found, system.next_modes),
+        "rates": (solved, system.rates),
+        "outputs": (solved, system.outputs),
+        "indicators": (solved, system.indicators),
+        "next_modes": (solved, system.next_modes),
         "reset": (after, system.reset),
-        "starts": (found, system.starts),
+        "starts": (solved, system.starts),
         "delay": (at, system.delay),
-        "rates_by_state": (found, ca.densify(rates_jacobian[:, : x.numel()])),
-        "rates_jacobian": (found, rates_jacobian),
-        "outputs_jacobian": (found, by_v(system.outputs)),
-        "indicators_jacobian": (found, by_v(system.indicators)),
+        "rates_by_state": (solved, ca.densify(rates_jacobian[:, : x.numel()])),
+        "rates_jacobian": (solved, rates_jacobian),
+        "outputs_jacobian": (solved, by_v(system.outputs)),
+        "indicators_jacobian": (solved, by_v(system.indicators)),
         "reset_jacobian": (after, ca.jacobian(system.reset, v)),
-        "starts_jacobian": (found, by_v(system.starts)),
+        "starts_jacobian": (solved, by_v(system.starts)),
         "delay_jacobian": (at, ca.jacobian(system.delay, v)),
     }
     return _compiled(expressions, p)
@@ -81,9 +81,9 @@ def _compiled(
     """
     given, rates = expressions["rates"]
     rates, reciprocals, divisors = _without_division(rates, given)
-    found = [expression for _, expression in (expressions | {"rates": (given, rates)}).values()]
+    compiled = [expression for _, expression in (expressions | {"rates": (given, rates)}).values()]
     known = ca.vertcat(p, reciprocals)
-    reduced, symbols, constants = ca.extract_parametric(found, known, {})
+    reduced, symbols, constants = ca.extract_parametric(compiled, known, {})
     constants = [ca.substitute(constant, reciprocals, 1.0 / divisors) for constant in constants]
     prepared = ca.SX.sym("p", known.numel() + len(symbols))
     names = [known, *symbols]

@@ -207,8 +207,8 @@ def _compile_command(target: Platform) -> list[str]:
 
 def fmi_headers() -> Path:
     """Folder of the FMI standard's C headers, which come with fmpy (it is not imported)."""
-    found = importlib.util.find_spec("fmpy")
-    folders = found.submodule_search_locations if found else None
+    specification = importlib.util.find_spec("fmpy")
+    folders = specification.submodule_search_locations if specification else None
     if not folders:
         raise BuildError("fmpy, which brings the FMI headers, is missing; pip install fmpy")
     return Path(folders[0]) / "c-code"

@@ -7,11 +7,12 @@ import ctypes
 from collections.abc import Iterable, Mapping
 
 from elastic_tendon.actuator.variables import INPUTS, Kind
+from elastic_tendon.native.interpolation import INTERPOLATIONS
 from elastic_tendon.native.layout import Role, structure, text_table
 
 Fields = Mapping[str, str]  # name -> its type in C
 
-INTERPOLATIONS = ("hold", "linear", "cubic")
+TOLERANCES = (1e-14, 1e-2)  # smallest and largest, of the solver
 OUTCOMES = {  # of the solver; what it says to the user
     "SOLVED": "solved",
     "AT_EVENT": "stopped at an event",  # which is left to the caller
@@ -70,6 +71,7 @@ STRUCTURES: Mapping[str, Fields] = {  # sizes in elements, arrays row by row
         "failure_time": "double *",  # out: n_runs, s
     },
 }
+_TOLERANCES = tuple(zip(("SMALLEST", "LARGEST"), TOLERANCES, strict=True))
 _ENUMERATIONS: Mapping[str, Iterable[str]] = {
     "Input": [variable.name.upper() for variable in INPUTS],
     "Interpolation": [name.upper() for name in INTERPOLATIONS],
@@ -102,6 +104,7 @@ def header(structures: Mapping[str, Fields] = STRUCTURES) -> str:
     lines = [
         "/* Written by native/shared.py, which explains what stands here. */",
         *("#ifndef SHARED_H", "#define SHARED_H"),
+        *(f"#define {name}_TOLERANCE {value:g}" for name, value in _TOLERANCES),
         "typedef int Interrupted(void);",
         *enumerations,
         text_table("outcome_text", OUTCOMES.values()),

@@ -19,7 +19,7 @@ from elastic_tendon.reports.names import shortened, verbatim
 from elastic_tendon.reports.thinning import envelope, path, some
 from elastic_tendon.reports.units import shown, times_noise
 
-# Okabe and Ito: told apart with every kind of colour vision
+# Okabe and Ito: distinguished with every kind of colour vision
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
@@ -157,11 +157,11 @@ def _draw_ladder(axes: Axes, steps: Sequence[Step], signal: str) -> None:
         axes.plot(places, small, marker=marker, color=colour, label=label, linewidth=1.6)
         for place, value in enumerate(small.tolist()):
             labels[place].append((value, colour))
-    for place, found in enumerate(labels):
+    for place, values_here in enumerate(labels):
         # the lines fall: there is room above on the right and below on the left
-        _annotate(axes, place, max(found), offset=(7.0, 5.0), corner=("left", "bottom"))
-        if len(found) > 1:
-            _annotate(axes, place, min(found), offset=(-7.0, -5.0), corner=("right", "top"))
+        _annotate(axes, place, max(values_here), offset=(7.0, 5.0), corner=("left", "bottom"))
+        if len(values_here) > 1:
+            _annotate(axes, place, min(values_here), offset=(-7.0, -5.0), corner=("right", "top"))
     floor = quantity.small * steps[0].rmse[signal] / steps[0].noise_ratio[signal]
     axes.axhline(floor, color="0.4", linestyle="--", linewidth=1.2, label="noise floor")
     axes.set_yscale("log")

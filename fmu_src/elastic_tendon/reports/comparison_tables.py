@@ -28,6 +28,7 @@ ROWS = 10
 DENSER = 1.3
 # of the squared error; torques that are multiples of one another differ less, by rounding
 SAME_SHARE = 1e-3
+NOTHING = "–"
 
 FIGURES = (
     "error = simulated − measured; fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %; times noise = RMS / floor"
@@ -94,7 +95,7 @@ def summary_sentences(comparison: Comparison) -> list[str]:
     """How large the error of each signal is over all recordings, beside the noise."""
     static = all(file.measurement.static for file in comparison.files)
     ratios = comparison.noise_ratio()
-    told = []
+    sentences = []
     for name, rmse in comparison.rmse().items():
         quantity = shown(name, static=static)
         errors = [file.signals[name] for file in comparison.files if name in file.signals]
@@ -106,8 +107,8 @@ def summary_sentences(comparison: Comparison) -> list[str]:
         if fits:
             ends = dict.fromkeys(f"{fit:.1f}" for fit in (min(fits), max(fits)))
             text += f"; the fit is {' to '.join(ends)} %"
-        told.append(f"{text}.")
-    return told
+        sentences.append(f"{text}.")
+    return sentences
 
 
 def bin_tables(
@@ -150,15 +151,15 @@ def _alike(bins: Mapping[str, Sequence[Bin]]) -> dict[str, list[str]]:
 
     Where a torque was measured at the motor as at the joint, one is a multiple of the other.
     """
-    found: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for name, own in bins.items():
-        for earlier in found:
+        for earlier in groups:
             if _same_places(own, bins[earlier]):
-                found[earlier].append(name)
+                groups[earlier].append(name)
                 break
         else:
-            found[name] = []
-    return found
+            groups[name] = []
+    return groups
 
 
 def repeats(files: Sequence[FileComparison]) -> dict[str, list[str]]:
@@ -166,15 +167,15 @@ def repeats(files: Sequence[FileComparison]) -> dict[str, list[str]]:
 
     Unlike signals that are off in the same places, these are the same curve in another unit.
     """
-    found: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for name in dict.fromkeys(name for file in files for name in file.signals):
-        for earlier in found:
+        for earlier in groups:
             if all(_repeats(file, name, earlier) for file in files):
-                found[earlier].append(name)
+                groups[earlier].append(name)
                 break
         else:
-            found[name] = []
-    return found
+            groups[name] = []
+    return groups
 
 
 def _repeats(file: FileComparison, name: str, earlier: str) -> bool:
@@ -224,18 +225,24 @@ def _fill(
     if mark:
         table.add_column("")
     for bin_ in bins:
-        in_time = bin_.by != "frequency"  # a band has neither samples nor a bias
-        cells = [
-            bin_.by.replace("_", " "),
-            bin_.bin,
-            number(quantity.small * bin_.rmse),
-            number(quantity.small * bin_.bias) if in_time else "-",
-            f"{100.0 * bin_.share:.0f} %",
-            f"{100.0 * sample_share[bin_]:.0f} %" if in_time else "-",
-        ]
+        *cells, of_error, of_samples = bin_cells(bin_, quantity, sample_share[bin_])
+        cells += [share if share == NOTHING else f"{share} %" for share in (of_error, of_samples)]
         if mark:
             cells.append("*" if bin_.stands_out else " ")
         table.add_row(*cells)
+
+
+def bin_cells(error_bin: Bin, quantity: Shown, sample_share: float) -> list[str]:
+    """A bin in words and numbers: what, where, RMS, bias, and in % share of error, of samples."""
+    in_time = error_bin.by != "frequency"  # a band has neither samples nor a bias
+    return [
+        error_bin.by.replace("_", " "),
+        error_bin.bin,
+        number(quantity.small * error_bin.rmse),
+        number(quantity.small * error_bin.bias) if in_time else NOTHING,
+        f"{100.0 * error_bin.share:.0f}",
+        f"{100.0 * sample_share:.0f}" if in_time else NOTHING,
+    ]
 
 
 def sample_shares(bins: Sequence[Bin]) -> dict[Bin, float]:

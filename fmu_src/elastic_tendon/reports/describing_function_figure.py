@@ -28,45 +28,47 @@ SAME = 1e-6  # relative, of lines that are drawn as one
 
 
 def describing_function_figure(
-    found: DescribingFunction, cycles: Sequence[LimitCycle] = ()
+    function: DescribingFunction, cycles: Sequence[LimitCycle] = ()
 ) -> Figure:
     """Equivalent stiffness over the amplitude of the deflection; damping below, if there is any.
 
     Parameters
     ----------
-    found : DescribingFunction
+    function : DescribingFunction
     cycles : limit cycles that were found with it, marked on its stiffness
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    lossless = np.abs(found.damping).max() * found.frequency < LOSSLESS * found.stiffness.max()
+    lossless = (
+        np.abs(function.damping).max() * function.frequency < LOSSLESS * function.stiffness.max()
+    )
     heights = [3] if lossless else [3, 2]
     figure = Figure(figsize=(8.0, 1.0 + 1.2 * sum(heights)), layout="constrained")
     rows = figure.subplots(
         len(heights), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
     )[:, 0]
-    _draw_stiffness(rows[0], found)
+    _draw_stiffness(rows[0], function)
     _mark_cycles(rows[0], cycles)
     if not lossless:
-        rows[1].plot(found.amplitudes, found.damping, color=BLUE)
+        rows[1].plot(function.amplitudes, function.damping, color=BLUE)
         rows[1].set_ylabel("equivalent damping\n(N·m·s/rad)")
-        rows[1].set_ylim(bottom=min(0.0, found.damping.min()))
+        rows[1].set_ylim(bottom=min(0.0, function.damping.min()))
     for axes in rows:
-        _mark_amplitudes(axes, found)
+        _mark_amplitudes(axes, function)
         tidy(axes)
     rows[0].legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False)
     rows[-1].set_xlabel("amplitude of the deflection (rad)")
-    rows[-1].set_xlim(0.0, found.amplitudes[-1])
+    rows[-1].set_xlim(0.0, function.amplitudes[-1])
     degrees = rows[0].secondary_xaxis("top", functions=(np.rad2deg, np.deg2rad))
     degrees.set_xlabel("amplitude of the deflection (°)")
-    figure.suptitle(_title(found))
+    figure.suptitle(_title(function))
     return figure
 
 
-def _draw_stiffness(axes: Axes, found: DescribingFunction) -> None:
-    table = design(found.model)
+def _draw_stiffness(axes: Axes, function: DescribingFunction) -> None:
+    table = design(function.model)
     stiffnesses = (table.stiffness_state_1, table.stiffness_state_2, table.stiffness_state_3)
     drawn: dict[float, tuple[str, str]] = {}
     for (state, colour), stiffness in zip(STATES, stiffnesses, strict=True):
@@ -77,13 +79,18 @@ def _draw_stiffness(axes: Axes, found: DescribingFunction) -> None:
         drawn[same] = (f"{earlier} and {state}" if earlier else state, first_colour)
     for stiffness, (states, colour) in drawn.items():
         plural = "s" if " and " in states else ""
-        bare = "\nwithout effects" if found.model.effect_ids else ""
+        bare = "\nwithout effects" if function.model.effect_ids else ""
         label = f"state{plural} {states}{bare}"
         axes.axhline(stiffness, color=colour, linestyle="--", label=label)
-    if found.scatter.any():
-        low, high = found.stiffness - 2 * found.scatter, found.stiffness + 2 * found.scatter
-        axes.fill_between(found.amplitudes, low, high, color=BLUE, alpha=0.25, linewidth=0)
-    axes.plot(found.amplitudes, found.stiffness, color=BLUE, linewidth=2.0, label="equivalent")
+    if function.scatter.any():
+        low, high = (
+            function.stiffness - 2 * function.scatter,
+            function.stiffness + 2 * function.scatter,
+        )
+        axes.fill_between(function.amplitudes, low, high, color=BLUE, alpha=0.25, linewidth=0)
+    axes.plot(
+        function.amplitudes, function.stiffness, color=BLUE, linewidth=2.0, label="equivalent"
+    )
     axes.set_ylabel("equivalent stiffness\n(N·m/rad)")
     axes.set_ylim(bottom=0.0)
 
@@ -93,15 +100,15 @@ def _mark_cycles(axes: Axes, cycles: Sequence[LimitCycle]) -> None:
         kind = [cycle for cycle in cycles if cycle.attracting == (words == "attracting")]
         if kind:
             places = [cycle.amplitude for cycle in kind], [cycle.stiffness for cycle in kind]
-            looks: dict[str, Any] = {"color": BLACK, "markerfacecolor": inside, "markersize": 8}
-            axes.plot(*places, "o", label=f"{words}\nlimit cycle", **looks)
+            style: dict[str, Any] = {"color": BLACK, "markerfacecolor": inside, "markersize": 8}
+            axes.plot(*places, "o", label=f"{words}\nlimit cycle", **style)
 
 
-def _mark_amplitudes(axes: Axes, found: DescribingFunction) -> None:
+def _mark_amplitudes(axes: Axes, function: DescribingFunction) -> None:
     """Where the swing reaches slack boundaries and deflection limits; its mean may move."""
-    transmission = found.model.transmission
-    amplitudes = np.concatenate(([0.0], found.amplitudes))
-    means = np.concatenate((found.deflection[:1], found.deflection))
+    transmission = function.model.transmission
+    amplitudes = np.concatenate(([0.0], function.amplitudes))
+    means = np.concatenate((function.deflection[:1], function.deflection))
     kinds = (
         (slack_boundaries(transmission), "0.45", ":", "slack boundary"),
         (deflection_limits(transmission), VERMILLION, "-.", "deflection limit"),
@@ -121,8 +128,8 @@ def _mark_amplitudes(axes: Axes, found: DescribingFunction) -> None:
             )
 
 
-def _title(found: DescribingFunction) -> str:
-    low, high = found.deflection.min(), found.deflection.max()
+def _title(function: DescribingFunction) -> str:
+    low, high = function.deflection.min(), function.deflection.max()
     mean = f"{low:.3g} rad" if low == high else f"{low:.3g} to {high:.3g} rad"
-    heading = f"{verbatim(found.model.name)}: stiffness that an oscillation sees"
-    return f"{heading}\nmean deflection {mean}, {found.frequency:.4g} rad/s"
+    heading = f"{verbatim(function.model.name)}: stiffness that an oscillation sees"
+    return f"{heading}\nmean deflection {mean}, {function.frequency:.4g} rad/s"

@@ -38,15 +38,10 @@ BARS = 8  # candidates of a round that are drawn
 
 
 def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
-    """Every figure of a diagnosis: the name of its file without suffix, and what draws it.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-    """
+    """Every figure of a diagnosis: the name of its file without suffix, and what draws it."""
     for signal in diagnosis.ladder[0].rmse:
         yield f"ladder_{signal}", partial(ladder, diagnosis.ladder, signal)
-    if any(judged.candidates for judged in diagnosis.rounds):
+    if any(candidate_round.candidates for candidate_round in diagnosis.rounds):
         yield "candidates", partial(candidates, diagnosis.rounds)
     for effect_id in diagnosis.added:
         yield f"explained_by_{effect_id}", partial(explained_by, diagnosis, effect_id)
@@ -66,8 +61,8 @@ def _of_recordings(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
     for name, (before, after, kind) in zip(names, pairs, strict=True):
         yield f"{name}_before_and_after", partial(before_and_after, before, after, kind)
     located = zip(diagnosis.comparison.files, diagnosis.location.files, strict=True)
-    for name, (file, found) in zip(names, located, strict=False):  # those held out come last
-        yield f"{name}_remaining_torque", partial(missing_torque, file, found)
+    for name, (file, location) in zip(names, located, strict=False):  # those held out come last
+        yield f"{name}_remaining_torque", partial(missing_torque, file, location)
 
 
 def _pairs(
@@ -164,18 +159,22 @@ def candidates(rounds: Sequence[Round]) -> Figure:
     -------
     matplotlib.figure.Figure; two panels for each round
     """
-    drawn = [(number, judged) for number, judged in enumerate(rounds, start=1) if judged.candidates]
-    counts = [1 + min(len(judged.candidates), BARS) for _, judged in drawn]
+    drawn = [
+        (number, candidate_round)
+        for number, candidate_round in enumerate(rounds, start=1)
+        if candidate_round.candidates
+    ]
+    counts = [1 + min(len(candidate_round.candidates), BARS) for _, candidate_round in drawn]
     size = (9.0, 0.9 + sum(0.9 + 0.36 * count for count in counts))
     figure = Figure(figsize=size, layout="constrained")
     panels = figure.subplots(
         len(drawn), 2, squeeze=False, sharey="row", gridspec_kw={"height_ratios": counts}
     )
-    for (left, right), (number, judged) in zip(panels, drawn, strict=True):
-        likeliest = judged.candidates[:BARS]
-        _draw_probability(left, likeliest, judged)
+    for (left, right), (number, candidate_round) in zip(panels, drawn, strict=True):
+        likeliest = candidate_round.candidates[:BARS]
+        _draw_probability(left, likeliest, candidate_round)
         _draw_gains(right, likeliest)
-        added = called("+".join(judged.chosen)) if judged.chosen else "nothing"
+        added = called("+".join(candidate_round.chosen)) if candidate_round.chosen else "nothing"
         left.set_title(f"round {number}: {verbatim(added)} added", loc="left", fontsize="medium")
     panels[-1, 0].set_xlabel("probability in the round (%)")
     panels[-1, 1].set_xlabel("squared error explained (%)")
@@ -184,23 +183,23 @@ def candidates(rounds: Sequence[Round]) -> Figure:
     return figure
 
 
-def _draw_probability(axes: Axes, found: Sequence[Candidate], judged: Round) -> None:
-    taken = [candidate.ids == judged.chosen for candidate in found]
-    lengths = [candidate.probability for candidate in found]
-    names = [verbatim(called_set(candidate)) for candidate in found]
+def _draw_probability(axes: Axes, candidates: Sequence[Candidate], candidate_round: Round) -> None:
+    taken = [candidate.ids == candidate_round.chosen for candidate in candidates]
+    lengths = [candidate.probability for candidate in candidates]
+    names = [verbatim(called_set(candidate)) for candidate in candidates]
     colours = [VERMILLION if chosen else "0.7" for chosen in taken]
-    axes.barh(np.arange(len(found)), lengths, color=colours, height=0.7)
-    axes.barh(len(found), none_of_them(judged), color="0.7", height=0.7)
-    axes.set_yticks(np.arange(len(found) + 1), [*names, NONE])
-    axes.set_ylim(len(found) + 0.6, -0.6)  # the likeliest on top
+    axes.barh(np.arange(len(candidates)), lengths, color=colours, height=0.7)
+    axes.barh(len(candidates), none_of_them(candidate_round), color="0.7", height=0.7)
+    axes.set_yticks(np.arange(len(candidates) + 1), [*names, NONE])
+    axes.set_ylim(len(candidates) + 0.6, -0.6)  # the likeliest on top
     axes.set_xlim(0.0, 1.0)
     _finish_bars(axes)
 
 
-def _draw_gains(axes: Axes, found: Sequence[Candidate]) -> None:
+def _draw_gains(axes: Axes, candidates: Sequence[Candidate]) -> None:
     kinds = [("gain", "on fitted data", BLUE, -0.19), ("heldout_gain", "held out", ORANGE, 0.19)]
     for kind, label, colour, offset in kinds:
-        gains = [(place, getattr(candidate, kind)) for place, candidate in enumerate(found)]
+        gains = [(place, getattr(candidate, kind)) for place, candidate in enumerate(candidates)]
         known = [(place, gain) for place, gain in gains if gain is not None]
         if not known:  # nothing was refitted
             continue
@@ -236,9 +235,9 @@ def explained_by(diagnosis: Diagnosis, effect_id: str) -> Figure:
     matplotlib.figure.Figure; the first fitted recording
     """
     file = diagnosis.comparison.files[0]
-    found = explained_by_effect(diagnosis, effect_id)
+    explained = explained_by_effect(diagnosis, effect_id)
     title = f"what {called(effect_id)} explains"
-    return _signature(found, f"{shortened(file.measurement.name)}: {verbatim(title)}")
+    return _signature(explained, f"{shortened(file.measurement.name)}: {verbatim(title)}")
 
 
 def learned_term(diagnosis: Diagnosis) -> Figure:
@@ -253,25 +252,27 @@ def learned_term(diagnosis: Diagnosis) -> Figure:
     matplotlib.figure.Figure; the first fitted recording
     """
     file = diagnosis.comparison.files[0]
-    found = explained_by_learned(diagnosis)
-    return _signature(found, f"{shortened(file.measurement.name)}: what the learned term explains")
+    explained = explained_by_learned(diagnosis)
+    return _signature(
+        explained, f"{shortened(file.measurement.name)}: what the learned term explains"
+    )
 
 
-def _signature(found: Explained, title: str) -> Figure:
+def _signature(explained: Explained, title: str) -> Figure:
     figure = Figure(figsize=(7.5, 7.0), layout="constrained")
     upper, lower = figure.subplots(
         2, 1, sharex=True, sharey=True, gridspec_kw={"height_ratios": [3, 2]}
     )
-    own = found.modelled_variable, found.modelled.torque
-    left = found.remaining_variable, found.remaining.torque
-    _draw_cloud(upper, (found.variable, found.measured.torque), "0.65", "the machine", 3.0)
+    own = explained.modelled_variable, explained.modelled.torque
+    left = explained.remaining_variable, explained.remaining.torque
+    _draw_cloud(upper, (explained.variable, explained.measured.torque), "0.65", "the machine", 3.0)
     _draw_cloud(upper, own, ORANGE, "the effect", 1.2)
     upper.plot(*mean_curve(*own), color=VERMILLION, linewidth=1.8, label="the effect, mean")
     upper.set_ylabel("torque missing without it (N·m)")
     _draw_cloud(lower, left, "0.65", "the machine", 3.0)
     lower.plot(*mean_curve(*left), color=BLUE, linewidth=1.8, label="mean")
     lower.set_ylabel("torque missing with it (N·m)")
-    lower.set_xlabel(f"{found.by.replace('_', ' ')} ({found.unit})")
+    lower.set_xlabel(f"{explained.by.replace('_', ' ')} ({explained.unit})")
     for axes in (upper, lower):
         axes.axhline(0.0, color="0.5", linewidth=0.8, zorder=0)
         axes.legend(loc="best", markerscale=4.0, **LEGEND)
@@ -292,16 +293,7 @@ def _draw_cloud(
 
 
 def next_experiment(experiment: Experiment) -> Figure:
-    """Motor motion and load over time.
-
-    Parameters
-    ----------
-    experiment : Experiment
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Motor motion and load over time."""
     columns = [("motor position (rad)", experiment.motor_position, BLUE)]
     if np.any(experiment.load_torque):
         columns.append(("load torque (N·m)", experiment.load_torque, VERMILLION))

@@ -25,7 +25,7 @@ from elastic_tendon.reports.units import evidence_text, number, shown, times_noi
 
 # candidates that are shown of a round; the option --all-candidates shows all
 CANDIDATES = 5
-CHANCE = 0.05  # probability from which on a dependence is not told as one
+CHANCE = 0.05  # probability from which on a dependence is not reported
 TOO_LITTLE = ", too little to matter"
 NONE = "none of them"
 LIKELY = 0.5  # probability from which on it needs no word that nothing was added
@@ -63,13 +63,13 @@ def _sizes(diagnosis: Diagnosis) -> Iterator[str]:
     if diagnosis.parameters_changed:
         wrong = diagnosis.verdict == "wrong_parameter"
         estimates = _estimates(diagnosis)
-        told = [
+        changes = [
             (_moved if wrong else _shift)(estimates[path]) for path in diagnosis.parameters_changed
         ]
         if wrong:
-            yield f"Wrong numbers: {'; '.join(told)}."
+            yield f"Wrong parameters: {'; '.join(changes)}."
         else:
-            yield f"Numbers that are off too: {', '.join(told)}."
+            yield f"Parameters that are off too: {', '.join(changes)}."
 
 
 def _estimates(diagnosis: Diagnosis) -> dict[str, Estimate]:
@@ -77,42 +77,44 @@ def _estimates(diagnosis: Diagnosis) -> dict[str, Estimate]:
 
 
 def _sized(diagnosis: Diagnosis, effect_id: str) -> str:
-    """An effect with its numbers, as "Coulomb friction, torque 0.350 ± 0.002 N·m"."""
+    """An effect with its parameters, as "Coulomb friction, torque 0.350 ± 0.002 N·m"."""
     numbers = []
     estimates = _estimates(diagnosis)
     for name, value in diagnosis.model.effects[effect_id].items():
-        found = estimates.get(f"effects.{effect_id}.{name}")
+        estimate = estimates.get(f"effects.{effect_id}.{name}")
         words = name.replace("_", " ")
-        if found is None:
+        if estimate is None:
             numbers.append(f"{words} {value:.3g}")
-        elif found.determined:
-            numbers.append(f"{words} {_with_unit(found)}")
+        elif estimate.determined:
+            numbers.append(f"{words} {_with_unit(estimate)}")
         else:
-            unit = _unit(found.unit)
-            numbers.append(f"{words} about {found.fitted:.3g}{unit}, which these data leave open")
+            unit = _unit(estimate.unit)
+            numbers.append(
+                f"{words} about {estimate.fitted:.3g}{unit}, which these data leave open"
+            )
     return ", ".join([called(effect_id), *numbers])
 
 
-def _moved(found: Estimate) -> str:
-    """A wrong number, as "link.inertia is 0.0337 ± 0.0004 kg·m2, not 0.03 (+12 %)"."""
-    change = f" ({_change(found)})" if found.given else ""
-    return f"{called(found.path)} is {_with_unit(found)}, not {found.given:.4g}{change}"
+def _moved(estimate: Estimate) -> str:
+    """A wrong parameter, as "link.inertia is 0.0337 ± 0.0004 kg·m2, not 0.03 (+12 %)"."""
+    change = f" ({_change(estimate)})" if estimate.given else ""
+    return f"{called(estimate.path)} is {_with_unit(estimate)}, not {estimate.given:.4g}{change}"
 
 
-def _shift(found: Estimate) -> str:
-    """A number that moved, as "link.inertia by +12 %"."""
-    if found.given:
-        return f"{called(found.path)} by {_change(found)}"
-    return f"{called(found.path)} is {_with_unit(found)}, not 0"
+def _shift(estimate: Estimate) -> str:
+    """A parameter that moved, as "link.inertia by +12 %"."""
+    if estimate.given:
+        return f"{called(estimate.path)} by {_change(estimate)}"
+    return f"{called(estimate.path)} is {_with_unit(estimate)}, not 0"
 
 
-def _change(found: Estimate) -> str:
-    percent = 100.0 * (found.fitted / found.given - 1.0)
+def _change(estimate: Estimate) -> str:
+    percent = 100.0 * (estimate.fitted / estimate.given - 1.0)
     return f"{percent:+.{0 if abs(percent) >= 10.0 else 1}f} %"
 
 
-def _with_unit(found: Estimate) -> str:
-    return f"{with_interval(found.fitted, found.interval)}{_unit(found.unit)}"
+def _with_unit(estimate: Estimate) -> str:
+    return f"{with_interval(estimate.fitted, estimate.interval)}{_unit(estimate.unit)}"
 
 
 def _unit(unit: str) -> str:
@@ -125,17 +127,17 @@ def _falls(diagnosis: Diagnosis) -> Iterator[str]:
     for name, rmse in last.rmse.items():
         quantity = shown(name)
         noise = times_noise(last.noise_ratio[name])
-        judged = name in last.heldout_rmse
+        held_out = name in last.heldout_rmse
         if diagnosis.verdict == "adequate":
             text = f"The {quantity.words} error is {quantity.error(rmse)}, {noise}"
-            if judged:
+            if held_out:
                 text += f", and {quantity.error(last.heldout_rmse[name])} on held-out data"
         else:
             text = (
                 f"The {quantity.words} error goes from {number(quantity.small * first.rmse[name])} "
                 f"to {quantity.error(rmse)}, {noise}"
             )
-            if judged:
+            if held_out:
                 before = number(quantity.small * first.heldout_rmse[name])
                 after = quantity.error(last.heldout_rmse[name])
                 text += f"; on held-out data from {before} to {after}"
@@ -143,19 +145,19 @@ def _falls(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
-    """What these data cannot tell apart, what they leave open, which recordings do not fit in,
+    """What these data cannot distinguish, what they leave open, which recordings do not fit in,
     and what remains of the error."""
     sentences = []
     for alike in diagnosis.indistinguishable:
-        text = f"These data cannot tell apart: {_listed(alike)}."
+        text = f"These data cannot distinguish: {_listed(alike)}."
         taken = [answer for answer in alike if set(ids_in(answer)) <= set(diagnosis.added)]
         if taken:
             text += f" {called(taken[0])} was added; the others would do as well."
         sentences.append(text)
     changes = {near.change for near in diagnosis.neighbours if near.refitted}
     for effect_id in diagnosis.added:
-        judged = {change.removeprefix(f"{effect_id} -> ") for change in changes}
-        sentences += alias_sentences(effects.BY_ID[effect_id], judged)
+        refitted = {change.removeprefix(f"{effect_id} -> ") for change in changes}
+        sentences += alias_sentences(effects.BY_ID[effect_id], refitted)
     sentences += [diagnosis.no_experiment] * bool(diagnosis.no_experiment)
     sentences += diagnosis.findings.sentences
     sentences += [*recording_sentences(diagnosis.recordings), *diagnosis.notes]
@@ -167,7 +169,7 @@ def _remains(diagnosis: Diagnosis) -> Iterator[str]:
         quantity = shown(name)
         text = f"What remains of the {quantity.words} error, {times_noise(remaining.noise_ratio)}, "
         if remaining.p_value is None:
-            yield f"{text}was not judged."
+            yield f"{text}was not tested."
         elif remaining.significant:
             yield (
                 f"{text}{_dependence(remaining.p_value)} (p = {remaining.p_value:.2g}); "
@@ -186,9 +188,9 @@ def _dependence(p_value: float) -> str:
 
 
 def _where(diagnosis: Diagnosis, signal: str) -> Iterator[str]:
-    for file, found in zip(diagnosis.comparison.files, diagnosis.location.files, strict=True):
-        if signal in found.in_words:
-            yield f"{file.measurement.name}: {found.in_words[signal]}."
+    for file, location in zip(diagnosis.comparison.files, diagnosis.location.files, strict=True):
+        if signal in location.in_words:
+            yield f"{file.measurement.name}: {location.in_words[signal]}."
 
 
 def _listed(answers: Sequence[str]) -> str:
@@ -292,18 +294,18 @@ def _next_learned(term: LearnedTerm, call: Call) -> list[str]:
 # ---- the evidence ------------------------------------------------------------------------------
 
 
-def round_title(number_of_round: int, judged: Round) -> str:
+def round_title(number_of_round: int, candidate_round: Round) -> str:
     """What a round decided, and why."""
-    decided = called("+".join(judged.chosen)) if judged.chosen else "Nothing"
-    return f"Round {number_of_round}: {judged.reason}. {decided} was added."
+    decided = called("+".join(candidate_round.chosen)) if candidate_round.chosen else "Nothing"
+    return f"Round {number_of_round}: {candidate_round.reason}. {decided} was added."
 
 
-def unsure_sentence(judged: Round) -> str:
+def unsure_sentence(candidate_round: Round) -> str:
     """Why a round added nothing, though its probabilities leave little for that; "" elsewhere."""
-    nothing = none_of_them(judged)
-    if judged.chosen or not judged.candidates or nothing >= LIKELY:
+    nothing = none_of_them(candidate_round)
+    if candidate_round.chosen or not candidate_round.candidates or nothing >= LIKELY:
         return ""
-    best = judged.candidates[0]
+    best = candidate_round.candidates[0]
     return (
         f"Nothing was added although only {percent(nothing)} are left for “{NONE}”: probabilities "
         "are shared out by the evidence alone, and what is added has to be decidedly more than "
@@ -316,25 +318,25 @@ def called_set(candidate: Candidate) -> str:
     return called("+".join(candidate.ids))
 
 
-def candidates_table(judged: Round, *, every: bool = False) -> Table | None:
+def candidates_table(candidate_round: Round, *, every: bool = False) -> Table | None:
     """Candidates of a round, with the evidence for each; its numbers, and why, are below its name.
 
     Parameters
     ----------
-    judged : Round
+    candidate_round : Round
     every : all of them, instead of the first `CANDIDATES`
 
     Returns
     -------
     Table, or None where there were no candidates
     """
-    if not judged.candidates:
+    if not candidate_round.candidates:
         return None
     table = Table(**TIGHT, caption_justify="left")
     table.add_column("candidate", overflow="fold")
     for heading in ("probability", "evidence", "gain\nfitted", "gain\nheld out"):
         table.add_column(heading, justify="right", no_wrap=True)
-    chosen = judged.candidates if every else judged.candidates[:CANDIDATES]
+    chosen = candidate_round.candidates if every else candidate_round.candidates[:CANDIDATES]
     for candidate in chosen:
         below = [*candidate_numbers(candidate), candidate.reason]
         table.add_row(
@@ -344,21 +346,21 @@ def candidates_table(judged: Round, *, every: bool = False) -> Table | None:
             gain(candidate.gain),
             gain(candidate.heldout_gain),
         )
-    table.add_row(NONE, percent(none_of_them(judged)), *("-",) * 3)
+    table.add_row(NONE, percent(none_of_them(candidate_round)), *("-",) * 3)
     captions = [
         "evidence: beside the model before the round, less is better, 10 decide",
         "gain: share by which the squared error falls; held out: on samples that the",
         "fit has not seen, other recordings or one stretch after the other",
     ]
-    if left := len(judged.candidates) - len(chosen):
+    if left := len(candidate_round.candidates) - len(chosen):
         captions.append(f"{left} more, see --all-candidates")
     table.caption = "\n".join(captions)
     return table
 
 
-def none_of_them(judged: Round) -> float:
+def none_of_them(candidate_round: Round) -> float:
     """Probability, 0 to 1, that no candidate of a round is to be added."""
-    return max(0.0, 1.0 - sum(candidate.probability for candidate in judged.candidates))
+    return max(0.0, 1.0 - sum(candidate.probability for candidate in candidate_round.candidates))
 
 
 def gain(share: float | None) -> str:
@@ -367,7 +369,7 @@ def gain(share: float | None) -> str:
 
 
 def candidate_numbers(candidate: Candidate) -> Iterator[str]:
-    """Fitted numbers with interval; those that the screen expects, where none was fitted."""
+    """Estimated parameters with interval; those that the screen expects, where none was fitted."""
     fitted = {estimate.path: estimate for estimate in candidate.fitted_parameters}
     units = _units([*fitted, *candidate.expected_parameters])
     for path in units:
@@ -381,7 +383,7 @@ def candidate_numbers(candidate: Candidate) -> Iterator[str]:
 
 
 def _short(path: str) -> str:
-    """A number within its effect, or in the whole model where it is none of an effect's."""
+    """A parameter within its effect, or in the whole model where it is none of an effect's."""
     return (
         path.rpartition(".")[2].replace("_", " ") if path.startswith("effects.") else called(path)
     )

@@ -94,7 +94,7 @@ def _parameter(effect: Effect, parameter: Parameter, example: Model) -> str:
 
 def _aliases(effect: Effect) -> Iterator[str]:
     for alias in BY_ID.aliases_of(effect):
-        yield f"Not to be told from {' and '.join(alias.of)} as long as {alias.when}."
+        yield f"Indistinguishable from {' and '.join(alias.of)} as long as {alias.when}."
 
 
 def _states(effect: Effect) -> list[str]:

@@ -12,24 +12,24 @@ from elastic_tendon.reports.names import verbatim
 from elastic_tendon.reports.tables import four_digits
 
 
-def estimates_figure(found: FitResult) -> Figure:
+def estimates_figure(fit: FitResult) -> Figure:
     """How far each parameter moved, in multiples of its given uncertainty, and its 95 % interval.
 
     Parameters
     ----------
-    found : FitResult
+    fit : FitResult
 
     Returns
     -------
     matplotlib.figure.Figure; a parameter that the data leave open has a hollow mark
     """
-    estimates = found.findings.estimates
+    estimates = fit.findings.estimates
     figure = Figure(figsize=(9.0, 1.6 + 0.55 * len(estimates)), layout="constrained")
     axes = figure.subplots()
     axes.axvspan(-1.0, 1.0, color="0.92", label="one sigma of what was given")
     axes.axvline(0.0, color="0.5", linewidth=0.8)
     for row, estimate in enumerate(estimates):
-        sigma = found.given.uncertainty_of(estimate.path)
+        sigma = fit.given.uncertainty_of(estimate.path)
         low, high = ((end - estimate.given) / sigma for end in estimate.interval)
         axes.hlines(row, low, high, color=BLUE, linewidth=2.0)
         mark: dict[str, Any] = {} if estimate.determined else {"markerfacecolor": "white"}
@@ -40,7 +40,7 @@ def estimates_figure(found: FitResult) -> Figure:
     axes.set_ylim(len(estimates) - 0.5, -0.5)
     axes.set_xlabel("change (multiples of the given one sigma)")
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
-    figure.suptitle(f"{verbatim(found.model.name)}: fitted parameters")
+    figure.suptitle(f"{verbatim(fit.model.name)}: fitted parameters")
     tidy(axes)
     return figure
 

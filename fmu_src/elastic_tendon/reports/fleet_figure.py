@@ -1,4 +1,4 @@
-"""A fleet in one figure: which robot has drifted, in which number, and which effect appeared."""
+"""A fleet in one figure: which robot has drifted, in which parameter, and which effect appeared."""
 
 from collections.abc import Sequence
 from textwrap import shorten
@@ -36,7 +36,7 @@ RANGE = (0.7, 3.0)  # multiples of the noise that are always shown
 
 
 def fleet_figure(model: Model, table: pd.DataFrame) -> Figure:
-    """Robots down; numbers of the model, effects and errors across.
+    """Robots down; parameters of the model, effects and errors across.
 
     A number is coloured where it moved significantly, by how far in % of what was given (where that
     is 0, of its one sigma). Where a robot could not be diagnosed the row says why.
@@ -54,20 +54,20 @@ def fleet_figure(model: Model, table: pd.DataFrame) -> Figure:
     rows = len(table) * (ROW if len(table) <= MOST_NUMBERED else LOW_ROW)
     widths = [CELL * len(paths), CELL * max(len(appeared), 1), ERRORS]
     figure = Figure(figsize=(NAMES + sum(widths), rows + 3.0), layout="constrained")
-    (numbers, found, errors), (scale, *spare) = figure.subplots(
+    (numbers, effects, errors), (scale, *spare) = figure.subplots(
         2, 3, gridspec_kw={"width_ratios": widths, "height_ratios": [rows, BAR]}
     )
     figure.suptitle("Which robot has drifted, and what has appeared in it")
-    for axes in (numbers, found, errors):
+    for axes in (numbers, effects, errors):
         axes.set_ylim(len(table) - 0.5, -0.5)
         _draw_failures(axes, table)
     mesh = _draw_numbers(numbers, model, table)
-    _draw_effects(found, table, appeared)
+    _draw_effects(effects, table, appeared)
     _draw_errors(errors, table)
     _write_reasons(numbers, table, widths[0])
     numbers.set_yticks(np.arange(len(table)), [shortened(str(robot)) for robot in table[ROBOT]])
     bar = figure.colorbar(mesh, cax=scale, orientation="horizontal", extend="both")
-    bar.set_label("change where a number moved significantly (% of the given value)")
+    bar.set_label("change where a parameter moved significantly (% of the given value)")
     for axes in spare:
         axes.set_axis_off()
     spare[-1].legend(handles=_legend(table), loc="center", frameon=False, borderaxespad=0.0)
@@ -92,12 +92,12 @@ def _draw_numbers(axes: Axes, model: Model, table: pd.DataFrame) -> QuadMesh:
         for row, column in np.argwhere(np.isfinite(changes)).tolist():
             _write(axes, column, row, float(changes[row, column]))
     _grid(axes, [path.removeprefix("transmission.") for path in paths], len(table))
-    axes.set_title("numbers of the model", fontsize="medium")
+    axes.set_title("parameters of the model", fontsize="medium")
     return mesh
 
 
 def _changes(model: Model, table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Change of each number in each robot, %, (robots, numbers); NaN where it did not move."""
+    """Change of each parameter of each robot, %, (robots, parameters); NaN where it did not."""
     paths, values = free_parameters(model), model.values()
     changes = np.full((len(table), len(paths)), np.nan)
     for row, text in enumerate(table[DRIFTED]):

@@ -84,14 +84,14 @@ _Styled = list[tuple[str, LinearModel, dict[str, Any]]]
 
 def _styled(models: Sequence[LinearModel]) -> _Styled:
     """Label, model and style, thick lines first."""
-    found: _Styled = []
+    styled: _Styled = []
     used: set[SlackState] = set()
     for towards, model in columns(models):
         state = model.validity.slack_state
         style = _STYLES[None if state in used else state]
         used.add(state)
-        found.append((_label(towards, model), model, style))
-    return sorted(found, key=lambda entry: -float(entry[2]["linewidth"]))
+        styled.append((_label(towards, model), model, style))
+    return sorted(styled, key=lambda entry: -float(entry[2]["linewidth"]))
 
 
 def _label(towards: str, model: LinearModel) -> str:

@@ -33,19 +33,19 @@ Channels = Sequence[tuple[str, str]]  # input and output
 
 
 def columns(models: Sequence[LinearModel]) -> list[tuple[str, LinearModel]]:
-    """Models with what tells them apart beside their state; on a boundary, those of both sides.
+    """Models with what distinguishes them beside their state; on a boundary, those of both sides.
 
     A model that is that of neither side of its boundary comes first.
     """
-    found: list[tuple[str, LinearModel]] = []
+    named: list[tuple[str, LinearModel]] = []
     for model in models:
         states = [side.validity.slack_state for side in model.sides]
         if model.validity.slack_state not in states:
-            found.append(("", model))
+            named.append(("", model))
         for labelled in zip(TOWARDS, model.sides, strict=False):
-            if not any(_same(labelled[1], known) for _, known in found):
-                found.append(labelled)
-    return found
+            if not any(_same(labelled[1], known) for _, known in named):
+                named.append(labelled)
+    return named
 
 
 def linear_table(
@@ -89,68 +89,74 @@ def _table(name: str, shown: Sequence[tuple[str, LinearModel]], channels: Channe
     table.add_section()
     for input_name, output_name in channels or _present(main_channels(drive), every):
         label = f"zeros, {_words(input_name)}\n→ {_words(output_name)} (rad/s)"
-        found = [analysis.channel(input_name, output_name).zeros for analysis in analyses]
-        _add(table, label, [_roots([zero for zero in zeros if zero.imag >= 0]) for zeros in found])
+        zeros_of_states = [analysis.channel(input_name, output_name).zeros for analysis in analyses]
+        _add(
+            table,
+            label,
+            [_roots([zero for zero in zeros if zero.imag >= 0]) for zeros in zeros_of_states],
+        )
     if drive is Drive.TORQUE:
         collocated = [analysis.channel(DRIVE_TORQUE, MOTOR_POSITION) for analysis in analyses]
-        told = [
+        frequencies = [
             "\n".join(map(_digits, channel.anti_resonances)) or NOTHING for channel in collocated
         ]
-        _add(table, "motor's anti-resonance (rad/s)", told)
+        _add(table, "motor's anti-resonance (rad/s)", frequencies)
     return table
 
 
 def remarks(models: Sequence[LinearModel]) -> list[str]:
     """Sentences below the table: the span of frequencies, and what a reader has to know."""
     every = [model for _, model in columns(models)]
-    told = []
+    sentences = []
     analyses = [analyse(model) for model in every]
     span = frequency_span(analyses)
     without = [
         state_name(model.validity.slack_state)
-        for model, found in zip(every, analyses, strict=True)
-        if found.tendon_oscillation is None
+        for model, analysis in zip(every, analyses, strict=True)
+        if analysis.tendon_oscillation is None
     ]
     if span is not None and len(every) - len(without) > 1:
-        told.append(
+        sentences.append(
             f"Between the states the tendons' natural frequency spans {span.lowest:.3g} to "
             f"{span.highest:.3g} rad/s, a factor {span.ratio:.3g}."
         )
     if without and span is not None:
-        told.append(
+        sentences.append(
             f"In state {' and '.join(without)} the joint does not oscillate on its tendons."
         )
     on = [_at(model) for model in every if model.validity.on_boundary]
     here = {
         boundary.deflection: _switching(boundary) for boundary in reversed(on)
     }  # as the first side tells it
-    told.extend(
+    sentences.extend(
         f"The operating point lies on a switching boundary ({words}): the models of both sides "
         "are given."
         for words in here.values()
     )
     if any(_slides_at_rest(model) for model in every):
-        told.append(
+        sentences.append(
             "Dry friction of the joint counts as sliding, in which it is constant; of a "
             f"model.toml, --mode {JOINT_MOTION.name}=0 gives the joint that sticks."
         )
     if not all(model.validity.active for model in every):
-        told.append("Where a state is not active, the boundaries are those of the state that is.")
+        sentences.append(
+            "Where a state is not active, the boundaries are those of the state that is."
+        )
     if any(JOINT_TORQUE not in model.output_labels for model in every):
-        told.append(
+        sentences.append(
             "Torques of damped springs need the motor's velocity, which --drive position has not."
         )
     if any(map(_has_memory, every)):
-        told.append(
+        sentences.append(
             "Stiffness and damping of the tendons are those of a small and sudden motion, in which "
             "nothing has relaxed; the static stiffness is that of the joint in the long run."
         )
     if any(_velocity_acts(model) for model in every):
-        told.append(
+        sentences.append(
             "Motor position and velocity are inputs of their own, as of the FMU, so a zero is that "
             "of one of them alone; --drive position or velocity joins them."
         )
-    return told
+    return sentences
 
 
 def mode_words(name: str, value: int) -> str:
@@ -221,14 +227,14 @@ def _active(model: LinearModel) -> str:
 def _engaged(model: LinearModel) -> str:
     """Modes of effects that are on; a tendon's slack is in the heading."""
     modes = model.validity.modes
-    told = [
+    engaged = [
         mode_words(name, value)
         for name, value in modes.items()
         if value and name != JOINT_MOTION.name and not name.endswith(".taut")
     ]
     if modes.get(JOINT_MOTION.name) == 0:
-        told.append("joint sticks")
-    return "\n".join(told)
+        engaged.append("joint sticks")
+    return "\n".join(engaged)
 
 
 def _next(sign: int) -> Callable[[LinearModel], str]:

@@ -61,21 +61,21 @@ def all_figures(comparison: Comparison, location: Location) -> Iterator[tuple[st
     location : Location of the same comparison
     """
     names = file_names([file.measurement.name for file in comparison.files])
-    for name, file, found in zip(names, comparison.files, location.files, strict=True):
+    for name, file, file_location in zip(names, comparison.files, location.files, strict=True):
         yield f"{name}_overlay", partial(overlay, Comparison(comparison.model, (file,)))
-        yield from _of_one_file(name, comparison.model, file, found)
+        yield from _of_one_file(name, comparison.model, file, file_location)
 
 
 def _of_one_file(
-    name: str, model: Model, file: FileComparison, found: FileLocation
+    name: str, model: Model, file: FileComparison, location: FileLocation
 ) -> Iterator[tuple[str, Drawing]]:
-    yield f"{name}_torque_over_deflection", partial(torque_loop, model, file, found)
-    yield f"{name}_missing_torque", partial(missing_torque, file, found)
+    yield f"{name}_torque_over_deflection", partial(torque_loop, model, file, location)
+    yield f"{name}_missing_torque", partial(missing_torque, file, location)
     for signal in file.signals:
-        yield f"{name}_{signal}_share_of_error", partial(share_of_error, file, found, signal)
+        yield f"{name}_{signal}_share_of_error", partial(share_of_error, file, location, signal)
     if file.measurement.static:
         return  # it has no velocity and no time to draw maps and correlations over
-    yield f"{name}_error_maps", partial(error_maps, file, found)
+    yield f"{name}_error_maps", partial(error_maps, file, location)
     for signal in file.signals:
         yield f"{name}_{signal}_correlation", partial(residual_correlation, file, signal)
 
@@ -93,14 +93,14 @@ def file_names(recordings: Sequence[str]) -> list[str]:
 # ---- torque over deflection ----------------------------------------------------------------
 
 
-def torque_loop(model: Model, file: FileComparison, found: FileLocation) -> Figure:
+def torque_loop(model: Model, file: FileComparison, location: FileLocation) -> Figure:
     """Torque of the tendons over deflection, coloured by slack state, with the model's own.
 
     Parameters
     ----------
     model : Model
     file : FileComparison
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
 
     Returns
     -------
@@ -108,9 +108,9 @@ def torque_loop(model: Model, file: FileComparison, found: FileLocation) -> Figu
     """
     figure = Figure(figsize=(7.5, 5.5), layout="constrained")
     axes = figure.subplots()
-    deflection, torque, source = measured_loop(model, file, found)
+    deflection, torque, source = measured_loop(model, file, location)
     _draw_model(axes, model, file, deflection)
-    states = np.round(found.variables["slack_state"])
+    states = np.round(location.variables["slack_state"])
     for state, (colour, label) in STATE_COLOURS.items():
         inside = np.flatnonzero(states == state)
         inside = inside[some(len(inside))]
@@ -130,8 +130,8 @@ def _draw_model(axes: Axes, model: Model, file: FileComparison, deflection: Arra
     axes.plot(*simulated, color="0.6", linewidth=0.8, label="simulated")
     springs = springs_over(model, deflection)
     axes.set_xlim(*springs.ends)
-    looks: dict[str, Any] = {"color": BLACK, "lw": 1.6, "zorder": 3}
-    axes.plot(springs.deflection, springs.torque, label="model's springs, static", **looks)
+    style: dict[str, Any] = {"color": BLACK, "lw": 1.6, "zorder": 3}
+    axes.plot(springs.deflection, springs.torque, label="model's springs, static", **style)
     for index, boundary in enumerate(springs.boundaries):
         label = None if index else "slack boundary, paper (14)"
         axes.axvline(boundary, color=BLACK, linestyle=":", linewidth=1.2, label=label)
@@ -140,13 +140,13 @@ def _draw_model(axes: Axes, model: Model, file: FileComparison, deflection: Arra
 # ---- maps ----------------------------------------------------------------------------------
 
 
-def error_maps(file: FileComparison, found: FileLocation) -> Figure:
+def error_maps(file: FileComparison, location: FileLocation) -> Figure:
     """RMS error of the joint position and mean missing torque over what the joint did.
 
     Parameters
     ----------
     file : FileComparison of a time series
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
 
     Returns
     -------
@@ -154,7 +154,7 @@ def error_maps(file: FileComparison, found: FileLocation) -> Figure:
     """
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
     quantity = shown("joint_position")
-    maps = maps_of(file, found)
+    maps = maps_of(file, location)
     for panels, error_map in zip(figure.subplots(len(maps), 2), maps, strict=True):
         words = f"RMS error, {quantity.words}\n({quantity.small_unit})"
         _draw_map(panels[0], error_map.rms, error_map.variables, words, quantity.small)
@@ -166,7 +166,7 @@ def error_maps(file: FileComparison, found: FileLocation) -> Figure:
 
 def _draw_map(
     axes: Axes,
-    found: CellMap | None,
+    cell_map: CellMap | None,
     pair: tuple[str, str],
     words: str,
     factor: float = 1.0,
@@ -177,15 +177,15 @@ def _draw_map(
     axes.set_xlabel(with_unit(pair[0]))
     axes.set_ylabel(with_unit(pair[1]))
     axes.spines[["top", "right"]].set_visible(False)
-    if found is None:
+    if cell_map is None:
         axes.text(0.5, 0.5, "too few samples", transform=axes.transAxes, ha="center")
         return
-    values = factor * found.values
+    values = factor * cell_map.values
     axes.set_facecolor(BLANK)
     largest = float(np.nanmax(np.abs(values))) or 1.0
     norm = TwoSlopeNorm(0.0, -largest, largest) if signed else Normalize(0.0, largest)
     mesh = axes.pcolormesh(
-        *(found.horizontal, found.vertical, values),
+        *(cell_map.horizontal, cell_map.vertical, values),
         cmap="RdBu_r" if signed else "viridis",
         norm=norm,
         rasterized=True,
@@ -198,22 +198,22 @@ def _draw_map(
 # ---- shares by bin -------------------------------------------------------------------------
 
 
-def share_of_error(file: FileComparison, found: FileLocation, signal: str) -> Figure:
+def share_of_error(file: FileComparison, location: FileLocation, signal: str) -> Figure:
     """Share of the squared error in every bin beside its share of the samples.
 
     Parameters
     ----------
     file : FileComparison
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
     signal : name of a compared signal
 
     Returns
     -------
     matplotlib.figure.Figure; a panel for each variable
     """
-    split = by_variable(found.bins[signal])
+    split = by_variable(location.bins[signal])
     figure = Figure(figsize=_size(len(split)), layout="constrained")
-    _draw_shares(figure, file, found, signal)
+    _draw_shares(figure, file, location, signal)
     return figure
 
 
@@ -228,20 +228,22 @@ def shares_of_error(location: Location) -> Figure:
     -------
     matplotlib.figure.Figure; a part as of `share_of_error` for each, the first `MOST_PARTS`
     """
-    every = [(found, signal) for found in location.files for signal in found.bins][:MOST_PARTS]
-    sizes = [_size(len(by_variable(found.bins[signal]))) for found, signal in every]
+    every = [
+        (file_location, signal) for file_location in location.files for signal in file_location.bins
+    ][:MOST_PARTS]
+    sizes = [_size(len(by_variable(file_location.bins[signal]))) for file_location, signal in every]
     widths, heights = zip(*sizes, strict=True)
     figure = Figure(figsize=(max(widths), sum(heights)), layout="constrained")
     parts = figure.subfigures(len(every), 1, squeeze=False, height_ratios=heights)
-    for part, (found, signal) in zip(parts.flat, every, strict=True):
-        _draw_shares(part, found.comparison, found, signal)
+    for part, (file_location, signal) in zip(parts.flat, every, strict=True):
+        _draw_shares(part, file_location.comparison, file_location, signal)
     return figure
 
 
 def _draw_shares(
-    figure: Figure | SubFigure, file: FileComparison, found: FileLocation, signal: str
+    figure: Figure | SubFigure, file: FileComparison, location: FileLocation, signal: str
 ) -> None:
-    bins = found.bins[signal]
+    bins = location.bins[signal]
     shares = sample_shares(bins)
     split = by_variable(bins)
     panels = _panels(figure, len(split))
@@ -274,33 +276,33 @@ def _draw_bars(axes: Axes, bins: Sequence[Bin], samples: Sequence[float]) -> Non
 def _draw_ticks(axes: Axes, bins: Sequence[Bin]) -> None:
     below = axis_below(bins)
     axes.tick_params(axis="x", labelsize="small")
-    looks: dict[str, Any] = {"rotation": 45, "ha": "right", "rotation_mode": "anchor"}
-    axes.set_xticks(below.places, below.labels, **(looks if below.edges else {}))
+    style: dict[str, Any] = {"rotation": 45, "ha": "right", "rotation_mode": "anchor"}
+    axes.set_xticks(below.places, below.labels, **(style if below.edges else {}))
     axes.set_xlabel(below.title)
 
 
 # ---- missing torque ------------------------------------------------------------------------
 
 
-def missing_torque(file: FileComparison, found: FileLocation) -> Figure:
+def missing_torque(file: FileComparison, location: FileLocation) -> Figure:
     """Missing torque over time and against each variable, with its 95 % band.
 
     Parameters
     ----------
     file : FileComparison
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
 
     Returns
     -------
     matplotlib.figure.Figure; a panel for each variable
     """
-    missing = found.missing_torque
+    missing = location.missing_torque
     chosen = some(len(missing.torque))
     figure = Figure(figsize=_size(len(missing.curves)), layout="constrained")
     panels = _panels(figure, len(missing.curves))
     for axes, curve in zip(panels, missing.curves, strict=True):
-        if curve.by in found.variables:
-            cloud = found.variables[curve.by][chosen], missing.torque[chosen]
+        if curve.by in location.variables:
+            cloud = location.variables[curve.by][chosen], missing.torque[chosen]
             axes.plot(*cloud, ".", markersize=1.5, color="0.7", rasterized=True)
         _draw_curve(axes, curve)
     figure.suptitle(f"{shortened(file.measurement.name)}: missing torque on the joint")
@@ -337,10 +339,10 @@ def residual_correlation(file: FileComparison, signal: str) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    found = correlations(file, signal)
-    figure = Figure(figsize=_size(len(found), columns=2), layout="constrained")
-    panels = _panels(figure, len(found), columns=2)
-    for axes, correlation in zip(panels, found, strict=True):
+    every = correlations(file, signal)
+    figure = Figure(figsize=_size(len(every), columns=2), layout="constrained")
+    panels = _panels(figure, len(every), columns=2)
+    for axes, correlation in zip(panels, every, strict=True):
         _draw_correlation(axes, correlation)
     quantity = shown(signal)
     name = shortened(file.measurement.name)
@@ -350,12 +352,12 @@ def residual_correlation(file: FileComparison, signal: str) -> Figure:
     return figure
 
 
-def _draw_correlation(axes: Axes, found: Correlation) -> None:
-    ends = found.expected - found.bound, found.expected + found.bound
-    axes.fill_between(found.lag, *ends, color="0.85", linewidth=0)
+def _draw_correlation(axes: Axes, correlation: Correlation) -> None:
+    ends = correlation.expected - correlation.bound, correlation.expected + correlation.bound
+    axes.fill_between(correlation.lag, *ends, color="0.85", linewidth=0)
     axes.axhline(0.0, color="0.5", linewidth=0.8)
-    axes.plot(*envelope(found.lag, found.values), color=BLUE, linewidth=1.2)
-    signal = found.signal.replace("_", " ")
+    axes.plot(*envelope(correlation.lag, correlation.values), color=BLUE, linewidth=1.2)
+    signal = correlation.signal.replace("_", " ")
     axes.set_title(f"with the {signal}" if signal else "with itself", fontsize="medium")
     axes.set_xlabel("lag of the error (s)")
     axes.set_ylabel("correlation (1)")

@@ -21,7 +21,7 @@ MEASURED = "measured"  # where a torque is from
 
 
 def measured_loop(
-    model: Model, file: FileComparison, found: FileLocation
+    model: Model, file: FileComparison, location: FileLocation
 ) -> tuple[Array, Array, str]:
     """Torque of the tendons over deflection, as far as it was measured.
 
@@ -29,7 +29,7 @@ def measured_loop(
     ----------
     model : Model
     file : FileComparison
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
 
     Returns
     -------
@@ -47,8 +47,8 @@ def measured_loop(
             transmission.motor_pulley_radius,
         )
         return position - reflected, measurement.signals["joint_torque"], MEASURED
-    deflection = found.variables["deflection"]
-    torque = characteristic_torque(deflection, transmission) + found.missing_torque.torque
+    deflection = location.variables["deflection"]
+    torque = characteristic_torque(deflection, transmission) + location.missing_torque.torque
     return deflection, torque, "of the model's springs + missing torque"
 
 

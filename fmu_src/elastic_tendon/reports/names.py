@@ -22,7 +22,7 @@ def abridged(name: str) -> str:
 
 
 def at_dots(path: str) -> str:
-    """The dotted path of a number for a narrow column: a long one goes on in further lines."""
+    """The dotted path of a parameter for a narrow column: a long one goes on in further lines."""
     return path if len(path) <= NARROW else path.replace(".", ".\n")
 
 

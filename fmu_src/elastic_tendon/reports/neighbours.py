@@ -51,14 +51,14 @@ def neighbours_table(diagnosis: Diagnosis, *, every: bool = False) -> Table | No
     table.add_column("the answer", overflow="fold", ratio=4)
     table.add_column("evidence\nworse by", justify="right", no_wrap=True)
     table.add_column("error\n(RMS)", justify="right", no_wrap=True)
-    table.add_column("judged by", overflow="fold", ratio=3)
+    table.add_column("evidence from", overflow="fold", ratio=3)
     chosen = diagnosis.neighbours if every else diagnosis.neighbours[:NEAREST]
     for neighbour in chosen:
         table.add_row(
             escape(change_words(neighbour.change)),
             evidence_text(neighbour.evidence),
             _errors(neighbour.rmse) or "-",
-            escape(_judged_by(neighbour)),
+            escape(_evidence_of(neighbour)),
         )
     captions = ["evidence: 10 decide"]
     if left := len(diagnosis.neighbours) - len(chosen):
@@ -80,7 +80,7 @@ def _errors(rmse: Mapping[str, float]) -> str:
     return "\n".join(shown(signal).error(value) for signal, value in rmse.items())
 
 
-def _judged_by(neighbour: Neighbour) -> str:
+def _evidence_of(neighbour: Neighbour) -> str:
     how = "a refit" if neighbour.refitted else "the screen alone"
     if neighbour.evidence is None:
         return neighbour.reason or "nothing: the screen cannot say"

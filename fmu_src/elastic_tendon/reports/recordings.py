@@ -19,14 +19,14 @@ def recording_sentences(recordings: Sequence[RecordingSummary]) -> Iterator[str]
 
 
 def _contradictions(recordings: Sequence[RecordingSummary]) -> Iterator[str]:
-    told: set[frozenset[str]] = set()
+    named: set[frozenset[str]] = set()
     for summary in recordings:
         files = [
-            file for file in summary.contradicts if frozenset((summary.file, file)) not in told
+            file for file in summary.contradicts if frozenset((summary.file, file)) not in named
         ]
-        told |= {frozenset((summary.file, file)) for file in files}
+        named |= {frozenset((summary.file, file)) for file in files}
         if files:
             yield (
-                f"{summary.file} contradicts {' and '.join(files)}: no numbers of the model suit "
-                "both, so look whether the machine, its zero or its load was changed between them."
+                f"{summary.file} contradicts {' and '.join(files)}: no parameters of the model "
+                "suit both, so see whether the machine, its zero or its load was changed meanwhile."
             )

@@ -16,16 +16,7 @@ FIXED = "\N{NO-BREAK SPACE}"  # where a line must not end
 
 
 def signature_figure(signature: Signature) -> Figure:
-    """Load over deflection, torque over deflection and a step, with the effect and without.
-
-    Parameters
-    ----------
-    signature : Signature
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Load over deflection, torque over deflection and a step, with the effect and without."""
     figure = Figure(figsize=(13.0, 4.6), layout="constrained")
     slow, fast, step = figure.subplots(1, 3)
     _draw(slow, signature.slow_loop, "slow load, motor held")

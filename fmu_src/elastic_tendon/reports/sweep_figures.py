@@ -56,7 +56,7 @@ def sweep_figure(task: Task, table: pd.DataFrame) -> Figure:
 
 
 def _statistics(task: Simulations, table: pd.DataFrame) -> Figure:
-    """A row of axes for each statistic, a column for each number that varied."""
+    """A row of axes for each statistic, a column for each parameter that varied."""
     every = [factor.path for factor in task.points.factors]
     paths, units = every[:MOST_FACTORS], _units(task)
     rows = [row for variable in task.variables for row in _rows(variable, table)]
@@ -67,8 +67,8 @@ def _statistics(task: Simulations, table: pd.DataFrame) -> Figure:
     for line, row in zip(panels, rows, strict=True):
         for axes, path in zip(line, paths, strict=True):
             for series in row.series:
-                looks: dict[str, Any] = {"color": series.colour, "label": series.label}
-                axes.plot(chosen[path], chosen[series.column], ".", ms=4, rasterized=True, **looks)
+                style: dict[str, Any] = {"color": series.colour, "label": series.label}
+                axes.plot(chosen[path], chosen[series.column], ".", ms=4, rasterized=True, **style)
             tidy(axes)
         line[0].set_ylabel(row.words)
         if len(row.series) > 1:
@@ -155,7 +155,7 @@ def _fitted(task: Task) -> dict[str, float]:
 
 
 def _units(task: Task) -> dict[str, str]:
-    """Units of the model's numbers; none of a task that is not known."""
+    """Units of the model's parameters; none of a task that is not known."""
     if isinstance(task, Simulations):
         effect_ids = task.shipped.model.effect_ids
     elif isinstance(task, Bootstrap):

@@ -74,7 +74,7 @@ def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
 
 
 def short(path: str) -> str:
-    """A number's path without what everybody knows."""
+    """A parameter's path without what everybody knows."""
     return path.removeprefix("transmission.").removeprefix("effects.")
 
 
@@ -92,9 +92,9 @@ def _words(column: str) -> str:
 
 
 def bootstrap_table(intervals: Sequence[BootstrapInterval]) -> Table:
-    """Fitted numbers with the interval of the fit and that of the refits."""
-    table = Table(title="Fitted numbers, with 95 % intervals", **TIGHT)
-    table.add_column("number", overflow="fold")
+    """Estimated parameters with the interval of the fit and that of the refits."""
+    table = Table(title="Estimated parameters, with 95 % intervals", **TIGHT)
+    table.add_column("parameter", overflow="fold")
     table.add_column("fitted", justify="right", no_wrap=True)
     table.add_column("by the fit alone", no_wrap=True)
     table.add_column("by refits", no_wrap=True)
@@ -112,14 +112,14 @@ def _ends(fitted: float, interval: tuple[float, float]) -> str:
     return " to ".join(map(four_digits, interval))
 
 
-def fleet_summary(found: pd.DataFrame) -> Table:
-    """Which robot has drifted, in which number, and which effect has appeared."""
+def fleet_summary(robots: pd.DataFrame) -> Table:
+    """Which robot has drifted, in which parameter, and which effect has appeared."""
     table = Table(title="The fleet", box=SIMPLE_HEAD, show_lines=False)
     table.add_column("robot", overflow="fold")
     table.add_column("verdict", overflow="fold")
     table.add_column("times noise\nbefore, after", justify="right", no_wrap=True)
     table.add_column("what has drifted or appeared", overflow="fold")
-    for row in found.to_dict("records"):
+    for row in robots.to_dict("records"):
         if row[FAILURE]:
             table.add_row(row[ROBOT], "failed", "", row[FAILURE])
             continue

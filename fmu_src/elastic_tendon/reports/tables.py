@@ -72,9 +72,9 @@ def ladder_table(steps: Sequence[Step]) -> Table:
 
 
 def estimates_table(findings: Findings) -> Table:
-    """Fitted numbers with interval; those the data leave open are said to be so."""
+    """Estimated parameters with interval; those the data leave open are said to be so."""
     table = Table(title="What was fitted, with 95 % intervals", **TIGHT)
-    table.add_column("number", overflow="fold")  # may break: a cut figure is wrong
+    table.add_column("parameter", overflow="fold")  # may break: a cut figure is wrong
     table.add_column("given", justify="right", no_wrap=True)
     table.add_column("fitted", no_wrap=True)
     table.add_column("unit", no_wrap=True)
@@ -86,7 +86,7 @@ def estimates_table(findings: Findings) -> Table:
 
 
 def estimate_cells(estimate: Estimate) -> tuple[str, str, str, str]:
-    """A fitted number: what it is called, as given, as fitted with its interval, and its unit."""
+    """An estimated parameter: its name, as given, as fitted with its interval, and its unit."""
     fitted = with_interval(estimate.fitted, estimate.interval)
     return (
         estimate.path.removeprefix("transmission.").removeprefix("effects."),
@@ -103,7 +103,7 @@ def four_digits(value: float) -> str:
 
 
 def open_note(findings: Findings) -> str:
-    """What "open" means in a table of fitted numbers, "" where none is."""
+    """What "open" means in a table of estimated parameters, "" where none is."""
     if all(estimate.determined for estimate in findings.estimates):
         return ""
     return "open: not determined by these data; any value near what was given would do"
@@ -179,12 +179,13 @@ def fall_sentences(first: Step, last: Step, *, static: bool = False) -> list[str
     return sentences
 
 
-def alias_sentences(effect: Effect, judged: Collection[str] = ()) -> list[str]:
+def alias_sentences(effect: Effect, refitted: Collection[str] = ()) -> list[str]:
     """What no measurement of the joint can tell the effect from, but for what was judged by one."""
     return [
-        f"{effect.title} is not to be told from {' and '.join(alias.of)} as long as {alias.when}."
+        f"{effect.title} cannot be distinguished from {' and '.join(alias.of)} as long as "
+        f"{alias.when}."
         for alias in effects.BY_ID.aliases_of(effect)
-        if not set(alias.of) <= set(judged)
+        if not set(alias.of) <= set(refitted)
     ]
 
 

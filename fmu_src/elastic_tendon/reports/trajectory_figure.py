@@ -16,7 +16,7 @@ from elastic_tendon.reports.units import shown, with_unit
 from elastic_tendon.simulation.simulate import MAIN_OUTPUTS, Sensitivities, Trajectory
 
 DRAWN = ("joint_position", "joint_torque", "slack_state")
-MOST_RUNS = 100  # more lines could not be told apart
+MOST_RUNS = 100  # more lines could not be distinguished
 FEW_RUNS = 5  # lines of more than these are faint, for they lie upon each other
 FAINT = 0.3
 Curve = tuple[Array, Array]  # time, values
@@ -83,27 +83,28 @@ def runs_figure(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def sensitivities_figure(found: Sensitivities) -> Figure:
+def sensitivities_figure(sensitivities: Sensitivities) -> Figure:
     """Draw derivatives of joint position and joint torque over time.
 
     Parameters
     ----------
-    found : Sensitivities
+    sensitivities : Sensitivities
 
     Returns
     -------
     matplotlib.figure.Figure; a row of axes for each parameter and initial state
     """
-    rows = len(found.names)
+    rows = len(sensitivities.names)
     figure = Figure(figsize=(10.0, 1.0 + 1.9 * rows), layout="constrained")
     panels = figure.subplots(rows, len(MAIN_OUTPUTS), sharex=True, squeeze=False)
     for column, output in zip(panels.T, MAIN_OUTPUTS, strict=True):
         column[0].set_title(f"derivative of the {shown(output).words}", fontsize="medium")
         column[-1].set_xlabel("time (s)")
         for axes, name, unit, values in zip(
-            *(column, found.names, found.units, found.of(output).T), strict=True
+            *(column, sensitivities.names, sensitivities.units, sensitivities.of(output).T),
+            strict=True,
         ):
-            axes.plot(*envelope(found.trajectory.time, values), color=BLUE)
+            axes.plot(*envelope(sensitivities.trajectory.time, values), color=BLUE)
             words = verbatim(at_dots(name))
             per = f"{shown(output).unit} per {unit_text(unit)}"
             axes.set_ylabel(f"by {words}\n({per})", fontsize="small")
@@ -112,26 +113,26 @@ def sensitivities_figure(found: Sensitivities) -> Figure:
     return figure
 
 
-def _over_time(curves: Mapping[str, Sequence[Curve]], **looks: Any) -> Figure:
+def _over_time(curves: Mapping[str, Sequence[Curve]], **style: Any) -> Figure:
     """A pair of axes for each variable, with its curves."""
     figure = Figure(figsize=(8.0, 0.6 + 1.8 * len(curves)), layout="constrained")
     panels = figure.subplots(len(curves), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (name, lines) in zip(panels, curves.items(), strict=True):
         for time, values in lines:
-            _draw(axes, name, time, values, looks)
+            _draw(axes, name, time, values, style)
         tidy(axes)
     panels[-1].set_xlabel("time (s)")
     figure.align_ylabels()
     return figure
 
 
-def _draw(axes: Axes, name: str, time: Array, values: Array, looks: Mapping[str, Any]) -> None:
+def _draw(axes: Axes, name: str, time: Array, values: Array, style: Mapping[str, Any]) -> None:
     if name == "slack_state":
-        axes.step(time, values, where="post", **looks)
+        axes.step(time, values, where="post", **style)
         axes.set_ylabel("slack state")
         axes.set_yticks([1, 2, 3, 4], ["I", "II", "III", "both slack"])
     else:
-        axes.plot(*envelope(time, values), **looks)
+        axes.plot(*envelope(time, values), **style)
         axes.set_ylabel(with_unit(name).replace(" (", "\n("))
 
 

@@ -35,7 +35,7 @@ _OTHERS = {
     "time": "s",
     "frequency": "Hz",
 }
-# below this share of the noise an error is told to be no larger than that share
+# below this share of the noise an error is said to be no larger than that share
 SMALL_RATIO = 0.1
 
 

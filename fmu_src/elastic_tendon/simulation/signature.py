@@ -102,9 +102,9 @@ def signature(effect: Effect, example: Model) -> Signature:
     """
     signatures = (_signature(effect, example, factor) for factor in FACTORS)
     return next(
-        found
-        for found in signatures
-        if found.difference >= VISIBLE or found.times_typical == FACTORS[-1]
+        response
+        for response in signatures
+        if response.difference >= VISIBLE or response.times_typical == FACTORS[-1]
     )
 
 

@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.actuator.variables import interface
+from elastic_tendon.actuator.variables import OUTPUTS, READINGS, interface
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.native import interrupt
+from elastic_tendon.native.interpolation import INTERPOLATIONS, Interpolation
 from elastic_tendon.native.library import DEFAULT_TOLERANCE, Runs, Simulation, load
-from elastic_tendon.native.shared import INTERPOLATIONS, OUTCOMES, STATISTICS
+from elastic_tendon.native.shared import OUTCOMES, STATISTICS, TOLERANCES
 from elastic_tendon.result import Result, plain
-from elastic_tendon.simulation.interpolation import Interpolation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are told and drawn
+MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are tabled and drawn
+_UNITS = {output.name: unit_text(output.unit) for output in (*OUTPUTS, *READINGS)}
 _EVENT_CAPACITY = 4096
 _KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
 
@@ -76,7 +77,7 @@ class Trajectory(Result):
         """Length, and the range of each output."""
         lines = [f"Trajectory of {self.time[-1] - self.time[0]:.4g} s, {len(self.time)} samples"]
         for name, column in zip(self.output_names, self.outputs.T, strict=True):
-            lines.append(f"  {name:24} {column.min():11.4g} to {column.max():11.4g}")
+            lines.append(_range(name, column))
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -172,8 +173,7 @@ class Many(Result):
         lines += [f"  the first: {reason}" for reason in failed[:1]]
         if len(failed) < len(self.failures):
             for index, name in enumerate(self.output_names):
-                low, high = np.nanmin(self.outputs[:, index]), np.nanmax(self.outputs[:, index])
-                lines.append(f"  {name:24} {low:11.4g} to {high:11.4g}")
+                lines.append(_range(name, self.outputs[:, index]))
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -198,6 +198,12 @@ class Many(Result):
         from elastic_tendon.reports.trajectory_figure import runs_figure
 
         return runs_figure(self.to_dataframe())
+
+
+def _range(name: str, values: Array) -> str:
+    """A line of a summary: the smallest and the largest value of an output, NaN apart."""
+    unit = f" {_UNITS[name]}" if _UNITS.get(name, "1") != "1" else ""
+    return f"  {name:24} {np.nanmin(values):11.4g} to {np.nanmax(values):11.4g}{unit}"
 
 
 def _samples(name: str, values: ArrayLike | None, n: int) -> Array:
@@ -290,8 +296,8 @@ class _Motion:
             raise ValueError(
                 f"interpolation {interpolation!r} is none of {', '.join(INTERPOLATIONS)}"
             )
-        if not 1e-14 <= tolerance <= 1e-2:
-            raise ValueError(f"tolerance {tolerance} is outside 1e-14 to 1e-2")
+        if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
+            raise ValueError("tolerance {} is outside {:g} to {:g}".format(tolerance, *TOLERANCES))
         cubic = interpolation == "cubic"
         return cls(
             time=time,
@@ -321,7 +327,7 @@ class _Motion:
 
 
 def _parameters(model: Model, as_measured: bool) -> Array:
-    """Parameters of the library: the model's numbers, and the settings of a call."""
+    """Parameters of the library: the model's parameters, and the settings of a call."""
     settings = [float(as_measured)] if interface(model.effect_ids).reads_signals else []
     return np.array([*model.values().values(), *settings])
 
@@ -474,7 +480,7 @@ def simulate_many(
         raise ValueError(f"the model has no output {', '.join(unknown)}")
     k, n = len(sets), motion.time.size
     kept = np.array([variables.output_names.index(name) for name in outputs], dtype=np.int32)
-    found = np.empty((k, len(kept), n))
+    values = np.empty((k, len(kept), n))
     outcome = np.empty(k, dtype=np.int32)
     stopped = np.empty(k)
     states = np.empty((n, len(variables.states)))
@@ -484,7 +490,7 @@ def simulate_many(
         parameters=_address(sets),
         n_kept=len(kept),
         kept=_address(kept),
-        outputs=_address(found),
+        outputs=_address(values),
         outcome=_address(outcome),
         failure_time=_address(stopped),
     )
@@ -495,7 +501,7 @@ def simulate_many(
     failures = [""] * k
     for i in np.flatnonzero(outcome):
         failures[i] = _reason(outcome[i], stopped[i])
-    return Many(motion.time, found, tuple(outputs), tuple(failures))
+    return Many(motion.time, values, tuple(outputs), tuple(failures))
 
 
 def _parameter_sets(model: Model, varied: Mapping[str, ArrayLike], as_measured: bool) -> Array:

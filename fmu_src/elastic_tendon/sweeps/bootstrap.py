@@ -1,4 +1,4 @@
-"""How far the numbers of a fit scatter: refits of recordings made from it and its own errors.
+"""How far the estimates of a fit scatter: refits of recordings made from it and its own errors.
 
 A refit is one run of a sweep. Its recordings are what the fitted model does, plus the errors of
 the fit in another order: blocks of them, longer than errors hang together, drawn anew wherever in
@@ -44,7 +44,7 @@ class Bootstrap:
     A row holds the run, each free number by its dotted path (unit as in model.toml), and why the
     refit failed.
 
-    `fitted` has the fitted numbers, and as [uncertainty] the one sigma that the given ones had.
+    `fitted` has the estimates, and as [uncertainty] the one sigma that the given values had.
     `estimates` : of the fit itself. `simulated` : the recordings, with what the fitted model does
     in place of the signals; `errors` : of each, signal -> (n,) array, mean zero; `blocks` : of
     each, the number of samples drawn together.
@@ -63,7 +63,7 @@ class Bootstrap:
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """Dotted paths of the free numbers."""
+        """Dotted paths of the free parameters."""
         return tuple(estimate.path for estimate in self.estimates)
 
     @property
@@ -90,7 +90,7 @@ class Bootstrap:
         return max(1, SAMPLES_IN_BATCH // samples)
 
     def rows(self, start: int, stop: int) -> pd.DataFrame:
-        """Refitted numbers of some runs.
+        """Reestimated parameters of some runs.
 
         Raises
         ------
@@ -102,8 +102,8 @@ class Bootstrap:
         """A run without numbers."""
         return self._table([(run, np.full(len(self.paths), np.nan), reason)])
 
-    def _table(self, found: Sequence[tuple[int, Array, str]]) -> pd.DataFrame:
-        runs, numbers, failures = zip(*found, strict=True)
+    def _table(self, fits: Sequence[tuple[int, Array, str]]) -> pd.DataFrame:
+        runs, numbers, failures = zip(*fits, strict=True)
         table = pd.DataFrame(np.stack(numbers), columns=list(self.paths))
         table.insert(0, RUN, np.array(runs, dtype=np.int64))
         table[FAILURE] = failures
@@ -130,7 +130,7 @@ def bootstrap(
     free: Sequence[str] | None = None,
     progress: Progress = silent,
 ) -> Bootstrap:
-    """Fit once, and prepare the refits that tell how far the numbers scatter.
+    """Fit once, and prepare the refits that show how far the estimates scatter.
 
     The refits show how much the numbers owe to errors of this size and colour, with the
     bounds and bends that the linear intervals of the fit leave out. They take the errors as they
@@ -200,7 +200,8 @@ def _free(model: Model, wanted: Sequence[str] | None) -> tuple[str, ...]:
     possible = free_parameters(model)
     paths = possible if wanted is None else tuple(dict.fromkeys(wanted))
     if not paths:
-        raise ModelError(model.name, ["no number is free to be fitted; give one its [uncertainty]"])
+        fault = "no parameter is free to be fitted; give one its [uncertainty]"
+        raise ModelError(model.name, [fault])
     known = model.values()
     faults = [
         f"{path}: counts as known and cannot be fitted; give it an [uncertainty] above 0"
@@ -301,7 +302,7 @@ def _digest(parts: Iterator[bytes]) -> str:
 
 @dataclass(frozen=True)
 class BootstrapInterval:
-    """95 % intervals of a fitted number in its `unit`: that of the fit, and that of the refits."""
+    """95 % intervals of a parameter in its `unit`: that of the fit, and that of the refits."""
 
     path: str
     unit: str

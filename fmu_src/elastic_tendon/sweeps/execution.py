@@ -259,10 +259,10 @@ def _meaning(error: Exception) -> Exception:
 
 def _work(task: Task, start: int, stop: int, wanted: str) -> Done:
     """What a worker does with a piece."""
-    found = version("elastic-tendon")
-    if found != wanted:
+    installed = version("elastic-tendon")
+    if installed != wanted:
         raise SweepError(
-            f"a worker has elastic-tendon {found}, but the sweep was begun with {wanted}; "
+            f"a worker has elastic-tendon {installed}, but the sweep was begun with {wanted}; "
             "install the same version on all computers of the cluster"
         )
     return Done(start, stop, _promised(task, start, stop, _rows(task, start, stop)))

@@ -1,4 +1,4 @@
-"""What varies in a sweep: one number of a model, with its values or its distribution."""
+"""What varies in a sweep: one parameter of a model, with its values or its distribution."""
 
 import math
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ Distribution = Values | Uniform | Normal
 
 @dataclass(frozen=True)
 class Factor:
-    """One number of a model (its dotted path) and how it varies, in its own unit."""
+    """One parameter of a model (its dotted path) and how it varies, in its own unit."""
 
     path: str
     distribution: Distribution
@@ -109,7 +109,7 @@ def parse_factor(model: Model, text: str) -> Factor:
 
 
 def stated_factors(model: Model) -> tuple[Factor, ...]:
-    """Gaussians of all numbers to which [uncertainty] of a model.toml gives one.
+    """Gaussians of all parameters to which [uncertainty] of a model.toml gives one.
 
     Parameters
     ----------

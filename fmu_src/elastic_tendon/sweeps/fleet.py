@@ -32,7 +32,7 @@ from elastic_tendon.progress import silent
 from elastic_tendon.sweeps.shipped import ShippedModel
 from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, RUN, VERDICT
 
-LOW, HIGH = ".low", ".high"  # after the path of a number: ends of its 95 % interval
+LOW, HIGH = ".low", ".high"  # after the path of a parameter: ends of its 95 % interval
 UNKNOWN = "unknown"  # what has appeared where no effect of the catalogue explains it
 SIGNALS = ("joint_position", "joint_torque", "motor_torque")  # that a recording may hold
 SUFFIXES_READ = (
@@ -59,10 +59,10 @@ class Fleet:
     A row holds, besides the run and its failure,
 
     * `robot`, and the diagnosis' `verdict`;
-    * `drifted`: numbers of the model that moved significantly, each as
+    * `drifted`: parameters of the model that moved significantly, each as
       "link.damping 0.16 -> 0.31 N·m·s/rad (0.29 to 0.33)", joined by "; ";
     * `appeared`: effects that are missing in the model, each as "coulomb_friction: torque 0.35
-      N·m (0.34 to 0.36), not told apart from stribeck_friction", joined by "; ";
+      N·m (0.34 to 0.36), indistinguishable from stribeck_friction", joined by "; ";
     * for each of `SIGNALS` its error with the model as given (`..._before`) and as improved
       (`..._after`): over the noise, and RMS in the signal's SI unit; NaN where not measured;
     * each free number by its dotted path, and `.low` and `.high`, its 95 % interval.
@@ -119,12 +119,12 @@ class Fleet:
         """A robot that could not be diagnosed."""
         return self._table([(run, {FAILURE: reason})])
 
-    def _table(self, found: Sequence[tuple[int, Mapping[str, str | float]]]) -> pd.DataFrame:
+    def _table(self, rows_by_run: Sequence[tuple[int, Mapping[str, str | float]]]) -> pd.DataFrame:
         blank: dict[str, str | float] = dict.fromkeys((VERDICT, DRIFTED, APPEARED), "")
         blank |= dict.fromkeys(_numbers(self.model.model), np.nan)
         rows = [
             {RUN: run, ROBOT: self.robots[run].name, **blank, FAILURE: "", **row}
-            for run, row in found
+            for run, row in rows_by_run
         ]
         return pd.DataFrame(rows).astype({RUN: np.int64})
 
@@ -136,10 +136,10 @@ class Fleet:
             for measurement in read_prepared(data, self.options)
         ]
         taken = believed(model, read, silent, as_declared=self.options.as_declared)
-        found = diagnose(model, taken)
-        if not found.complete:  # half a diagnosis is none
+        diagnosis = diagnose(model, taken)
+        if not diagnosis.complete:  # half a diagnosis is none
             raise KeyboardInterrupt
-        return _summary(found)
+        return _summary(diagnosis)
 
 
 def fleet(
@@ -217,13 +217,13 @@ def _robot(data: str) -> Robot:
         return Robot(name, (data,))
     if window is not None:
         raise MeasurementError(f"{data}: a folder has no window; name the file and its window")
-    found = sorted(str(file) for file in path.iterdir() if _is_recording(file))
-    if not found:
+    recordings = sorted(str(file) for file in path.iterdir() if _is_recording(file))
+    if not recordings:
         raise MeasurementError(
             f"{path}: no recordings are in this folder (none ends on {', '.join(SUFFIXES_READ)}); "
             "name the files, or a folder for each robot"
         )
-    return Robot(name, tuple(found))
+    return Robot(name, tuple(recordings))
 
 
 def _is_bag(path: Path) -> bool:
@@ -299,19 +299,19 @@ def _numbers(model: Model) -> Iterator[str]:
         yield from (path, path + LOW, path + HIGH)
 
 
-def _summary(found: Diagnosis) -> dict[str, str | float]:
-    estimates = {estimate.path: estimate for estimate in found.findings.estimates}
+def _summary(diagnosis: Diagnosis) -> dict[str, str | float]:
+    estimates = {estimate.path: estimate for estimate in diagnosis.findings.estimates}
     row: dict[str, str | float] = {
-        VERDICT: found.verdict,
-        DRIFTED: "; ".join(_drift(estimates[path]) for path in found.parameters_changed),
-        APPEARED: "; ".join(_appearances(found, estimates)),
+        VERDICT: diagnosis.verdict,
+        DRIFTED: "; ".join(_drift(estimates[path]) for path in diagnosis.parameters_changed),
+        APPEARED: "; ".join(_appearances(diagnosis, estimates)),
     }
-    ends = {"before": found.ladder[0], "after": found.ladder[-1]}
+    ends = {"before": diagnosis.ladder[0], "after": diagnosis.ladder[-1]}
     for signal in ends["after"].rmse:
         for (kind, when), column in error_columns(signal).items():
             step = ends[when]
             row[column] = (step.rmse if kind == "rmse" else step.noise_ratio)[signal]
-    for path in free_parameters(found.given):
+    for path in free_parameters(diagnosis.given):
         estimate = estimates[path]
         low, high = estimate.interval
         row |= {path: estimate.fitted, path + LOW: low, path + HIGH: high}
@@ -323,7 +323,7 @@ def _drift(estimate: Estimate) -> str:
 
 
 def _with_interval(estimate: Estimate) -> str:
-    """Fitted number, unit and interval, with as many digits as tell its ends apart."""
+    """Fitted number, unit and interval, with as many digits as distinguish its ends."""
     low, high = estimate.interval
     size, width = max(abs(low), abs(high)), high - low
     digits = 2 + floor(log10(size / width)) if 0.0 < width < size else DIGITS
@@ -332,30 +332,30 @@ def _with_interval(estimate: Estimate) -> str:
     return f"{fitted}{_unit(estimate)} ({' to '.join(ends)})"
 
 
-def _appearances(found: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterator[str]:
+def _appearances(diagnosis: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterator[str]:
     """Effects with their numbers, and what would explain these data as well."""
-    for effect_id in found.added:
+    for effect_id in diagnosis.added:
         parts = []
-        for name, value in found.model.effects[effect_id].items():
+        for name, value in diagnosis.model.effects[effect_id].items():
             estimate = estimates.get(f"effects.{effect_id}.{name}")
             parts.append(
                 f"{name} {_number(value) if estimate is None else _with_interval(estimate)}"
             )
-        if alike := _alike(found, effect_id):
-            parts.append(f"not told apart from {' and '.join(sorted(alike))}")
+        if alike := _alike(diagnosis, effect_id):
+            parts.append(f"indistinguishable from {' and '.join(sorted(alike))}")
         yield f"{effect_id}: {', '.join(parts)}"
-    if found.verdict == "unexplained":
-        left = "what remains of the error" if found.added else "the error"
+    if diagnosis.verdict == "unexplained":
+        left = "what remains of the error" if diagnosis.added else "the error"
         text = f"{UNKNOWN}: no known effect explains {left}"
-        if found.learned is not None:
-            text += f", which depends on {', '.join(found.learned.variables)}"
+        if diagnosis.learned is not None:
+            text += f", which depends on {', '.join(diagnosis.learned.variables)}"
         yield text
 
 
-def _alike(found: Diagnosis, effect_id: str) -> set[str]:
+def _alike(diagnosis: Diagnosis, effect_id: str) -> set[str]:
     """Sets of effects that explain the data as well as the one with an effect that was added."""
     alike = set()
-    for group in found.indistinguishable:
+    for group in diagnosis.indistinguishable:
         own = {answer for answer in group if effect_id in answer.split("+")}
         alike |= set(group) - own if own else set()
     return alike

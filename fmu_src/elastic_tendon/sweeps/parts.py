@@ -126,10 +126,10 @@ def open_parts(task: Task, output: Path, batch: int | None, *, force: bool) -> P
     folder = folder_of(output)
     wanted = _description(task)
     if folder.exists():
-        found = _found(folder)
-        different = _differences(wanted, found)
+        description = _found(folder)
+        different = _differences(wanted, description)
         if not different:
-            return Parts(folder, output, task.runs, found["batch"])
+            return Parts(folder, output, task.runs, description["batch"])
         if _files(folder) and not force:
             raise SweepError(
                 f"{folder}: here are parts of another sweep (different: {', '.join(different)}); "
@@ -213,20 +213,20 @@ def _found(folder: Path) -> dict[str, Any]:
         if not (path.name == DESCRIPTION or path.suffix == _UNFINISHED or _is_part(path)):
             raise OutputError(f"{path}: no sweep has put this here; move it away")
     try:
-        found = json.loads((folder / DESCRIPTION).read_bytes())
-        intact = isinstance(found["identity"], dict) and found["batch"] >= 1
+        description = json.loads((folder / DESCRIPTION).read_bytes())
+        intact = isinstance(description["identity"], dict) and description["batch"] >= 1
     except (FileNotFoundError, ValueError, KeyError, TypeError):
         intact = False
-    return found if intact else {}
+    return description if intact else {}
 
 
-def _differences(wanted: dict[str, Any], found: dict[str, Any]) -> list[str]:
+def _differences(wanted: dict[str, Any], description: dict[str, Any]) -> list[str]:
     """Names of what differs between two descriptions."""
-    if not found:
+    if not description:
         return [f"{DESCRIPTION} is missing or damaged"]
-    asked, kept = wanted["identity"], found["identity"]
+    asked, kept = wanted["identity"], description["identity"]
     inside = [key for key in {**asked, **kept} if asked.get(key) != kept.get(key)]
-    around = [key for key in ("elastic-tendon", "runs") if wanted[key] != found.get(key)]
+    around = [key for key in ("elastic-tendon", "runs") if wanted[key] != description.get(key)]
     return [*around, *inside]
 
 

@@ -158,7 +158,7 @@ def vary(
     runs: int | None = None,
     seed: int = 0,
 ) -> Points:
-    """Say which numbers of a model vary in a sweep, and how.
+    """Say which parameters of a model vary in a sweep, and how.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def _listed(factor: Factor) -> tuple[float, ...]:
 
 def _check_factors(factors: tuple[Factor, ...]) -> None:
     if not factors:
-        raise SweepError("nothing varies; say which numbers of the model shall")
+        raise SweepError("nothing varies; say which parameters of the model shall")
     paths = [factor.path for factor in factors]
     twice = sorted({path for path in paths if paths.count(path) > 1})
     if twice:

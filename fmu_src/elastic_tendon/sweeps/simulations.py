@@ -18,9 +18,10 @@ from elastic_tendon.actuator.variables import Kind, Variable, interface
 from elastic_tendon.comparison.simulated import SUFFIXES, starting_state
 from elastic_tendon.errors import SweepError
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
+from elastic_tendon.native.shared import TOLERANCES
 from elastic_tendon.simulation.excitation import default_excitation
-from elastic_tendon.simulation.interpolation import Interpolation
 from elastic_tendon.simulation.simulate import simulate_many
 from elastic_tendon.sweeps.factors import Array
 from elastic_tendon.sweeps.points import Points
@@ -278,7 +279,7 @@ def simulations(
     motion : of all runs; None: the default motion of the model
     outputs : names of outputs of the model
     keep : "statistics" for one row a run, "trajectories" for a row each sample
-    tolerance : as in `simulate`, 1e-14 to 1e-2
+    tolerance : as in `simulate`
 
     Returns
     -------
@@ -297,8 +298,8 @@ def simulations(
         raise SweepError(f"no output is chosen; choose some of {', '.join(known)}")
     if keep not in get_args(Kept):
         raise SweepError(f"{keep!r} cannot be kept; choose one of {', '.join(get_args(Kept))}")
-    if not 1e-14 <= tolerance <= 1e-2:
-        raise SweepError(f"the tolerance {tolerance:g} is outside 1e-14 to 1e-2")
+    if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
+        raise SweepError("tolerance {:g} is outside {:g} to {:g}".format(tolerance, *TOLERANCES))
     chosen = tuple(dict.fromkeys(outputs))
     return Simulations(
         ship(model), points, motion or default_motion(model), chosen, keep, tolerance

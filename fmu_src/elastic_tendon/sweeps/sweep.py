@@ -72,7 +72,13 @@ class Swept(Result):
 
         Of simulations the statistics of each output over what varied, or the trajectories over
         time; of a fleet what moved in each robot; of other tasks how each number is distributed.
+
+        Raises
+        ------
+        SweepError : all runs failed
         """
+        if self.failed == self.runs:
+            raise SweepError("all runs failed: there is nothing to draw; the table says why")
         from elastic_tendon.reports.sweep_figures import sweep_figure
 
         return sweep_figure(self.task, self.to_dataframe())
@@ -92,9 +98,9 @@ def sweep(
     force: bool = False,
     progress: Progress = silent,
 ) -> Swept:
-    """Simulate a model many times with other numbers, or do all runs of a task, into a table.
+    """Simulate a model many times with other parameters, or do all runs of a task, into a table.
 
-    ``et.sweep(model, vary={"link.inertia": "5%"}, runs=200)`` varies a number, and
+    ``et.sweep(model, vary={"link.inertia": "5%"}, runs=200)`` varies a parameter, and
     ``et.sweep(model, runs=200)`` all whose uncertainty the model states.
 
     What is done is kept in the folder `output`.parts until all is done. A sweep that was stopped,

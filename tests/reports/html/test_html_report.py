@@ -128,7 +128,7 @@ def test_the_answer_comes_first_and_the_evidence_after_it() -> None:
         friction().text,
         "Coulomb friction is surely missing",
         "Added: Coulomb friction, torque 0.3",
-        "These data cannot tell apart",
+        "These data cannot distinguish",
         "elastic-tendon export improved.toml",
         "demo_fit.csv (fitted data)",
         "demo_validate.csv (held-out data)",
@@ -291,7 +291,7 @@ def test_an_interrupted_diagnosis_says_so() -> None:
     )
     text = Page(document_of(found)).text
     assert stopped in text
-    assert "This was not judged." in text
+    assert "This was not tested." in text
 
 
 def test_without_held_out_data_there_is_one_line() -> None:

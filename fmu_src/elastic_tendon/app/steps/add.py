@@ -1,4 +1,4 @@
-"""Add an effect and refit: the tree of versions, the ladder of errors, and the fitted numbers."""
+"""Add an effect and refit: the tree of versions, the ladder of errors, the estimates."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -146,29 +146,29 @@ def _ladders(steps: Sequence[Step], static: bool, theme: Theme) -> list[Componen
     return [heading, *(dcc.Graph(figure=figure, config=FIGURES) for figure in figures)]
 
 
-def _numbers(found: Findings) -> list[Component]:
-    heads = ("Number", "given", "fitted, 95 % interval", "unit")
+def _numbers(findings: Findings) -> list[Component]:
+    heads = ("Parameter", "given", "fitted, 95 % interval", "unit")
     parts: list[Component] = [
-        html.H3("Fitted numbers"),
-        table(heads, [estimate_cells(estimate) for estimate in found.estimates]),
+        html.H3("Estimated parameters"),
+        table(heads, [estimate_cells(estimate) for estimate in findings.estimates]),
     ]
-    if note := open_note(found):
+    if note := open_note(findings):
         parts.append(html.P(note, className="quiet"))
-    if found.ratios:
+    if findings.ratios:
         rows = [
             (
                 ratio.name.removeprefix("transmission."),
                 with_interval(ratio.value, ratio.interval),
                 unit_text(ratio.unit),
             )
-            for ratio in found.ratios
+            for ratio in findings.ratios
         ]
         words = "Determined as ratios only; J is the link's inertia"
         parts.append(table(("Ratio", "fitted, 95 % interval", "unit"), rows, words))
-    return [*parts, *(html.P(sentence) for sentence in found.sentences)]
+    return [*parts, *(html.P(sentence) for sentence in findings.sentences)]
 
 
-# ---- what is on the shelf ------------------------------------------------------------------
+# ---- what is in the cache ------------------------------------------------------------------
 
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
@@ -188,17 +188,17 @@ def _rows(session: Session, signal: str) -> list[versions.Row]:
     for row in versions.tree(document):
         # another model as given may believe the data less, but they are the same
         result = results.compared(document.at(row.version.id), row.version, session.files)
-        found = session.shelf.find(result)
-        if isinstance(found, Compared):
-            fitted, heldout, ratio = versions.errors_of(found, signal)
+        answer = session.cache.find(result)
+        if isinstance(answer, Compared):
+            fitted, heldout, ratio = versions.errors_of(answer, signal)
             row = replace(row, fitted=fitted, heldout=heldout, ratio=ratio)
         rows.append(row)
     return rows
 
 
 def _steps(session: Session) -> tuple[Step, ...]:
-    found = session.shelf.find(results.climbed(session.document, session.files))
-    return () if found is None or isinstance(found, Failure) else found
+    ladder = session.cache.find(results.climbed(session.document, session.files))
+    return () if ladder is None or isinstance(ladder, Failure) else ladder
 
 
 # ---- callbacks -----------------------------------------------------------------------------
@@ -233,11 +233,11 @@ def _register_controls(app: Dash, workspace: Workspace) -> None:
         document = session.document
         options = ranking.choices(document.version.loaded())
         values = [option["value"] for option in options]
-        found = walk.round_of(session)
+        last_round = walk.round_of(session)
         words = versions.refit_words(document)
         return (
             options,
-            chosen if chosen in values else ranking.first_choice(found),
+            chosen if chosen in values else ranking.first_choice(last_round),
             words,
             not words,
             document.version.parent is None,
@@ -272,11 +272,11 @@ def _register_next(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "add":
             return (no_update,) * 6
         session = workspace.open(stored)
-        found = versions.what_next(session.document, _steps(session), walk.round_of(session))
-        if found is None:
+        advice = versions.what_next(session.document, _steps(session), walk.round_of(session))
+        if advice is None:
             return True, "", "", True, "plain", "plain"
-        looks = ("plain", "") if found.done else ("", "plain")
-        return False, found.words, found.search, not found.search, *looks
+        classes = ("plain", "") if advice.done else ("", "plain")
+        return False, advice.words, advice.search, not advice.search, *classes
 
     @app.callback(
         Output("open", "data", allow_duplicate=True),
@@ -311,7 +311,7 @@ def _register_versions(app: Dash, workspace: Workspace) -> None:
             return no_update
         session = workspace.open(stored)
         now = compared_now(session)
-        signal = SIGNAL if now is None else versions.told_signal(now)
+        signal = SIGNAL if now is None else versions.shown_signal(now)
         static = now is not None and versions.is_static(now)
         return _tree(_rows(session, signal), shown(signal, static=static).words, deleting)
 
@@ -331,13 +331,13 @@ def _register_results(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         document = session.document
         steps = _steps(session)
-        found = None
+        answer = None
         if walk.is_fitted(document, document.version):
-            found = session.shelf.find(walk.answer(document, document.version, session.files))
+            answer = session.cache.find(walk.answer(document, document.version, session.files))
         now = compared_now(session)
         static = now is not None and versions.is_static(now)
         figures = _ladders(steps, static, THEMES[theme]) if len(steps) > 1 else []
-        numbers = _numbers(found.result.findings) if isinstance(found, Answer) else []
+        numbers = _numbers(answer.result.findings) if isinstance(answer, Answer) else []
         done = [html.P(text) for text in versions.step_sentences(steps, static=static)]
         return done, figures, numbers
 

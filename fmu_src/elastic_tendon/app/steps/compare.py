@@ -66,7 +66,7 @@ HEAD = 56  # of the curves, whose recording is named above, pixels
 MODE_BAR = 32  # plotly's own buttons above the loop, pixels
 # a legend above would lie below plotly's own buttons where the figure is narrow
 BELOW = {"font": {"size": 11}, "y": -0.2, "yanchor": "top"}
-BUCKETS, DOTS = 800, 1500  # of curves and loop; more than these panels can tell apart
+BUCKETS, DOTS = 800, 1500  # of curves and loop; more than these panels can distinguish
 EMPTY = (None, "")  # fields of numbers
 SHOW = {"recording": "Recording", "signal": "Signal"}
 
@@ -103,8 +103,8 @@ def _layout() -> Sequence[Component]:
 
 def choosers(step: str) -> list[Component]:
     """Choices of recording and signal; `step` begins their ids."""
-    looks = {"clearable": False, "searchable": False, "className": "chooser"}
-    return [choice(f"{step}-{part}", words, **looks) for part, words in SHOW.items()]
+    attributes = {"clearable": False, "searchable": False, "className": "chooser"}
+    return [choice(f"{step}-{part}", words, **attributes) for part, words in SHOW.items()]
 
 
 def _before() -> Component:
@@ -221,19 +221,19 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
     )
     def choose(stored: Any, opened: str, *chosen: Any) -> Any:
         *values, before, view_stored = chosen
-        found = compared_now(workspace.open(stored)) if stored else None
-        if found is None or opened not in ("compare", "where"):
+        comparison = compared_now(workspace.open(stored)) if stored else None
+        if comparison is None or opened not in ("compare", "where"):
             return (no_update,) * 11
         changed = dict(view_stored or {}) | {"before": bool(before)}
-        views = (view_of(view_stored, found), fitted_view(view_stored, found))
+        views = (view_of(view_stored, comparison), fitted_view(view_stored, comparison))
         shown = [getattr(view, part) for view in views for part in SHOW]
         # told by what the fields show: a question that a later one overtakes is never answered
         for part, value, was in zip([*SHOW, *SHOW], values, shown, strict=True):
             if value and value != was:
                 changed[part] = value
-        view = view_of(changed, found)
-        fitted = fitted_view(changed, found)
-        files = recordings(found)
+        view = view_of(changed, comparison)
+        fitted = fitted_view(changed, comparison)
+        files = recordings(comparison)
         return (
             # what did not change must not draw all figures again
             view.stored() if view.stored() != view_stored else no_update,
@@ -241,11 +241,11 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
                 step: span(chosen_view.recording, files[chosen_view.recording].measurement)
                 for step, chosen_view in (("compare", view), ("where", fitted))
             },
-            recording_options(found),
+            recording_options(comparison),
             view.recording,
             signal_options(files[view.recording]),
             view.signal,
-            recording_options(found, fitted_only=True),
+            recording_options(comparison, fitted_only=True),
             fitted.recording,
             signal_options(files[fitted.recording]),
             fitted.signal,
@@ -342,12 +342,12 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "compare":
             return (no_update,) * 6
         session = workspace.open(stored)
-        found = compared_now(session)
+        comparison = compared_now(session)
         rests_on = _needs(session.document, session.files)[:-2]
-        if found is None:
+        if comparison is None:
             words = while_waiting(session, rests_on, "Comparing the model with the recordings…")
             return no_update, True, words, True, True, None
-        chosen = view_of(view, found)
+        chosen = view_of(view, comparison)
         now = fingerprint(session, rests_on, theme, chosen, seen, held)
         if now == drawn:
             return (no_update,) * 6
@@ -412,10 +412,10 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "compare":
             return (no_update,) * 3
         session = workspace.open(stored)
-        found = compared_now(session)
-        if found is None:
+        comparison = compared_now(session)
+        if comparison is None:
             return (no_update,) * 3
-        chosen = view_of(view, found)
+        chosen = view_of(view, comparison)
         runs, located = runs_of(session, chosen), location_of(session, chosen)
         failing = failing_sentence(runs[-1].file, located, chosen.signal) if located else ""
         quantity = shown(chosen.signal, static=runs[0].file.measurement.static)
@@ -446,10 +446,10 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "compare":
             return (no_update,) * 5
         session = workspace.open(stored)
-        found = compared_now(session)
-        if found is None:
+        comparison = compared_now(session)
+        if comparison is None:
             return no_update, no_update, "", "", None
-        chosen = view_of(view, found)
+        chosen = view_of(view, comparison)
         rests_on = _needs(session.document, session.files)
         now = fingerprint(session, rests_on, theme, chosen.recording, seen)
         if now == drawn:
@@ -459,7 +459,11 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             words = "The loop of torque and deflection comes once the missing torque is found."
             words = while_waiting(session, rests_on, words)
             return blank(THEMES[theme]), {"height": HEIGHT, "display": "none"}, words, "", now
-        shows = (session.document.version.loaded(), recordings(found)[chosen.recording], located)
+        shows = (
+            session.document.version.loaded(),
+            recordings(comparison)[chosen.recording],
+            located,
+        )
         figure = torque_loop(
             *shows,
             theme=THEMES[theme],

@@ -14,9 +14,9 @@ from pydantic import ValidationError
 
 from elastic_tendon.app import mapping, offers, results, safety
 from elastic_tendon.app.document import Document, Source
-from elastic_tendon.app.glimpse import beginnings
+from elastic_tendon.app.preview import beginnings
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.source_card import Form, Seen, card, dom_id, facts, found
+from elastic_tendon.app.source_card import Form, Seen, card, dom_id, facts, overview
 from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
@@ -40,7 +40,7 @@ def _layout() -> Sequence[Component]:
         html.P(id="data-refusal", className="sentence", role="alert"),
         html.P(id="data-sum", role="status"),
         dcc.Store(id="data-shown"),  # what the fields showed when they were made, and their mark
-        dcc.Store(id="data-told"),  # key -> mark of what is told of a file
+        dcc.Store(id="data-told"),  # key -> mark of what is shown of a file
         html.Div(id="data-cards"),
     ]
 
@@ -49,12 +49,12 @@ def _layout() -> Sequence[Component]:
 
 
 def seen(session: Session, source: Source) -> Seen:
-    """What the shelf holds of a source."""
-    document, files, shelf = session.document, session.files, session.shelf
-    labels = shelf.find(results.contents(source, files))
-    read = shelf.find(results.reading(source, files))
-    checked = shelf.find(results.checked(document, source, files))
-    start = shelf.find(beginnings(source, files))
+    """What the cache holds of a source."""
+    document, files, cache = session.document, session.files, session.cache
+    labels = cache.find(results.contents(source, files))
+    read = cache.find(results.reading(source, files))
+    checked = cache.find(results.checked(document, source, files))
+    start = cache.find(beginnings(source, files))
     return Seen(
         source,
         labels,
@@ -78,17 +78,17 @@ def summary(session: Session) -> str:
             "There are no data yet. A file needs the time, the motor's and the joint's position; "
             "a static curve needs deflection and joint torque."
         )
-    found = session.shelf.find(results.data(document, session.files))
-    if found is None:
+    measurements = session.cache.find(results.data(document, session.files))
+    if measurements is None:
         return "Reading…"
-    if isinstance(found, Failure):
+    if isinstance(measurements, Failure):
         if any(seen(session, source).sentence() for source in document.sources):
             return (
                 "Not every file can be used as it is: correct it, leave it out or remove it; until "
                 "then nothing is compared."
             )
-        return f"{found.sentence[:1].upper()}{found.sentence[1:]}."
-    fitted, heldout = len(found.fitted), len(found.heldout)
+        return f"{measurements.sentence[:1].upper()}{measurements.sentence[1:]}."
+    fitted, heldout = len(measurements.fitted), len(measurements.heldout)
     return (
         f"{_count(fitted)} {'is' if fitted == 1 else 'are'} fitted; "
         f"{_count(heldout) if heldout else 'none'} "
@@ -201,18 +201,18 @@ def _register_cards(app: Dash, workspace: Workspace) -> None:
             return *([no_update] * len(keys) for _ in range(3)), no_update
         session = workspace.open(stored)
         sources = {source.key: source for source in session.document.sources}
-        told, parts = {}, []
+        marks, parts = {}, []
         for key in keys:
             known = seen(session, sources[key]) if key in sources else None
-            part = _told(known, THEMES[theme]) if known else (no_update,) * 3
-            told[key] = mark([part, shown["made"]]) if known else ""
-            parts.append(part if told[key] != (before or {}).get(key) else (no_update,) * 3)
+            part = _facts(known, THEMES[theme]) if known else (no_update,) * 3
+            marks[key] = mark([part, shown["made"]]) if known else ""
+            parts.append(part if marks[key] != (before or {}).get(key) else (no_update,) * 3)
         columns = zip(*parts, strict=True) if parts else [(), (), ()]
-        return *map(list, columns), told
+        return *map(list, columns), marks
 
 
-def _told(known: Seen, theme: Theme) -> tuple[Any, Any, Any]:
-    return facts(known), known.told(), found(known, theme)
+def _facts(known: Seen, theme: Theme) -> tuple[Any, Any, Any]:
+    return facts(known), known.fault(), overview(known, theme)
 
 
 def _register_edits(app: Dash, workspace: Workspace) -> None:

@@ -152,7 +152,7 @@ def _rows(candidate: Candidate) -> list[Component]:
     ]
 
 
-# ---- what is on the shelf ------------------------------------------------------------------
+# ---- what is in the cache ------------------------------------------------------------------
 
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
@@ -165,8 +165,8 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
 
 def _tried(session: Session, effect_id: str) -> walk.Tried | None:
     document = session.document
-    found = session.shelf.find(walk.tried(document, document.version, effect_id, session.files))
-    return found if isinstance(found, walk.Tried) else None
+    trial = session.cache.find(walk.tried(document, document.version, effect_id, session.files))
+    return trial if isinstance(trial, walk.Tried) else None
 
 
 # ---- callbacks -----------------------------------------------------------------------------
@@ -193,8 +193,8 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
     def show(stored: Any, opened: str) -> Any:
         if not stored or opened != "effect":
             return no_update
-        found = walk.round_of(workspace.open(stored))
-        return _list(found) if found else []
+        round_shown = walk.round_of(workspace.open(stored))
+        return _list(round_shown) if round_shown else []
 
     @app.callback(
         Output("effect-search", "children"),
@@ -228,11 +228,11 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
             pressed = bool(ctx.triggered[0]["value"])  # else the list is new
             return ctx.triggered_id["effect-pick"] if pressed else no_update, no_update
         session = workspace.open(stored)
-        found = walk.round_of(session)
-        now = [session.document.current, found is not None]
+        round_shown = walk.round_of(session)
+        now = [session.document.current, round_shown is not None]
         if now == seen:
             return no_update, no_update
-        return ranking.first_choice(found), now
+        return ranking.first_choice(round_shown), now
 
 
 def _register_page(app: Dash, workspace: Workspace) -> None:
@@ -277,17 +277,17 @@ def _register_buttons(app: Dash, workspace: Workspace) -> None:
         if effect is None:
             return True, "Try", True, "Add", True, "plain", ""
         session = workspace.open(stored)
-        found = walk.round_of(session)
-        known = found is not None and ranking.known(found, effect.id) is not None
+        round_shown = walk.round_of(session)
+        known = round_shown is not None and ranking.known(round_shown, effect.id) is not None
         refused = ranking.refusal(session.document.version.loaded(), effect)
-        words = refused or ("" if known else ranking.why_not_tried(found))
+        words = refused or ("" if known else ranking.why_not_tried(round_shown))
         return (
             False,
             f"Try {effect.title}",
             waits or not known or bool(refused),
             f"Add {effect.title}",
             waits or bool(refused),
-            "" if found is not None and found.chosen == (effect.id,) else "plain",
+            "" if round_shown is not None and round_shown.chosen == (effect.id,) else "plain",
             busy.WORDS if waits else words,
         )
 
@@ -306,7 +306,7 @@ def _register_signature(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "effect" or waits or chosen not in effects.BY_ID:
             return no_update
         session, result = workspace.open(stored), walk.shows(str(chosen))
-        if session.shelf.find(result) is None and session.compute("effect", result):
+        if session.cache.find(result) is None and session.compute("effect", result):
             return ["shows", chosen]
         return no_update
 
@@ -323,15 +323,15 @@ def _register_signature(app: Dash, workspace: Workspace) -> None:
         if chosen not in effects.BY_ID:
             return []
         session = workspace.open(stored)
-        found = session.shelf.find(walk.shows(str(chosen)))
-        if found is None or isinstance(found, Failure):  # the page tells why
+        signature = session.cache.find(walk.shows(str(chosen)))
+        if signature is None or isinstance(signature, Failure):  # the page tells why
             return []
         narrow = walk.round_of(session) is not None  # the ranked list stands beside it
-        figure = signature_figure(found, telling_only=narrow, theme=THEMES[theme])
+        figure = signature_figure(signature, telling_only=narrow, theme=THEMES[theme])
         return [
-            html.H3(f"How {found.effect.title} shows"),
+            html.H3(f"How {signature.effect.title} shows"),
             dcc.Graph(figure=figure, config=FIGURES),
-            html.P(ranking.signature_words(found), className="quiet"),
+            html.P(ranking.signature_words(signature), className="quiet"),
         ]
 
 
@@ -351,19 +351,19 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         tried = _tried(session, chosen) if chosen in effects.BY_ID else None
         now = compared_now(session)
-        found = walk.round_of(session)
-        if tried is None or now is None or found is None:
+        last_round = walk.round_of(session)
+        if tried is None or now is None or last_round is None:
             return [], []
         seen_view = view_of(view, now)
         runs = [
-            Run(title, recordings(found)[seen_view.recording])
-            for title, found in ((tried.before.title, now), (tried.after.title, tried.compared))
+            Run(title, recordings(compared)[seen_view.recording])
+            for title, compared in ((tried.before.title, now), (tried.after.title, tried.compared))
         ]
         figure = overlay(runs, seen_view.signal, theme=THEMES[theme])
         figure.update_layout(title=None, margin={"t": HEAD}, height=TRIED)
         file = runs[0].file.measurement.name
         title = html.H3(f"{file} with {effects.BY_ID[chosen].title}, tried and not added")
-        candidate = ranking.known(found, chosen)
+        candidate = ranking.known(last_round, chosen)
         assert candidate is not None  # else it could not be tried
         words = [html.P(text) for text in ranking.tried_sentences(tried, candidate)]
         return [title, dcc.Graph(figure=figure, config=FIGURES)], words
@@ -386,10 +386,10 @@ def _register_evidence(app: Dash, workspace: Workspace) -> None:
     def show_evidence(stored: Any, opened: str, theme: str) -> Any:
         if not stored or opened != "effect":
             return no_update
-        found = walk.round_of(workspace.open(stored))
-        if found is None or not found.candidates:
+        round_shown = walk.round_of(workspace.open(stored))
+        if round_shown is None or not round_shown.candidates:
             return []
-        figure = candidates(found, theme=THEMES[theme]).update_layout(margin={"t": HEAD})
+        figure = candidates(round_shown, theme=THEMES[theme]).update_layout(margin={"t": HEAD})
         return [
             html.H3("The likeliest beside each other"),
             dcc.Graph(figure=figure, config=FIGURES),

@@ -1,4 +1,4 @@
-"""Model: choose one, edit its numbers, see what they make of its characteristic."""
+"""Model: choose one, edit its parameters, see what they make of its characteristic."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -118,7 +118,7 @@ def _sketch() -> Component:
 
 def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
     """The table of numbers, section by section."""
-    columns = ("number", "value", "allowed, in the same unit")
+    columns = ("parameter", "value", "allowed, in the same unit")
     head = html.Thead(html.Tr([html.Th(title, scope="col") for title in columns]))
     bodies = [
         html.Tbody(
@@ -193,23 +193,23 @@ def notes(version: Version, refused: Mapping[str, str]) -> dict[str, Any]:
 
 
 def head(version: Version) -> list[Component | str]:
-    """Which model and version this is, and how many numbers were edited."""
+    """Which model and version this is, and how many parameters were edited."""
     changed = sum(
         number.changed
         for section in sections(version.loaded(), version.as_loaded())
         for number in section.numbers
     )
-    found: list[Component | str] = [html.Strong(f"{version.loaded().name}: {version.title}")]
+    parts: list[Component | str] = [html.Strong(f"{version.loaded().name}: {version.title}")]
     if changed:
-        numbers = "1 number" if changed == 1 else f"{changed} numbers"
-        found.append(f", {numbers} changed")
-    return found
+        parameters = "1 parameter" if changed == 1 else f"{changed} parameters"
+        parts.append(f", {parameters} changed")
+    return parts
 
 
 def design_numbers(model: et.Model) -> list[Component]:
     """Warnings of a model, and what its springs come to."""
-    found = et.design(model)
-    rows = found.rows()
+    proposal = et.design(model)
+    rows = proposal.rows()
     effects = (
         [html.P("The curve and these numbers are of the springs alone.", className="quiet")]
         if model.effect_ids

@@ -59,7 +59,7 @@ OFFERS = (
     Offer(
         "model",
         "Model",
-        "All numbers and effects as model.toml, to go on with here or on the command line; "
+        "All parameters and effects as model.toml, to go on with here or on the command line; "
         "comments at its head say how it came about.",
         "Write the model",
     ),
@@ -85,10 +85,10 @@ OFFERS = (
         "Collect the data",
     ),
     Offer(
-        "numbers",
+        "findings",
         "Findings for programs",
         "Errors, estimates and evidence, and how each recording was read, as JSON.",
-        "Write the numbers",
+        "Write the findings",
     ),
 )
 
@@ -195,7 +195,7 @@ def offered(
         "report": takeaway.report_page(document, files, depot),
         "linear": takeaway.linear(document, depot),
         "data": takeaway.data(document, files, depot),
-        "numbers": takeaway.numbers(document, files, depot),
+        "findings": takeaway.findings(document, files, depot),
     }
 
 
@@ -205,29 +205,29 @@ def choice_of(fmi_version: Any, platforms: Any, source: Any) -> FmuChoice:
 
 
 def _shown(session: Session, result: Result[Built], app: Dash) -> Component | str:
-    found = session.shelf.find(result)
-    if found is None:
+    built = session.cache.find(result)
+    if built is None:
         return ""
-    if isinstance(found, Failure):
-        return html.P(found.sentence, className="sentence", role="alert")
+    if isinstance(built, Failure):
+        return html.P(built.sentence, className="sentence", role="alert")
     link = html.A(
-        f"Download {found.name}",
-        href=app.get_relative_path(f"/file/{found.key}"),
-        download=found.name,
+        f"Download {built.name}",
+        href=app.get_relative_path(f"/file/{built.key}"),
+        download=built.name,
         className="button",
     )
     return html.Div(
-        [link, html.Span(size_in_words(found.size), className="quiet")], className="row"
+        [link, html.Span(size_in_words(built.size), className="quiet")], className="row"
     )
 
 
 def _begin(session: Session, result: Result[Built]) -> bool:
-    """Begin to build a file; an error is told beside its button, from the shelf."""
-    session.shelf.forget_failures()
+    """Begin to build a file; an error is shown beside its button, from the cache."""
+    session.cache.forget_failures()
 
     def work(progress: Progress) -> None:
         with suppress(ElasticTendonError):
-            session.shelf.obtain(result, progress)
+            session.cache.obtain(result, progress)
 
     return session.start(ID, result.words, work)
 
@@ -257,8 +257,8 @@ def _register(app: Dash, workspace: Workspace) -> None:
             return no_update
         session = workspace.open(stored)
         document = session.document
-        found = offered(document, session.files, choice_of(*chosen), depot)
-        offers = [_shown(session, found[offer.kind], app) for offer in OFFERS]
+        results_by_kind = offered(document, session.files, choice_of(*chosen), depot)
+        offers = [_shown(session, results_by_kind[offer.kind], app) for offer in OFFERS]
         return (
             f"Of {document.version.loaded().name}: {takeaway.path_of(document)}.",
             [takeaway.file_name(document, offer.kind) for offer in OFFERS],
@@ -278,8 +278,8 @@ def _register(app: Dash, workspace: Workspace) -> None:
         if not stored or not any(clicks):
             return no_update, no_update
         session = workspace.open(stored)
-        found = offered(session.document, session.files, choice_of(*chosen), depot)
-        begun = _begin(session, found[ctx.triggered_id[f"{ID}-make"]])
+        results_by_kind = offered(session.document, session.files, choice_of(*chosen), depot)
+        begun = _begin(session, results_by_kind[ctx.triggered_id[f"{ID}-make"]])
         return sum(click or 0 for click in clicks), no_update if begun else busy.WORDS
 
 

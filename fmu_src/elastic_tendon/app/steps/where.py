@@ -12,7 +12,6 @@ from elastic_tendon.app import results
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.readings import (
     beyond,
-    bin_row,
     chosen_samples,
     chosen_words,
     strongest_bins,
@@ -40,7 +39,7 @@ from elastic_tendon.app.view import (
 )
 from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.locate import FileLocation
-from elastic_tendon.reports.comparison_tables import sample_shares, sentences
+from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares, sentences
 from elastic_tendon.reports.interactive.overlay import overlay
 from elastic_tendon.reports.interactive.places import Mark, error_maps, shares
 from elastic_tendon.reports.interactive.theme import THEMES, blank
@@ -121,10 +120,10 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
 
 def _seen(session: Session, view: Any) -> tuple[View, FileLocation] | None:
     """The recording that is looked at, the first where that is held out; None while computing."""
-    found = compared_now(session)
-    if found is None:
+    comparison = compared_now(session)
+    if comparison is None:
         return None
-    chosen = fitted_view(view, found)
+    chosen = fitted_view(view, comparison)
     location = location_of(session, chosen)
     return None if location is None else (chosen, location)
 
@@ -154,15 +153,15 @@ def _register_words(app: Dash, workspace: Workspace) -> None:
             return (no_update,) * 4
         session = workspace.open(stored)
         seen = _seen(session, view)
-        found = compared_now(session)
-        if seen is None or found is None:
+        comparison = compared_now(session)
+        if seen is None or comparison is None:
             rests_on = _needs(session.document, session.files)
             return True, while_waiting(session, rests_on, "Finding where the model fails…"), [], []
         chosen, location = seen
-        file = recordings(found)[chosen.recording]
-        told = [html.Li(sentence) for sentence in sentences(file, location)]
+        file = recordings(comparison)[chosen.recording]
+        items = [html.Li(sentence) for sentence in sentences(file, location)]
         static = file.measurement.static
-        return False, "", told, _bin_table(location, chosen.signal, static=static)
+        return False, "", items, _bin_table(location, chosen.signal, static=static)
 
 
 def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Component:
@@ -171,7 +170,7 @@ def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Componen
     held = sample_shares(bins)
     rows = []
     for error_bin in strongest_bins(bins):
-        by, where, *figures = bin_row(error_bin, quantity, held[error_bin])
+        by, where, *figures = bin_cells(error_bin, quantity, held[error_bin])
         button: Any = html.Span("–", title=NO_SAMPLES)
         if error_bin.by != "frequency":
             number = bins.index(error_bin)
@@ -206,11 +205,11 @@ def _register_mark(app: Dash, workspace: Workspace) -> None:
         if seen is None:
             return no_update
         chosen, location = seen
-        found = None
+        marked = None
         if ctx.triggered_id == "where-shares":
-            found = _clicked(bar)
+            marked = _clicked(bar)
         elif ctx.triggered_id == "where-maps":
-            found = json.loads(_clicked(cell) or "null")
+            marked = json.loads(_clicked(cell) or "null")
         elif ctx.triggered_id == "compare-view":
             if held and held["recording"] == chosen.recording:
                 return no_update  # another signal of the same samples
@@ -218,12 +217,12 @@ def _register_mark(app: Dash, workspace: Workspace) -> None:
             if not any(rows):
                 return no_update  # the table came, nobody clicked
             error_bin = location.bins[chosen.signal][ctx.triggered_id["where-bin"]]
-            found = [error_bin.by, error_bin.bin]
-        samples, seen_of = chosen_samples(location, found), window_of(window, chosen.recording)
+            marked = [error_bin.by, error_bin.bin]
+        samples, seen_of = chosen_samples(location, marked), window_of(window, chosen.recording)
         hidden = samples is not None and beyond(samples, location.variables["time"], seen_of)
         # a stretch of time in which none of the samples lies is seen no longer
         undoes = window if hidden else None
-        return {"recording": chosen.recording, "mark": found, "undoes": undoes}
+        return {"recording": chosen.recording, "mark": marked, "undoes": undoes}
 
 
 def _clicked(happened: Any) -> Any:
@@ -317,15 +316,15 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "where":
             return (no_update,) * 8
         session = workspace.open(stored)
-        seen, found = _seen(session, view), compared_now(session)
-        if seen is None or found is None:
+        seen, compared = _seen(session, view), compared_now(session)
+        if seen is None or compared is None:
             return (*(no_update,) * 7, None)
         chosen, location = seen
         rests_on = _needs(session.document, session.files)
         now = fingerprint(session, rests_on, theme_name, chosen)
         if now == drawn:
             return (no_update,) * 8
-        file, theme = recordings(found)[chosen.recording], THEMES[theme_name]
+        file, theme = recordings(compared)[chosen.recording], THEMES[theme_name]
         static = file.measurement.static
         maps = blank(theme) if static else clickable(error_maps(file, location, theme=theme))
         bars = shares(file, location, chosen.signal, theme=theme)

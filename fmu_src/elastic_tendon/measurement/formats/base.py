@@ -76,6 +76,26 @@ class Source(Protocol):
         """
 
 
+@dataclass(frozen=True)
+class FileSource:
+    """What all opened files have; each kind adds `read`."""
+
+    path: Path
+    groups: tuple[Group, ...]
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    @property
+    def first_row(self) -> int:
+        return 1
+
+    def rows_of(self, group: str) -> int | None:
+        """Rows of a group, None where they are not known before reading."""
+        return next(each.rows for each in self.groups if each.name == group)
+
+
 def label(group: str, column: str) -> str:
     """Name by which a preparation finds a column."""
     return f"{group}/{column}" if group else column
@@ -98,7 +118,7 @@ def refusing_damage(path: Path, kind: str) -> Iterator[None]:
 
 
 def check_columns(path: Path, groups: Sequence[Group]) -> tuple[Group, ...]:
-    """Pass on the groups of a file that has columns to choose from, by names that tell them apart.
+    """Pass on the groups of a file that has columns to choose from, by names that distinguish them.
 
     Raises
     ------

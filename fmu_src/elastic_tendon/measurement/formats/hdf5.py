@@ -13,6 +13,7 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.arrays import grouped, series
 from elastic_tendon.measurement.formats.base import (
     Chunk,
+    FileSource,
     Group,
     as_numbers,
     check_columns,
@@ -115,21 +116,14 @@ def _text(value: object) -> str | None:
 
 
 @dataclass(frozen=True)
-class Hdf5Source:
+class Hdf5Source(FileSource):
     """A `Source` with a group for each HDF5 group, by its path without the first slash."""
 
-    path: Path
-    groups: tuple[Group, ...]
     places: Mapping[str, Mapping[str, _Column]]  # group -> column -> place
-    first_row: int = 1
-
-    @property
-    def name(self) -> str:
-        return self.path.name
 
     def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns in chunks, see `base.Source`."""
-        rows = next(each.rows for each in self.groups if each.name == group) or 0
+        rows = self.rows_of(group) or 0
         places = self.places[group]
         with refusing_damage(self.path, _KIND), h5py.File(self.path, "r") as file:
             for some in row_ranges(rows, self.path, progress):

@@ -14,6 +14,7 @@ from scipy.sparse import csc_array, csc_matrix
 from elastic_tendon.measurement.formats.arrays import grouped, series
 from elastic_tendon.measurement.formats.base import (
     Chunk,
+    FileSource,
     Group,
     as_numbers,
     check_columns,
@@ -94,21 +95,14 @@ def _logged(signals: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class MatSource:
+class MatSource(FileSource):
     """A `Source` with a group for the variables and one for each struct."""
 
-    path: Path
-    groups: tuple[Group, ...]
     arrays: Mapping[str, Mapping[str, NDArray[Any]]]  # group -> column -> samples
-    first_row: int = 1
-
-    @property
-    def name(self) -> str:
-        return self.path.name
 
     def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns in chunks, see `base.Source`."""
         arrays = self.arrays[group]
-        rows = next(each.rows for each in self.groups if each.name == group) or 0
+        rows = self.rows_of(group) or 0
         for some in row_ranges(rows, self.path, progress):
             yield {name: as_numbers(arrays[name][some]) for name in columns}

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.base import (
     Chunk,
+    FileSource,
     Group,
     as_numbers,
     check_columns,
@@ -110,13 +111,13 @@ def _channels(file: Any, group: int) -> dict[str, int]:
     data = file.groups[group]
     left_out = _LEFT_OUT[file.version[0]]
     master = file.masters_db.get(group)
-    found: dict[str, int] = {} if master is None else {_TIME: master}
+    channels: dict[str, int] = {} if master is None else {_TIME: master}
     for index, channel in enumerate(data.channels):
         whole = data.channel_dependencies[index] is None
         if index != master and whole and channel.data_type not in left_out:
             name = str(channel.name)
-            found[name if name not in found else f"{name} ({index})"] = index
-    return found
+            channels[name if name not in channels else f"{name} ({index})"] = index
+    return channels
 
 
 def _unit(channel: Any) -> str:
@@ -125,21 +126,14 @@ def _unit(channel: Any) -> str:
 
 
 @dataclass(frozen=True)
-class MdfSource:
+class MdfSource(FileSource):
     """A `Source` with a group for each channel group."""
 
-    path: Path
-    groups: tuple[Group, ...]
     places: Mapping[str, _Place]
-    first_row: int = 1
-
-    @property
-    def name(self) -> str:
-        return self.path.name
 
     def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns in chunks, see `base.Source`."""
-        rows = next(each.rows for each in self.groups if each.name == group) or 0
+        rows = self.rows_of(group) or 0
         place = self.places[group]
         done = 0
         with refusing_damage(self.path, _KIND), _opened(self.path) as file:

@@ -1,7 +1,6 @@
 """Parquet: one table with types."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from elastic_tendon.measurement.formats.base import (
     CHUNK_ROWS,
     Chunk,
+    FileSource,
     Group,
     as_numbers,
     check_columns,
@@ -51,17 +51,8 @@ def _unit(field: pa.Field) -> str | None:
     return next((metadata[key].decode() for key in _UNIT_KEYS if key in metadata), None)
 
 
-@dataclass(frozen=True)
-class ParquetSource:
+class ParquetSource(FileSource):
     """A `Source` of one group without a name."""
-
-    path: Path
-    groups: tuple[Group, ...]
-    first_row: int = 1
-
-    @property
-    def name(self) -> str:
-        return self.path.name
 
     def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:  # noqa: ARG002
         """Read some columns in chunks, see `base.Source`."""

@@ -14,6 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.base import (
     Chunk,
+    FileSource,
     Group,
     check_columns,
     reading,
@@ -118,17 +119,10 @@ def _is_number(value: object) -> bool:
 
 
 @dataclass(frozen=True)
-class RosbagSource:
+class RosbagSource(FileSource):
     """A `Source` with a group for each topic."""
 
-    path: Path
-    groups: tuple[Group, ...]
     stamped: frozenset[str]  # topics whose messages carry their time
-    first_row: int = 1
-
-    @property
-    def name(self) -> str:
-        return self.path.name
 
     def read(self, group: str, columns: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         """Read some columns in chunks, see `base.Source`.
@@ -137,7 +131,7 @@ class RosbagSource:
         without some of them has NaN there. Messages of several nodes, or late ones, are not
         recorded in the order of their stamps: they are sorted by time.
         """
-        count = next(each.rows for each in self.groups if each.name == group) or 1
+        count = self.rows_of(group) or 1
         done = 0
         signals = set(columns) - {_TIME}
         tables: list[Chunk] = []

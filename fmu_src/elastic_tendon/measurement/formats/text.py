@@ -20,7 +20,14 @@ from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats import text_layout
-from elastic_tendon.measurement.formats.base import Chunk, Group, as_numbers, check_columns, reading
+from elastic_tendon.measurement.formats.base import (
+    Chunk,
+    FileSource,
+    Group,
+    as_numbers,
+    check_columns,
+    reading,
+)
 from elastic_tendon.progress import Progress
 
 # bytes of a file that is parsed as a whole, of a block else
@@ -41,20 +48,14 @@ def open_file(path: Path) -> "TextSource":
     """
     layout = text_layout.read_layout(path)
     groups = check_columns(path, [Group("", layout.names)])
-    return TextSource(path, layout, groups)
+    return TextSource(path, groups, layout)
 
 
 @dataclass(frozen=True)
-class TextSource:
+class TextSource(FileSource):
     """A `Source` of one group without a name."""
 
-    path: Path
     layout: text_layout.Layout
-    groups: tuple[Group, ...]
-
-    @property
-    def name(self) -> str:
-        return self.path.name
 
     @property
     def first_row(self) -> int:

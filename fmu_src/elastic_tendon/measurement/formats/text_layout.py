@@ -155,16 +155,12 @@ def check_row(source: str, line: str, layout: Layout, row: int) -> None:
     cells, names = _cells(line, layout.separator), layout.names
     if len(cells) == len(names):
         return
-    if len(names) < len(cells) <= 2 * len(names) and all(map(_is_integer, cells)):
+    if len(names) < len(cells) <= 2 * len(names) and all(map(_INTEGER.fullmatch, cells)):
         raise decimal_commas(source, row, ",".join(cells[-2:]))
     raise MeasurementError(
         f"{source}: row {row} holds {len(cells)} values and the header {len(names)} names; give "
         "every row one value for each name"
     )
-
-
-def _is_integer(cell: str) -> bool:
-    return _INTEGER.fullmatch(cell) is not None
 
 
 def decimal_commas(source: str, row: int, cell: str) -> MeasurementError:

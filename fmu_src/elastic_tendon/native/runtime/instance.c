@@ -117,12 +117,13 @@ static Status set_experiment(Instance *instance, const double *tolerance, double
     return report(instance, STATUS_ERROR, "tolerance = %g is not positive", *tolerance);
   state->start_time = state->motion.time = start;
   state->stop_time = stop ? *stop : INFINITY;
-  state->tolerance = tolerance ? fmin(fmax(*tolerance, 1e-14), 1e-2) : MODEL_TOLERANCE;
+  state->tolerance = tolerance ? fmin(fmax(*tolerance, SMALLEST_TOLERANCE), LARGEST_TOLERANCE)
+                               : MODEL_TOLERANCE;
   state->experiment_defined = 1;
   instance->view.valid = 0;
   if (tolerance && *tolerance != state->tolerance)
-    return report(instance, STATUS_WARNING, "tolerance = %g is outside 1e-14 to 1e-2; %g is used",
-                  *tolerance, state->tolerance);
+    return report(instance, STATUS_WARNING, "tolerance = %g is outside %g to %g; %g is used",
+                  *tolerance, SMALLEST_TOLERANCE, LARGEST_TOLERANCE, state->tolerance);
   return STATUS_OK;
 }
 

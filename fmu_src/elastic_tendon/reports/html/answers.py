@@ -1,4 +1,4 @@
-"""What a diagnosis leaves: the improved model's numbers, what was added, its linear models."""
+"""What a diagnosis leaves: the improved model's parameters, what was added, its linear models."""
 
 import tomllib
 from collections.abc import Iterator
@@ -65,7 +65,7 @@ def equations(diagnosis: Diagnosis) -> Iterator[Block]:
         yield from _effect(BY_ID[effect_id])
         own = _of_effect(diagnosis.findings, effect_id)
         if own.estimates:
-            yield as_table(estimates_table(own), f"{BY_ID[effect_id].title}: fitted numbers")
+            yield as_table(estimates_table(own), f"{BY_ID[effect_id].title}: estimated parameters")
     if (term := diagnosis.learned) is not None:
         effect = learned_effect(term)
         yield from _effect(effect)
@@ -86,7 +86,7 @@ def _effect(effect: Effect) -> Iterator[Block]:
     yield Heading(f"{effect.title} ({effect.id})")
     if effect.law:
         yield Code("Law", effect.law)
-    told = (
+    facts = (
         ("What it is", effect.physics),
         *(
             (f"{parameter.name} ({unit_text(parameter.unit)})", parameter.meaning)
@@ -98,7 +98,7 @@ def _effect(effect: Effect) -> Iterator[Block]:
         ("Cure", effect.cure),
         ("Reference", effect.reference),
     )
-    yield Listing(tuple(item for item in told if item[1]))
+    yield Listing(tuple(item for item in facts if item[1]))
 
 
 # ---- linear models -----------------------------------------------------------------------------
@@ -112,9 +112,9 @@ def linear_models(diagnosis: Diagnosis) -> Iterator[Block]:
     tables: list[Block] = []
     responses = []
     for label, model in runs:
-        found, faults = _in_states(model, Drive.SOURCE)
-        if found:
-            models = list(found.values())
+        by_state, faults = _in_states(model, Drive.SOURCE)
+        if by_state:
+            models = list(by_state.values())
             tables += [
                 as_table(linear_table(model.name, models), f"{model.name}, {label}"),
                 Paragraphs(tuple(remarks(models)), "faint"),
@@ -138,11 +138,11 @@ def _differ(first: Model, second: Model) -> bool:
 
 def _in_states(model: Model, drive: Drive) -> tuple[dict[str, LinearModel], tuple[str, ...]]:
     """Linear models by slack state, and a sentence for each state that has none."""
-    found: dict[str, LinearModel] = {}
+    models: dict[str, LinearModel] = {}
     faults = []
     for state in STATES:
         try:
-            found[state] = linearise(model, state, drive=drive)
+            models[state] = linearise(model, state, drive=drive)
         except LinearisationError as error:
             faults.append(f"There is no linear model of state {state}: {error}.")
-    return found, tuple(faults)
+    return models, tuple(faults)

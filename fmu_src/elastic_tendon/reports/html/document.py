@@ -59,7 +59,7 @@ def diagnosis_document(
             "The error after each step",
             lambda: steps(diagnosis.ladder, alike, static=_static(diagnosis)),
         ),
-        ("parameters", "Numbers of the improved model", lambda: numbers(diagnosis)),
+        ("parameters", "Parameters of the improved model", lambda: numbers(diagnosis)),
         ("equations", "What was added", lambda: equations(diagnosis)),
         ("linear", "Linear models", lambda: linear_models(diagnosis)),
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
@@ -116,7 +116,7 @@ def _written(title: str, parts: Sequence[Part], origin: Origin, progress: Progre
 # ---- of a diagnosis ----------------------------------------------------------------------------
 
 
-def _told_once(diagnosis: Diagnosis, alike: Alike) -> Diagnosis:
+def _without_repeats(diagnosis: Diagnosis, alike: Alike) -> Diagnosis:
     """The same without the errors of signals that repeat others."""
     steps = tuple(
         replace(step, rmse={name: error for name, error in step.rmse.items() if name in alike})
@@ -127,7 +127,7 @@ def _told_once(diagnosis: Diagnosis, alike: Alike) -> Diagnosis:
 
 
 def _verdict(diagnosis: Diagnosis, origin: Origin, alike: Alike) -> Iterator[Block]:
-    once = _told_once(diagnosis, alike)
+    once = _without_repeats(diagnosis, alike)
     verdict = Paragraphs(tuple(verdict_sentences(once)), "verdict")
     # how far the error fell, at a glance
     if len(once.ladder) > 1:
@@ -150,7 +150,7 @@ def _recordings(diagnosis: Diagnosis) -> list[Recording]:
     ends = [("as given", diagnosis.steps[0])]
     if len(diagnosis.steps) > 1:
         ends.append(("improved", diagnosis.steps[-1]))
-    found = []
+    sections = []
     for used in ("fitted", "held-out"):
         beside = [
             (label, step.comparison if used == "fitted" else step.heldout) for label, step in ends
@@ -160,8 +160,8 @@ def _recordings(diagnosis: Diagnosis) -> list[Recording]:
             for label, compared in beside
             if compared is not None
         ]
-        found += [Recording(used, runs) for runs in zip(*files, strict=True)]
-    return found
+        sections += [Recording(used, runs) for runs in zip(*files, strict=True)]
+    return sections
 
 
 def _where(diagnosis: Diagnosis, where: Location, alike: Alike) -> Iterator[Block]:

@@ -36,12 +36,12 @@ GLANCE = 240  # height of a ladder beside sentences, pixels
 
 def rounds(diagnosis: Diagnosis) -> Iterator[Block]:
     """Candidates of each round, what those added explain, and the next experiment."""
-    for number, judged in enumerate(diagnosis.rounds, start=1):
+    for number, candidate_round in enumerate(diagnosis.rounds, start=1):
         yield Heading(f"Round {number}")
-        unsure = unsure_sentence(judged)
-        yield Paragraphs((round_title(number, judged), *([unsure] if unsure else [])))
-        if (table := candidates_table(judged, every=True)) is not None:
-            yield _bars(number, judged)
+        unsure = unsure_sentence(candidate_round)
+        yield Paragraphs((round_title(number, candidate_round), *([unsure] if unsure else [])))
+        if (table := candidates_table(candidate_round, every=True)) is not None:
+            yield _bars(number, candidate_round)
             yield as_table(table, f"Candidates of round {number}, the likeliest first")
     for effect_id in diagnosis.added:
         yield from _explains(called(effect_id), partial(explained_by_effect, diagnosis, effect_id))
@@ -60,16 +60,16 @@ def sureness(diagnosis: Diagnosis) -> Iterator[Block]:
         neighbours_table(diagnosis, every=True),
         would_show_table(diagnosis.would_show),
     )
-    judged = [as_table(table) for table in tables if table is not None]
-    yield from judged
-    if not judged:
-        yield Paragraphs(("This was not judged.",))
+    parts = [as_table(table) for table in tables if table is not None]
+    yield from parts
+    if not parts:
+        yield Paragraphs(("This was not tested.",))
 
 
-def _bars(number: int, judged: Round) -> Plot:
-    first = judged.candidates[0]
+def _bars(number: int, candidate_round: Round) -> Plot:
+    first = candidate_round.candidates[0]
     return plot(
-        lambda theme: candidates(judged, theme=theme),
+        lambda theme: candidates(candidate_round, theme=theme),
         f"Round {number}: probability of the likeliest candidates, and what they gain; "
         f"{called_set(first)} has {100.0 * first.probability:.0f} %.",
     )
@@ -79,14 +79,14 @@ def _explains(name: str, find: Callable[[], Explained]) -> Iterator[Block]:
     title = f"What {name} explains"
     yield Heading(title)
     try:
-        found = find()
+        explanation = find()
     except ElasticTendonError as error:  # without it, the model may not move at all
         yield Paragraphs((f"It is not drawn: {error}.",))
         return
     yield plot(
-        lambda theme: explained(found, title, theme=theme),
-        f"Torque that the model lacks without {name}, over {found.by.replace('_', ' ')}, with the "
-        "torque of the effect over it; below, what it lacks with it.",
+        lambda theme: explained(explanation, title, theme=theme),
+        f"Torque that the model lacks without {name}, over {explanation.by.replace('_', ' ')}, "
+        "with the torque of the effect over it; below, what it lacks with it.",
     )
 
 

@@ -61,8 +61,8 @@ class Recording:
 
 def overlays(recordings: Sequence[Recording], alike: Alike) -> Iterator[Block]:
     """Every recording with its simulations and their errors, a figure for each signal."""
-    if told := _repeating(alike):
-        yield Paragraphs(told)
+    if repeated := _repeating(alike):
+        yield Paragraphs(repeated)
     for recording in recordings[:MOST]:
         yield Heading(recording.title)
         for signal in alike:
@@ -77,16 +77,16 @@ def overlays(recordings: Sequence[Recording], alike: Alike) -> Iterator[Block]:
 
 def _repeating(alike: Alike) -> tuple[str, ...]:
     """A sentence for each signal that is drawn for others, too."""
-    told = []
+    notes = []
     for name, others in alike.items():
         if others:
             words = " and ".join(shown(repeated).words for repeated in others)
             repeat = "repeats" if len(others) == 1 else "repeat"
-            told.append(
+            notes.append(
                 f"The {words} {repeat} the {shown(name).words} at a fixed ratio; what is drawn and "
                 "said of the latter holds for the former, too."
             )
-    return tuple(told)
+    return tuple(notes)
 
 
 def _hidden(recording: Recording, signal: str) -> bool:
@@ -134,40 +134,40 @@ def _left_out(count: int) -> Iterator[Block]:
 def places(comparison: Comparison, location: Location, alike: Alike) -> Iterator[Block]:
     """Where a model fails in each recording: in words, on maps, in bins, as a missing torque."""
     located = list(zip(comparison.files, location.files, strict=True))
-    for file, found in located[:MOST]:
+    for file, file_location in located[:MOST]:
         yield Heading(file.measurement.name)
-        told = {name: words for name, words in found.in_words.items() if name in alike}
-        yield Paragraphs(tuple(sentences(file, replace(found, in_words=told))))
+        in_words = {name: words for name, words in file_location.in_words.items() if name in alike}
+        yield Paragraphs(tuple(sentences(file, replace(file_location, in_words=in_words))))
         yield as_table(error_table(comparison, file))
-        yield _maps(file, found)
-        for table in bin_tables(file, found):
+        yield _maps(file, file_location)
+        for table in bin_tables(file, file_location):
             yield as_table(table)
-        yield _loop(comparison, file, found)
-        yield torque(file, found)
+        yield _loop(comparison, file, file_location)
+        yield torque(file, file_location)
     yield from _left_out(len(located) - MOST)
 
 
-def _maps(file: FileComparison, found: FileLocation) -> Plot:
+def _maps(file: FileComparison, location: FileLocation) -> Plot:
     name = file.measurement.name
     return plot(
-        lambda theme: error_maps(file, found, theme=theme),
+        lambda theme: error_maps(file, location, theme=theme),
         f"{name}: maps of the error and of the missing torque over what the joint did.",
     )
 
 
-def _loop(comparison: Comparison, file: FileComparison, found: FileLocation) -> Plot:
+def _loop(comparison: Comparison, file: FileComparison, location: FileLocation) -> Plot:
     return plot(
-        lambda theme: torque_loop(comparison.model, file, found, theme=theme),
+        lambda theme: torque_loop(comparison.model, file, location, theme=theme),
         f"{file.measurement.name}: torque over deflection by slack state, beside the curve of "
         f"{comparison.model.name}.",
     )
 
 
-def torque(file: FileComparison, found: FileLocation) -> Plot:
+def torque(file: FileComparison, location: FileLocation) -> Plot:
     """The torque that a model lacks in a recording, against what the joint did."""
-    size = number(float(np.sqrt(np.mean(found.missing_torque.torque**2))))
+    size = number(float(np.sqrt(np.mean(location.missing_torque.torque**2))))
     return plot(
-        lambda theme: missing_torque(file, found, theme=theme),
+        lambda theme: missing_torque(file, location, theme=theme),
         f"{file.measurement.name}: torque that the model lacks to move as measured, against what "
         f"the joint did; {size} N·m RMS.",
     )

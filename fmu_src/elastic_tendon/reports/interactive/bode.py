@@ -49,42 +49,28 @@ def bode(runs: Sequence[tuple[str, LinearModels]], *, theme: Theme = LIGHT) -> g
     for column, state in enumerate(states, start=1):
         for index, (label, models) in enumerate(runs):
             if state in models:
-                looks = {
+                style = {
                     "line": line_of_run(index, len(runs), theme),
                     "name": plain(label),
                     "legendgroup": label,
                 }
                 first = column == 1
-                _draw(figure, models[state], omega, column, showlegend=first, **looks)
+                _draw(figure, models[state], omega, column, showlegend=first, **style)
     _label(figure, len(states))
     return figure
 
 
 def _draw(
-    figure: go.Figure, model: LinearModel, omega: Array, column: int, **looks: object
+    figure: go.Figure, model: LinearModel, omega: Array, column: int, **style: object
 ) -> None:
     channel = selected(model, (MOTOR_POSITION,), (JOINT_POSITION,))
     response = control.frequency_response(channel, omega)
     magnitude = np.asarray(response.magnitude)
     phase = np.degrees(np.unwrap(np.asarray(response.phase)))
-    figure.add_scatter(
-        x=omega,
-        y=magnitude,
-        hovertemplate="%{y:.3g}",
-        row=1,
-        col=column,
-        mode="lines",
-        **looks,
-    )
-    figure.add_scatter(
-        x=omega,
-        y=phase,
-        hovertemplate="%{y:.0f}°",
-        row=2,
-        col=column,
-        mode="lines",
-        **(looks | {"showlegend": False}),
-    )
+    for row, values, hover in ((1, magnitude, "%{y:.3g}"), (2, phase, "%{y:.0f}°")):
+        place = {"row": row, "col": column}
+        figure.add_scatter(x=omega, y=values, hovertemplate=hover, mode="lines", **place, **style)
+        style = style | {"showlegend": False}
 
 
 def _label(figure: go.Figure, columns: int) -> None:

@@ -20,24 +20,24 @@ WORST = -100.0  # %; a candidate that ruins held-out data would hide all others
 _KINDS = (("gain", "on fitted data"), ("heldout_gain", "held out"))
 
 
-def candidates(judged: Round, *, theme: Theme = LIGHT) -> go.Figure:
+def candidates(candidate_round: Round, *, theme: Theme = LIGHT) -> go.Figure:
     """Probability and gains of the likeliest candidates of a round.
 
     Parameters
     ----------
-    judged : Round with candidates
+    candidate_round : Round with candidates
     theme : Theme
 
     Returns
     -------
     plotly.graph_objects.Figure; two panels that share the candidates, one where none gains anything
     """
-    drawn = judged.candidates[:BARS]
+    drawn = candidate_round.candidates[:BARS]
     names = [plain(called_set(candidate)) for candidate in drawn]
-    taken = [candidate.ids == judged.chosen for candidate in drawn]
+    taken = [candidate.ids == candidate_round.chosen for candidate in drawn]
     colours = [theme.ink if chosen else theme.quiet for chosen in taken]
     likely = [100.0 * candidate.probability for candidate in drawn]
-    likely.append(100.0 * none_of_them(judged))
+    likely.append(100.0 * none_of_them(candidate_round))
     empty = blank(theme, height=140 + 34 * (len(drawn) + 1), barmode="group", bargap=0.3)
     gaining = any(map(_gains, drawn))
     columns = 2 if gaining else 1

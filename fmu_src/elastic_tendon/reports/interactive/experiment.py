@@ -10,17 +10,7 @@ from elastic_tendon.reports.thinning import envelope
 
 
 def experiment(proposed: Experiment, *, theme: Theme = LIGHT) -> go.Figure:
-    """Motor motion, and the load where one is to act, over time.
-
-    Parameters
-    ----------
-    proposed : Experiment
-    theme : Theme
-
-    Returns
-    -------
-    plotly.graph_objects.Figure
-    """
+    """Motor motion, and the load where one is to act, over time."""
     rows = [("motor position (rad)", proposed.motor_position, theme.after)]
     if np.any(proposed.load_torque):
         rows.append(("load torque (N·m)", proposed.load_torque, theme.before))

@@ -12,12 +12,12 @@ from elastic_tendon.reports.thinning import some
 DOTS = 1000  # of a cloud; drawing takes long, and more hide each other
 
 
-def explained(found: Explained, title: str, *, theme: Theme = LIGHT) -> go.Figure:
+def explained(explanation: Explained, title: str, *, theme: Theme = LIGHT) -> go.Figure:
     """Missing torque over what orders it best, without an effect and with it.
 
     Parameters
     ----------
-    found : Explained
+    explanation : Explained
     title : what it is of; text of users may be in it
     theme : Theme
 
@@ -25,20 +25,24 @@ def explained(found: Explained, title: str, *, theme: Theme = LIGHT) -> go.Figur
     -------
     plotly.graph_objects.Figure; two panels on the same axes
     """
-    own = found.modelled_variable, found.modelled.torque
+    own = explanation.modelled_variable, explanation.modelled.torque
     empty = blank(theme, title=plain(title), height=560, legend={"itemsizing": "constant"})
     figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06, figure=empty)
-    _cloud(figure, (found.variable, found.measured.torque), theme.quiet, "the machine", 1)
+    _cloud(
+        figure, (explanation.variable, explanation.measured.torque), theme.quiet, "the machine", 1
+    )
     _cloud(figure, own, theme.highlight, "the effect", 1)
     _mean(figure, own, theme.stands_out, "the effect, mean", 1)
-    left = found.remaining_variable, found.remaining.torque
+    left = explanation.remaining_variable, explanation.remaining.torque
     _cloud(figure, left, theme.quiet, None, 2)
     _mean(figure, left, theme.after, "what is left, mean", 2)
     figure.update_yaxes(zeroline=True, zerolinecolor=theme.muted)
     figure.update_yaxes(matches="y", row=2, col=1)
     figure.update_yaxes(title="missing without it (N·m)", row=1, col=1)
     figure.update_yaxes(title="missing with it (N·m)", row=2, col=1)
-    figure.update_xaxes(title=f"{found.by.replace('_', ' ')} ({found.unit})", row=2, col=1)
+    figure.update_xaxes(
+        title=f"{explanation.by.replace('_', ' ')} ({explanation.unit})", row=2, col=1
+    )
     return figure
 
 

@@ -29,7 +29,7 @@ SYMBOLS = ("triangle-down", "triangle-up", "circle", "x")  # so that states diff
 def torque_loop(
     model: Model,
     file: FileComparison,
-    found: FileLocation,
+    location: FileLocation,
     *,
     theme: Theme = LIGHT,
     window: tuple[float, float] | None = None,
@@ -41,7 +41,7 @@ def torque_loop(
     ----------
     model : Model
     file : FileComparison
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
     theme : Theme
     window : start and end, s; only what was measured and simulated between them is drawn
     dots : at most, of all states together
@@ -50,7 +50,7 @@ def torque_loop(
     -------
     plotly.graph_objects.Figure
     """
-    deflection, torque, source = measured_loop(model, file, found)
+    deflection, torque, source = measured_loop(model, file, location)
     time = file.measurement.time
     inside = np.ones(len(time), dtype=np.bool_)
     if window is not None:
@@ -65,7 +65,7 @@ def torque_loop(
         yaxis={"title": {"text": f"{torque_is} torque (N·m)"}},
         legend={"itemsizing": "constant"},
     )
-    states = np.round(found.variables["slack_state"])
+    states = np.round(location.variables["slack_state"])
     share = dots / max(int(np.count_nonzero(inside)), dots)
     for (state, label), colour, symbol in zip(LABELS.items(), theme.states, SYMBOLS, strict=True):
         chosen = np.flatnonzero(inside & (states == state))
@@ -86,9 +86,9 @@ def torque_loop(
     return figure
 
 
-def torque_words(model: Model, file: FileComparison, found: FileLocation) -> str:
+def torque_words(model: Model, file: FileComparison, location: FileLocation) -> str:
     """What the torque of `torque_loop` is, in a sentence; same arguments."""
-    *_, source = measured_loop(model, file, found)
+    *_, source = measured_loop(model, file, location)
     if source == MEASURED:
         return "The torque is the measured one."
     return (
@@ -122,7 +122,7 @@ def _draw_springs(figure: go.Figure, springs: Springs, theme: Theme) -> None:
         line={"color": theme.measured, "width": 2.4},
         hovertemplate="%{x:.4g} rad, %{y:.4g} N·m",
     )
-    looks: dict[str, Any] = {"line": {"color": theme.ink, "dash": "dot", "width": 1.4}}
+    style: dict[str, Any] = {"line": {"color": theme.ink, "dash": "dot", "width": 1.4}}
     for index, boundary in enumerate(springs.boundaries):
         figure.add_shape(
             type="line",
@@ -134,5 +134,5 @@ def _draw_springs(figure: go.Figure, springs: Springs, theme: Theme) -> None:
             name="slack boundary, paper (14)",
             legendgroup="boundaries",
             showlegend=index == 0,
-            **looks,
+            **style,
         )

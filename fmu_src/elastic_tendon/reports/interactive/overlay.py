@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from elastic_tendon.comparison.compare import FileComparison
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.reports.comparison_figures import static_torque
-from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain
 from elastic_tendon.reports.names import abridged
 from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some
 from elastic_tendon.reports.units import Shown, shown
 
 UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
 CURSORS = ("A", "B")
-STRETCHES = 400  # of highlighted samples; more are told apart by zooming in
+STRETCHES = 400  # of highlighted samples; more are distinguished by zooming in
 # the name stands in `meta`: in the template itself its letters could be taken for commands
 HOVER, HOVER_ERROR = "%{meta}: %{y:.4g} UNIT<extra></extra>", "error: %{y:.3g} UNIT<extra></extra>"
 DASHES = "4px,2px"
@@ -195,9 +195,9 @@ def _draw_series(
 ) -> None:
     time = runs[0].file.measurement.time[kept]
 
-    def draw(values: Array, **looks: Any) -> None:
+    def draw(values: Array, **style: Any) -> None:
         across, up = envelope(time, values[kept], buckets)
-        figure.add_scatter(x=across, y=up, mode="lines", **looks)
+        figure.add_scatter(x=across, y=up, mode="lines", **style)
 
     draw(
         runs[0].file.measurement.signals[signal],
@@ -207,13 +207,13 @@ def _draw_series(
         hovertemplate=HOVER.replace("UNIT", quantity.unit),
     )
     for index, run in enumerate(runs):
-        looks = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
+        style = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
         draw(
             run.simulated(signal),
             name=_label(run, signal, quantity),
             meta=plain(abridged(run.label)),
             hovertemplate=HOVER.replace("UNIT", quantity.unit),
-            **looks,
+            **style,
         )
         draw(
             quantity.small * run.error(signal),
@@ -221,7 +221,7 @@ def _draw_series(
             hovertemplate=HOVER_ERROR.replace("UNIT", quantity.small_unit),
             yaxis="y2",
             showlegend=False,
-            **looks,
+            **style,
         )
 
 
@@ -274,20 +274,13 @@ def _draw_curves(
 def _draw_noise(
     figure: go.Figure, runs: Sequence[Run], signal: str, quantity: Shown, theme: Theme
 ) -> None:
-    band = 2.0 * quantity.small * runs[-1].file.signals[signal].noise.sigma
     figure.add_shape(
         type="rect",
         xref="x domain",
         yref="y2",
         x0=0.0,
         x1=1.0,
-        y0=-band,
-        y1=band,
-        fillcolor=theme.band,
-        line={"width": 0},
-        layer="below",
-        name="± 2σ of the noise",
-        showlegend=True,
+        **noise_band(quantity.small * runs[-1].file.signals[signal].noise.sigma, theme),
     )
 
 

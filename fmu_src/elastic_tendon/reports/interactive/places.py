@@ -32,7 +32,7 @@ HEIGHT = 600  # of the maps, pixels
 BAR = 0.8  # width
 
 
-def error_maps(file: FileComparison, found: FileLocation, *, theme: Theme = LIGHT) -> go.Figure:
+def error_maps(file: FileComparison, location: FileLocation, *, theme: Theme = LIGHT) -> go.Figure:
     """RMS error of the joint position and mean missing torque over what the joint did.
 
     The custom data of each cell are understood by `samples_of`.
@@ -40,19 +40,19 @@ def error_maps(file: FileComparison, found: FileLocation, *, theme: Theme = LIGH
     Parameters
     ----------
     file : FileComparison of a time series
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
     theme : Theme
 
     Returns
     -------
     plotly.graph_objects.Figure
     """
-    maps = maps_of(file, found)
+    maps = maps_of(file, location)
     quantity = shown("joint_position")
     title = {"text": f"{plain(abridged(file.measurement.name))}: where the error lies"}
     figure = make_subplots(len(maps), 2, horizontal_spacing=0.2, vertical_spacing=0.18)
-    looks = {"height": HEIGHT, "margin": {"t": 48}, "plot_bgcolor": theme.blank}
-    dressed(figure, theme, title=title, **looks)
+    style = {"height": HEIGHT, "margin": {"t": 48}, "plot_bgcolor": theme.blank}
+    dressed(figure, theme, title=title, **style)
     for row, error_map in enumerate(maps, start=1):
         rms = f"RMS error, {quantity.words} ({quantity.small_unit})"
         drawn = (
@@ -64,8 +64,8 @@ def error_maps(file: FileComparison, found: FileLocation, *, theme: Theme = LIGH
             figure.update_xaxes(title=with_unit(error_map.variables[0]), showgrid=False, **place)
             figure.update_yaxes(title=with_unit(error_map.variables[1]), showgrid=False, **place)
             if cells is not None:
-                looks = _colours(factor * cells.values, words, theme, signed=column == 2)
-                _draw_map(figure, cells, factor, error_map.variables, place, looks)
+                style = _colours(factor * cells.values, words, theme, signed=column == 2)
+                _draw_map(figure, cells, factor, error_map.variables, place, style)
     return figure
 
 
@@ -90,7 +90,7 @@ def _draw_map(
     factor: float,
     variables: tuple[str, str],
     place: dict[str, int],
-    looks: dict[str, Any],
+    style: dict[str, Any],
 ) -> None:
     marks = [
         [
@@ -106,7 +106,7 @@ def _draw_map(
         customdata=marks,
         hoverongaps=False,
         hovertemplate="%{x:.3g}, %{y:.3g}: %{z:.3g}<extra></extra>",
-        **looks,
+        **style,
         **place,
     )
     # beside its own axes
@@ -117,7 +117,7 @@ def _draw_map(
 
 
 def shares(
-    file: FileComparison, found: FileLocation, signal: str, *, theme: Theme = LIGHT
+    file: FileComparison, location: FileLocation, signal: str, *, theme: Theme = LIGHT
 ) -> go.Figure:
     """Share of the squared error in every bin beside its share of the samples.
 
@@ -126,7 +126,7 @@ def shares(
     Parameters
     ----------
     file : FileComparison
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
     signal : name of a compared signal
     theme : Theme
 
@@ -134,7 +134,7 @@ def shares(
     -------
     plotly.graph_objects.Figure; a panel for each variable
     """
-    bins = found.bins[signal]
+    bins = location.bins[signal]
     samples = sample_shares(bins)
     split = by_variable(bins)
     quantity = shown(signal, static=file.measurement.static)
@@ -166,7 +166,7 @@ def shares(
 def _draw_bars(
     figure: go.Figure, bins: Sequence[Bin], quantity: Shown, theme: Theme, place: dict[str, int]
 ) -> None:
-    """Two traces, so that the legend tells them apart; they share the axis of all bins."""
+    """Two traces, so that the legend distinguishes them; they share the axis of all bins."""
     kinds = (
         (True, "squared error, stands out", theme.stands_out),
         (False, "squared error, does not stand out", theme.quiet),
@@ -217,12 +217,12 @@ def _draw_ticks(figure: go.Figure, bins: Sequence[Bin], place: dict[str, int]) -
     figure.update_yaxes(rangemode="tozero", title="share of all (%)", **place)
 
 
-def samples_of(found: FileLocation, mark: Mark) -> NDArray[np.bool_]:
+def samples_of(location: FileLocation, mark: Mark) -> NDArray[np.bool_]:
     """Samples of a bar of `shares` or of a cell of `error_maps`, (n,).
 
     Parameters
     ----------
-    found : FileLocation from which the figure was made
+    location : FileLocation from which the figure was made
     mark : custom data of what was clicked: variable and bin of a bar, variables across and up
         with column and row of a cell; a bin of the frequency holds no samples
 
@@ -231,7 +231,7 @@ def samples_of(found: FileLocation, mark: Mark) -> NDArray[np.bool_]:
     KeyError, ValueError, TypeError : the mark is none of this figure
     """
     if len(mark) == len(("variable", "bin")):
-        return found.samples_of(str(mark[0]), str(mark[1]))
+        return location.samples_of(str(mark[0]), str(mark[1]))
     across, up, column, row = mark
-    values = found.variables[str(across)], found.variables[str(up)]
+    values = location.variables[str(across)], location.variables[str(up)]
     return samples_in_cell(*values, int(column), int(row))

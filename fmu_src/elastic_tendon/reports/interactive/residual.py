@@ -3,7 +3,7 @@
 import plotly.graph_objects as go
 
 from elastic_tendon.reports.interactive.overlay import Run
-from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain
 from elastic_tendon.reports.thinning import envelope
 from elastic_tendon.reports.units import shown
 
@@ -26,27 +26,18 @@ def residual(run: Run, signal: str, *, theme: Theme = LIGHT) -> go.Figure:
     figure = blank(theme, height=300)
     error = quantity.small * run.error(signal)
     if measurement.static:
-        looks = {"x": measurement.signals[signal], "y": error, "mode": "markers"}
+        style = {"x": measurement.signals[signal], "y": error, "mode": "markers"}
     else:
         across, up = envelope(measurement.time, error)
-        looks = {"x": across, "y": up, "mode": "lines"}
+        style = {"x": across, "y": up, "mode": "lines"}
     figure.add_scatter(
-        **looks,
+        **style,
         name=f"error, {plain(run.label)}",
         line={"color": theme.after, "width": 1},
         showlegend=True,
         hovertemplate=f"%{{y:.3g}} {quantity.small_unit}<extra></extra>",
     )
-    band = 2.0 * quantity.small * run.file.signals[signal].noise.sigma
-    figure.add_hrect(
-        y0=-band,
-        y1=band,
-        fillcolor=theme.band,
-        line={"width": 0},
-        layer="below",
-        name="± 2σ of the noise",
-        showlegend=True,
-    )
+    figure.add_hrect(**noise_band(quantity.small * run.file.signals[signal].noise.sigma, theme))
     figure.update_yaxes(title=f"error ({quantity.small_unit})")
     figure.update_xaxes(title="deflection (rad)" if measurement.static else "time (s)")
     return figure

@@ -24,13 +24,13 @@ class _Panel:
 
 
 def signature_figure(
-    found: Signature, *, telling_only: bool = False, theme: Theme = LIGHT
+    signature: Signature, *, telling_only: bool = False, theme: Theme = LIGHT
 ) -> go.Figure:
     """Load over deflection, torque over deflection and a step, with the effect and without.
 
     Parameters
     ----------
-    found : Signature
+    signature : Signature
     telling_only : the one experiment in which the effect shows most, for narrow places
     theme : Theme
 
@@ -38,7 +38,7 @@ def signature_figure(
     -------
     plotly.graph_objects.Figure
     """
-    panels = _panels(found)
+    panels = _panels(signature)
     if telling_only:
         panels = [max(panels, key=lambda panel: panel.beside.difference)]
     titles = [_title(panel) for panel in panels]
@@ -46,16 +46,16 @@ def signature_figure(
     dressed(figure, theme, height=260, margin={"t": 54, "b": 44, "l": 56, "r": 8})
     figure.update_layout(legend={"y": 1.12})
     for column, panel in enumerate(panels, start=1):
-        _draw(figure, panel, found, theme, column)
+        _draw(figure, panel, signature, theme, column)
     return figure
 
 
-def _panels(found: Signature) -> list[_Panel]:
+def _panels(signature: Signature) -> list[_Panel]:
     torque = "tendon torque (N·m)"
     return [
-        _Panel(found.slow_loop, "slow load, motor held", DEFLECTION, "load torque (N·m)"),
-        _Panel(found.fast_loop, "fast motor swing, no load", DEFLECTION, torque),
-        _Panel(found.step, "motor step, no load", TIME, "joint position (rad)", is_step=True),
+        _Panel(signature.slow_loop, "slow load, motor held", DEFLECTION, "load torque (N·m)"),
+        _Panel(signature.fast_loop, "fast motor swing, no load", DEFLECTION, torque),
+        _Panel(signature.step, "motor step, no load", TIME, "joint position (rad)", is_step=True),
     ]
 
 
@@ -64,14 +64,16 @@ def _title(panel: _Panel) -> str:
     return panel.title + ("; hardly any difference" if hidden else "")
 
 
-def _draw(figure: go.Figure, panel: _Panel, found: Signature, theme: Theme, column: int) -> None:
+def _draw(
+    figure: go.Figure, panel: _Panel, signature: Signature, theme: Theme, column: int
+) -> None:
     place = {"row": 1, "col": column}
     curves = [
         (panel.beside.without, "without", theme.before, 4.0, "solid"),
         (panel.beside.with_it, "with the effect", theme.after, 1.8, "solid"),
     ]
     if panel.is_step:
-        curves.insert(0, (found.motor, "motor", theme.muted, 1.2, "dash"))
+        curves.insert(0, (signature.motor, "motor", theme.muted, 1.2, "dash"))
     for curve, label, colour, width, dash in curves:
         across, up = path(curve.x, curve.y)
         figure.add_scatter(
@@ -87,7 +89,7 @@ def _draw(figure: go.Figure, panel: _Panel, found: Signature, theme: Theme, colu
             **place,
         )
     dotted = {"color": theme.muted, "width": 1, "dash": "dot"}
-    for boundary in () if panel.is_step else found.slack_boundaries:
+    for boundary in () if panel.is_step else signature.slack_boundaries:
         figure.add_vline(x=boundary, line=dotted, **place)
     if column == 1 and not panel.is_step:  # of lines across a panel the legend knows nothing
         name = "a tendon falls slack"

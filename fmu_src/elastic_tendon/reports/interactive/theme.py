@@ -115,6 +115,13 @@ DARK = Theme(
 THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
 
 
+def noise_band(sigma: float, theme: Theme) -> dict[str, Any]:
+    """How two sigma of the noise to either side are drawn along a figure."""
+    style = {"fillcolor": theme.band, "line": {"width": 0}, "layer": "below"}
+    band = {"y0": -2.0 * sigma, "y1": 2.0 * sigma}
+    return band | style | {"name": "± 2σ of the noise", "showlegend": True}
+
+
 def plain(text: str) -> str:
     """Text of users as plotly draws it letter by letter, where it would read some HTML.
 
@@ -142,7 +149,7 @@ def blank(theme: Theme, **layout: Any) -> go.Figure:
 
 
 def dressed(figure: go.Figure, theme: Theme, **layout: Any) -> go.Figure:
-    """The same figure with the looks of a theme; for those of `plotly.subplots`.
+    """The same figure with the style of a theme; for those of `plotly.subplots`.
 
     Parameters
     ----------

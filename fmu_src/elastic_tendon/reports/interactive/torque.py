@@ -15,20 +15,22 @@ DOTS = 1000  # in each panel; the browser draws each by itself
 LABELS = ("each sample", "95 % interval of the mean", "mean")
 
 
-def missing_torque(file: FileComparison, found: FileLocation, *, theme: Theme = LIGHT) -> go.Figure:
+def missing_torque(
+    file: FileComparison, location: FileLocation, *, theme: Theme = LIGHT
+) -> go.Figure:
     """Missing torque over time and against each variable, with its 95 % band.
 
     Parameters
     ----------
     file : FileComparison
-    found : FileLocation of the same recording
+    location : FileLocation of the same recording
     theme : Theme
 
     Returns
     -------
     plotly.graph_objects.Figure; a panel for each variable
     """
-    missing = found.missing_torque
+    missing = location.missing_torque
     chosen = some(len(missing.torque), DOTS)
     name = plain(abridged(file.measurement.name))
     curves = missing.curves
@@ -36,8 +38,8 @@ def missing_torque(file: FileComparison, found: FileLocation, *, theme: Theme = 
     figure = panels(theme, len(curves), title=title, legend={"itemsizing": "constant"})
     for index, curve in enumerate(curves):
         cloud = None
-        if curve.by in found.variables:
-            cloud = found.variables[curve.by][chosen], missing.torque[chosen]
+        if curve.by in location.variables:
+            cloud = location.variables[curve.by][chosen], missing.torque[chosen]
         _draw_curve(figure, curve, cloud, theme, place_of(index, len(curves)), first=index == 0)
     return figure
 

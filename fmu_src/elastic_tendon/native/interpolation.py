@@ -1,5 +1,6 @@
 """How inputs run between samples; apart, so that the command line knows it without numpy."""
 
-from typing import Literal
+from typing import Literal, get_args
 
 Interpolation = Literal["hold", "linear", "cubic"]
+INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)

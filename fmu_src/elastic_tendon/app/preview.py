@@ -7,7 +7,7 @@ from typing import Any
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Source
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.workspace import Result, Shelf
+from elastic_tendon.app.workspace import Cache, Result
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats import open_source
 from elastic_tendon.measurement.formats.base import label
@@ -29,26 +29,26 @@ class Beginning:
 def beginnings(source: Source, files: Files) -> Result[tuple[Beginning, ...]]:
     """The first values of the columns of a file; of a column that cannot be read there are none."""
 
-    def compute(shelf: Shelf, progress: Progress) -> tuple[Beginning, ...]:
-        shelf.obtain(results.contents(source, files), progress)  # nothing in it crashes a reader
+    def compute(cache: Cache, progress: Progress) -> tuple[Beginning, ...]:
+        cache.obtain(results.contents(source, files), progress)  # nothing in it crashes a reader
         opened = open_source(files[source.key])
-        found: list[Beginning] = []
+        shown: list[Beginning] = []
         for group in opened.groups:
-            columns = group.columns[: COLUMNS - len(found)]
+            columns = group.columns[: COLUMNS - len(shown)]
             if not columns:
                 break
             try:
                 chunk = next(iter(opened.read(group.name, columns, silent)), {})
             except MeasurementError:
                 chunk = {}
-            found += [
+            shown += [
                 Beginning(
                     label(group.name, column),
                     tuple(map(_cell, islice(chunk.get(column, ()), VALUES))),
                 )
                 for column in columns
             ]
-        return tuple(found)
+        return tuple(shown)
 
     return Result(("beginnings", source.key, source.name), f"looking into {source.name}", compute)
 
