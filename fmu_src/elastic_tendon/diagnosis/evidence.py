@@ -1,7 +1,8 @@
 """The evidence for an answer: one number, the same in every table, figure and choice.
 
-Minus twice the log-likelihood with what a parameter costs, so that less is better and a difference
-of 10 decides (Kass & Raftery, Journal of the American Statistical Association 90, 1995)::
+The Bayesian information criterion (BIC): minus twice the log-likelihood with what a parameter
+costs, so that less is better and a difference of 10 decides (Kass & Raftery, Journal of the
+American Statistical Association 90, 1995)::
 
     N log(mean square) + n log(held-out mean square) + prior + implausibility + k log(N)
 
