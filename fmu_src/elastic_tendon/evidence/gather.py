@@ -348,8 +348,9 @@ def _correlation(problem: Problem, model: Model) -> Array:
         return np.eye(count)
     jacobian[:, :count] *= problem.coordinates.sigma
     prior = np.eye(jacobian.shape[1])[:count]
-    covariance = np.linalg.pinv(np.vstack([jacobian, prior]).T @ np.vstack([jacobian, prior]))
-    covariance = covariance[:count, :count]
+    # not of the product of derivatives, in which the prior would be lost beside data without noise
+    inverse = np.linalg.pinv(np.vstack([jacobian, prior]))[:count]
+    covariance = inverse @ inverse.T
     size = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(size, size))
 
