@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
@@ -37,6 +37,10 @@ from elastic_tendon.evidence.privacy import without_names
 from elastic_tendon.measurement import Measurement, Recordings, listed
 from elastic_tendon.result import Result, plain
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
 SCHEMA = "elastic-tendon/evidence/1"
 REPORT = f"{FOLDER}evidence.json"
 PARAMETERS = f"{FOLDER}parameters.ssv"
@@ -57,11 +61,12 @@ _ALWAYS = (
 class Evidence(Result):
     """What an FMU of `model` is to carry.
 
-    `report` is plain data, schema ``elastic-tendon/evidence/1``; `files` are the content of all
-    other files by path in the FMU; `related` is what the manifest says of each.
+    `comparison` : model beside the recordings. `report` : plain data, schema
+    ``elastic-tendon/evidence/1``. `files` : content of all other files by path in the FMU.
+    `related` : what the manifest says of each.
     """
 
-    model: Model
+    comparison: Comparison
     report: Mapping[str, Any]
     files: Mapping[str, bytes]
     related: tuple[Related, ...]
@@ -79,9 +84,22 @@ class Evidence(Result):
         lines.append(f"  verdict: {found['verdict'] if found else 'no diagnosis was given'}")
         return "\n".join(lines)
 
+    @property
+    def model(self) -> Model:
+        """The model that it is evidence of."""
+        return self.comparison.model
+
     def to_dict(self) -> dict[str, Any]:
         """The report."""
         return dict(self.report)
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Error of each signal in each recording, a row each, SI."""
+        return self.comparison.to_dataframe()
+
+    def plot(self) -> "Figure":
+        """Draw measured and simulated signals, and the residual below each."""
+        return self.comparison.plot()
 
     def contents(self, signed_by: str | None) -> dict[str, bytes]:
         """All files by their path in the FMU, but the seal.
@@ -155,7 +173,7 @@ def gather_evidence(
         "diagnosis": found,
         "provenance": _provenance(command),
     }
-    return Evidence(model, without_names(plain(report)), files, related)
+    return Evidence(compared, without_names(plain(report)), files, related)
 
 
 # ---- experiments ---------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -31,6 +31,10 @@ from elastic_tendon.evidence.replay import IMPORTERS, by_another, run_held, run_
 from elastic_tendon.evidence.seal import SEAL, check_seal, load_public_key
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.result import Result, plain
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 _LARGEST = 2**30  # bytes of an FMU when unpacked; more is no FMU but a way to fill a disk
 _UNITS = {
@@ -74,6 +78,23 @@ class Verification(Result):
     def summary(self) -> str:
         """Five lines, and what differs."""
         return "\n".join([*self.lines, *(f"DIFFERS: {fault}" for fault in self.faults)])
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Stated and replayed RMS error of each signal in each recording, a row each, SI."""
+        import pandas as pd
+
+        rows = [
+            (recording, signal, *errors)
+            for recording, signals in self.errors.items()
+            for signal, errors in signals.items()
+        ]
+        return pd.DataFrame(rows, columns=["recording", "signal", "stated", "replayed"])
+
+    def plot(self) -> "Figure":
+        """Draw the stated error beside the replayed one."""
+        from elastic_tendon.reports.evidence_figure import evidence_figure
+
+        return evidence_figure(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything, schema ``elastic-tendon/verification/1``."""
