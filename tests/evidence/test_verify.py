@@ -8,13 +8,16 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from evidence_cases import contents, friction_model, packed, resealed
+from fmpy import simulate_fmu
+from fmpy.validation import validate_fmu
 
 import elastic_tendon as et
-from elastic_tendon.evidence.gather import REPORT
+from elastic_tendon.evidence.gather import REPORT, replayable
 from elastic_tendon.evidence.manifest import MANIFEST, Related, manifest
 from elastic_tendon.evidence.parameter_set import Uncertainty, parameter_set
 from elastic_tendon.evidence.replay import IMPORTERS
 from elastic_tendon.native import compiler
+from fmu_driver import Fmu
 
 PLAIN = ("modelDescription.xml", "binaries/")
 
@@ -79,10 +82,12 @@ def test_a_spring_that_damps_is_replayed_with_the_motors_velocity(tmp_path, monk
     assert found.lines[-1] == "unsigned"
 
 
-def test_what_sensors_do_is_stated_and_not_replayed() -> None:
-    model = friction_model().with_effect("measurement_delay", {"delay": 0.01})
-    evidence = et.gather_evidence(model, et.load_demo().recording.window(0.0, 1.0))
-    assert [one["replayed"] for one in evidence.report["recordings"]] == [False]
+def test_what_sensors_do_and_smooth_inputs_are_stated_and_not_replayed() -> None:
+    recording = et.load_demo().recording
+    assert replayable(friction_model(), recording)
+    late = friction_model().with_effect("measurement_delay", {"delay": 0.01})
+    assert not replayable(late, recording)
+    assert not replayable(friction_model(), replace(recording, interpolation="cubic"))
 
 
 @pytest.mark.parametrize(
@@ -162,3 +167,50 @@ def test_nothing_is_written_outside_its_folder(sealed, tmp_path) -> None:
             archive.writestr(name, content)
     assert not et.verify(path).passed
     assert not (tmp_path.parent / "out.txt").exists()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_output_tells_where_the_model_was_not_validated(
+    version, evidence, tmp_path, monkeypatch
+) -> None:
+    monkeypatch.setattr(compiler, "_FLAGS", (*compiler._FLAGS, "-Xclang", "-O0"))
+    options = {"fmi_version": version, "evidence": evidence, "outside_validity": True}
+    path = et.export_fmu(friction_model(), tmp_path / "x.fmu", **options)
+    assert validate_fmu(str(path)) == []
+    assert et.verify(path).passed
+    inputs = np.zeros(
+        601, dtype=[(one, float) for one in ("time", "motor_position", "load_torque")]
+    )
+    inputs["time"] = np.linspace(0.0, 6.0, 601)
+    inputs["load_torque"] = 1.2 * inputs["time"]  # leaves the range, near 5.4 N·m, at 4.5 s
+    run = simulate_fmu(
+        str(path),
+        fmi_type="CoSimulation",
+        stop_time=6.0,
+        output_interval=0.01,
+        input=inputs,
+        output=["outside_validity", "joint_position"],
+    )
+    high = evidence.validity["load_torque"][1]
+    outside = run["outside_validity"].astype(bool)
+    late = run["time"] - 0.01  # fmpy sets inputs before a step and looks after it
+    assert np.array_equal(outside, 1.2 * late > high)
+    assert outside.any()
+    assert not outside.all()
+    fmu = Fmu(path, tmp_path / "unpacked")
+    model = fmu.model()
+    try:
+        model.begin({"load_torque": 10.0})
+        assert model.get("outside_validity")
+        model.set("load_torque", 0.0)
+        assert model.get("outside_validity")  # discrete: it changes at events only
+        model.fmu.enterEventMode()
+        model.iterate_events()
+        assert not model.get("outside_validity")
+    finally:
+        model.free()
+
+
+def test_without_evidence_there_is_no_range_to_leave(tmp_path) -> None:
+    with pytest.raises(et.EvidenceError, match="outside_validity needs evidence"):
+        et.export_fmu(friction_model(), tmp_path / "x.fmu", outside_validity=True)

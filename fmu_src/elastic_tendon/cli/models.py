@@ -75,6 +75,14 @@ def export(
             "--sign", metavar="KEY.pem", help="Sign the evidence with this Ed25519 key (PEM)."
         ),
     ] = None,
+    outside_validity: Annotated[
+        bool,
+        typer.Option(
+            "--outside-validity",
+            help="With evidence: a Boolean output that tells when inputs or motion leave the range "
+            "of the recordings.",
+        ),
+    ] = False,
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
@@ -92,9 +100,15 @@ def export(
         platforms = platforms_named(platform)
     except et.BuildError as error:
         raise typer.BadParameter(str(error), param_hint="--platform") from None
-    if not with_evidence and (diagnosis or sign):
-        fault = "it belongs to evidence; name a recording with --with-evidence too"
-        raise typer.BadParameter(fault, param_hint="--diagnosis" if diagnosis else "--sign")
+    belonging = {
+        "--diagnosis": diagnosis,
+        "--sign": sign,
+        "--outside-validity": outside_validity,
+    }
+    for name, given in belonging.items():
+        if given and not with_evidence:
+            fault = "it belongs to evidence; name a recording with --with-evidence too"
+            raise typer.BadParameter(fault, param_hint=name)
     read = [*(with_evidence or ()), *(str(path) for path in (diagnosis, sign) if path)]
     check_outputs(out, picture=None, force=force, read=[model, *read])
     loaded = load(model, own_effects)
@@ -111,6 +125,7 @@ def export(
             source=source,
             evidence=evidence,
             sign=sign,
+            outside_validity=outside_validity,
             overwrite=force,
             progress=progress,
         )

@@ -49,6 +49,7 @@ Kept = Literal["data", "hashes"]
 RANGES = ("motor_position", "load_torque", "joint_position", "joint_velocity", "deflection")
 _PACKAGES = ("elastic-tendon", "casadi", "numpy", "ziglang")
 _CSV, _JSON, _SSV = "text/csv", "application/json", "application/x-ssp-parameter-set"
+_MARGIN = 0.02  # of a range of validity, on either side
 _SMOKE_AMPLITUDE = 0.1  # rad at the joint
 _ALWAYS = (
     Related("parameters.ssv", _SSV, "parameter", "Values with intervals and covariance"),
@@ -88,6 +89,11 @@ class Evidence(Result):
     def model(self) -> Model:
         """The model that it is evidence of."""
         return self.comparison.model
+
+    @property
+    def validity(self) -> dict[str, tuple[float, float]]:
+        """Range in which an input or output counts as validated, SI."""
+        return widened(self.report["range"])
 
     def to_dict(self) -> dict[str, Any]:
         """The report."""
@@ -179,7 +185,7 @@ def gather_evidence(
 # ---- experiments ---------------------------------------------------------------------------
 
 
-def _replayable(model: Model, measurement: Measurement) -> bool:
+def replayable(model: Model, measurement: Measurement) -> bool:
     """Whether an FMU can be driven as the recording was simulated.
 
     Effects of sensors act where model and data meet, and are not in an FMU; cubic inputs no
@@ -241,7 +247,7 @@ def _recording(
         "experiment": name,
         "packed": keep == "data",
         "role": role,
-        "replayed": keep == "data" and _replayable(model, recording),
+        "replayed": keep == "data" and replayable(model, recording),
         "interpolation": recording.interpolation,
         "samples": len(time),
         "duration": float(time[-1]),
@@ -275,6 +281,14 @@ def _ranges(compared: Comparison) -> dict[str, tuple[float, float]]:
             max(float(values.max()) for values in columns),
         )
     return found
+
+
+def widened(ranges: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, float]]:
+    """Ranges with a margin: what goes beyond them by less is not outside."""
+    return {
+        name: (low - _MARGIN * (high - low), high + _MARGIN * (high - low))
+        for name, (low, high) in ranges.items()
+    }
 
 
 # ---- diagnosis and parameters --------------------------------------------------------------

@@ -24,7 +24,7 @@ from elastic_tendon.evidence.experiment import (
     Experiment,
     from_csv,
 )
-from elastic_tendon.evidence.gather import PARAMETERS, RANGES, REPORT, SCHEMA
+from elastic_tendon.evidence.gather import PARAMETERS, REPORT, SCHEMA, widened
 from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, Related, read_manifest
 from elastic_tendon.evidence.parameter_set import read_values
 from elastic_tendon.evidence.replay import IMPORTERS, by_another, run_held, run_straight
@@ -48,7 +48,6 @@ _UNITS = {
 }
 # of an error that is stated: what rounding and other processors may change of it
 _SAME = 1e-3
-_MARGIN = 0.02  # of a range of validity, on either side
 
 
 @dataclass(frozen=True, repr=False)
@@ -372,13 +371,11 @@ class _Check:
         run = run_straight(folder, self.name, experiment)
         outside = np.zeros(len(time), dtype=bool)
         leaves = []
-        for name in RANGES:
+        for name, (low, high) in widened(ranges).items():
             values = inputs.inputs.get(name, run.outputs.get(name))
             if values is None:
                 continue
-            low, high = ranges[name]
-            margin = _MARGIN * (high - low)
-            beyond = (values < low - margin) | (values > high + margin)
+            beyond = (values < low) | (values > high)
             outside |= beyond
             if beyond.any():
                 leaves.append(f"{name} from {inputs.time[np.argmax(beyond)]:.6g} s")

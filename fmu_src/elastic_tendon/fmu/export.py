@@ -41,14 +41,19 @@ def model_identifier(name: str) -> str:
 
 
 def describe(
-    model: Model, system: HybridSystem, fmi_version: FmiVersion
+    model: Model,
+    system: HybridSystem,
+    fmi_version: FmiVersion,
+    validity: Mapping[str, tuple[float, float]] | None = None,
 ) -> description.Description:
     """What the FMU of a model says of itself."""
     return description.Description(
         name=model.name,
         identifier=model_identifier(model.name),
         interface=system.interface,
-        variables=layout(system.interface, model.values(), indicators=fmi_version == 3),
+        variables=layout(
+            system.interface, model.values(), indicators=fmi_version == 3, validity=validity
+        ),
         dependencies=dependencies(system),
         co_simulation=_DESCRIPTIONS[fmi_version].CO_SIMULATION,
         model_exchange=_DESCRIPTIONS[fmi_version].MODEL_EXCHANGE,
@@ -83,11 +88,12 @@ def _contents(
     fmi_version: FmiVersion,
     platforms: Sequence[Platform],
     source: bool,
+    validity: Mapping[str, tuple[float, float]] | None,
     progress: Progress,
 ) -> dict[str, bytes]:
     """Files of the FMU by their path in it."""
     system = build(model.effect_ids)
-    described = describe(model, system, fmi_version)
+    described = describe(model, system, fmi_version, validity)
     root = _DESCRIPTIONS[fmi_version].model_description(described)
     if source and fmi_version == 2:
         declare_sources(root)
@@ -122,6 +128,7 @@ def export_fmu(
     source: bool = False,
     evidence: Evidence | None = None,
     sign: str | Path | None = None,
+    outside_validity: bool = False,
     overwrite: bool = False,
     progress: Progress = silent,
 ) -> Path:
@@ -139,6 +146,8 @@ def export_fmu(
     source : whether the C code is packed too, for platforms that are not among these
     evidence : from `gather_evidence` of this model: what the FMU carries as proof
     sign : file of an Ed25519 key (PEM) that the evidence is signed with; the key is not packed
+    outside_validity : whether a Boolean output of this name tells when inputs or motion leave the
+        range of the evidence
     overwrite : whether an existing file may be replaced
     progress : called with what is being done, and the share of the work that is done
 
@@ -159,7 +168,13 @@ def export_fmu(
     if fmi_version not in get_args(FmiVersion):
         raise BuildError(f"there is no FMI version {fmi_version!r} here; choose 2 or 3")
     signer = _signer(model, evidence, sign)
-    contents = _contents(model, fmi_version, platforms_named(platforms), source, progress)
+    validity = None
+    if outside_validity:
+        if evidence is None:
+            raise EvidenceError("outside_validity needs evidence, which has the range; give it too")
+        validity = evidence.validity
+    targets = platforms_named(platforms)
+    contents = _contents(model, fmi_version, targets, source, validity, progress)
 
     def write(target: Path) -> None:
         if evidence is None:
