@@ -14,7 +14,7 @@ ROOMS = (
     *("errors", "version", "progress", "output", "result"),
     *("effects", "actuator", "native", "simulation", "measurement"),
     *("comparison", "estimation", "misreadings", "diagnosis"),
-    *("fmu", "linear", "sweeps", "reports", "demo", "app", "cli"),
+    *("evidence", "fmu", "linear", "sweeps", "reports", "demo", "app", "cli"),
     *("__init__", "__main__"),
 )
 

@@ -6,6 +6,7 @@ import logging
 import re
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -164,6 +165,12 @@ def cycles(model) -> et.LimitCycles:
     return et.limit_cycles(describing, loop)
 
 
+def verified(model, recording) -> et.Verification:
+    with tempfile.TemporaryDirectory() as folder:
+        evidence = et.gather_evidence(model, recording)
+        return et.verify(et.export_fmu(model, Path(folder) / "x.fmu", evidence=evidence))
+
+
 RESULTS = {
     "Addition": lambda model, recording: et.add(model, "coulomb_friction", recording),
     "CharacteristicCurve": lambda model, _: et.characteristic_curves(model)[0],
@@ -171,6 +178,7 @@ RESULTS = {
     "DescribingFunction": lambda model, _: et.describing_function(model, [0.1, 0.3]),
     "DesignTable": lambda model, _: et.design(model),
     "Diagnosis": lambda model, run: et.diagnose(model, run, options=FRICTION_OR_GRAVITY),
+    "Evidence": et.gather_evidence,
     "FitResult": et.fit,
     "LimitCycles": lambda model, _: cycles(model),
     "LinearModel": lambda model, _: et.linearise(model, "I", inputs=["load_torque"]),
@@ -184,6 +192,7 @@ RESULTS = {
         model, vary={"link.inertia": "5%"}, runs=8, motion=recording
     ),
     "Trajectory": et.simulate,
+    "Verification": verified,
 }
 # what users give or look at, and what they get back only within a result
 NO_RESULTS = {

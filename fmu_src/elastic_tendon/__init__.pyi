@@ -21,6 +21,7 @@ from .diagnosis.result import Diagnosis as Diagnosis
 from .errors import BuildError as BuildError
 from .errors import EffectError as EffectError
 from .errors import ElasticTendonError as ElasticTendonError
+from .errors import EvidenceError as EvidenceError
 from .errors import LinearisationError as LinearisationError
 from .errors import MeasurementError as MeasurementError
 from .errors import ModelError as ModelError
@@ -30,6 +31,10 @@ from .estimation.add import Addition as Addition
 from .estimation.add import add as add
 from .estimation.fit import FitResult as FitResult
 from .estimation.fit import fit as fit
+from .evidence.gather import Evidence as Evidence
+from .evidence.gather import gather_evidence as gather_evidence
+from .evidence.verify import Verification as Verification
+from .evidence.verify import verify as verify
 from .fmu.export import export_fmu as export_fmu
 from .linear.describing_function import DescribingFunction as DescribingFunction
 from .linear.describing_function import describing_function as describing_function

@@ -36,3 +36,7 @@ class LinearisationError(ElasticTendonError):
 
 class SweepError(ElasticTendonError):
     """A sweep that cannot begin or go on; the message says what to do."""
+
+
+class EvidenceError(ElasticTendonError):
+    """Evidence that cannot be gathered or read; the message says what to do."""

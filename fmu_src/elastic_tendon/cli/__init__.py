@@ -12,7 +12,7 @@ import typer
 
 import elastic_tendon as et
 from elastic_tendon.cli import app as app_command
-from elastic_tendon.cli import diagnosis, linear, measurements, models
+from elastic_tendon.cli import diagnosis, evidence, linear, measurements, models
 from elastic_tendon.cli import sweep as sweep_command
 from elastic_tendon.cli.shared import INTERRUPTED, app, output
 
@@ -21,6 +21,7 @@ __all__ = [
     "app",
     "app_command",
     "diagnosis",
+    "evidence",
     "linear",
     "main",
     "measurements",

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 import elastic_tendon as et
+from elastic_tendon.cli.reading import reading
 from elastic_tendon.cli.shared import (
     EffectOption,
     ForceOption,
@@ -26,6 +27,7 @@ EXAMPLE = "biorob_x4_joint_3"  # bundled model for which typical values are show
 
 @app.command()
 @reporting
+@reading
 def export(
     model: ModelArgument,
     out: Annotated[Path, typer.Option("--output", "-o", metavar="X.fmu", help="FMU to write.")],
@@ -44,6 +46,45 @@ def export(
     source: Annotated[
         bool, typer.Option("--source", help="Pack the C code too, for other platforms.")
     ] = False,
+    with_evidence: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--with-evidence",
+            metavar="DATA",
+            help="Pack proof: this recording (file.csv, or file.csv\\[start:end]), what the model "
+            "makes of it, its error and the range of motion; for verify. Repeatable.",
+        ),
+    ] = None,
+    keep: Annotated[
+        Literal["data", "hashes"],
+        typer.Option(
+            "--evidence", help="Pack what was measured, or only hashes of it and the errors."
+        ),
+    ] = "data",
+    diagnosis: Annotated[
+        Path | None,
+        typer.Option(
+            "--diagnosis",
+            metavar="F.json",
+            help="With evidence: what diagnose --json wrote when it found this model.",
+        ),
+    ] = None,
+    sign: Annotated[
+        Path | None,
+        typer.Option(
+            "--sign", metavar="KEY.pem", help="Sign the evidence with this Ed25519 key (PEM)."
+        ),
+    ] = None,
+    outside_validity: Annotated[
+        bool,
+        typer.Option(
+            "--outside-validity",
+            help="With evidence: a Boolean output that tells when inputs or motion leave the range "
+            "of the recordings.",
+        ),
+    ] = False,
+    *,
+    options: "et.ReadOptions",
     own_effects: EffectOption = None,
     force: ForceOption = False,
 ) -> None:
@@ -51,6 +92,7 @@ def export(
 
     A model with many effects of springs and tendons together compiles for minutes.
     """
+    from elastic_tendon.cli.evidence import gathered
     from elastic_tendon.native.compiler import platforms_named
 
     fmi_version = _fmi_version(fmi)
@@ -58,19 +100,40 @@ def export(
         platforms = platforms_named(platform)
     except et.BuildError as error:
         raise typer.BadParameter(str(error), param_hint="--platform") from None
+    belonging = {
+        "--diagnosis": diagnosis,
+        "--sign": sign,
+        "--outside-validity": outside_validity,
+    }
+    for name, given in belonging.items():
+        if given and not with_evidence:
+            fault = "it belongs to evidence; name a recording with --with-evidence too"
+            raise typer.BadParameter(fault, param_hint=name)
+    read = [*(with_evidence or ()), *(str(path) for path in (diagnosis, sign) if path)]
+    check_outputs(out, picture=None, force=force, read=[model, *read])
     loaded = load(model, own_effects)
     with progress_bar() as progress:
+        evidence = (
+            gathered(loaded, with_evidence, options, diagnosis, keep, progress)
+            if with_evidence
+            else None
+        )
         et.export_fmu(
             *(loaded, out),
             fmi_version=fmi_version,
             platforms=[target.name for target in platforms],
             source=source,
+            evidence=evidence,
+            sign=sign,
+            outside_validity=outside_validity,
             overwrite=force,
             progress=progress,
         )
     runs_on = ", ".join(target.name for target in platforms)
     sentence = f"{loaded.name} is in {out}, FMI {fmi_version}.0, for {runs_on}"
     output.print(sentence, highlight=False, soft_wrap=True)
+    if evidence is not None:
+        output.print(repr(evidence), highlight=False, soft_wrap=True, markup=False)
 
 
 @app.command()

@@ -9,7 +9,9 @@ from typing import Literal, get_args
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.system import HybridSystem
-from elastic_tendon.errors import BuildError
+from elastic_tendon.errors import BuildError, EvidenceError
+from elastic_tendon.evidence.gather import Evidence
+from elastic_tendon.evidence.seal import Signer, add_seal, load_signer
 from elastic_tendon.fmu import description, fmi2_description, fmi3_description
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.documentation import documentation
@@ -39,14 +41,19 @@ def model_identifier(name: str) -> str:
 
 
 def describe(
-    model: Model, system: HybridSystem, fmi_version: FmiVersion
+    model: Model,
+    system: HybridSystem,
+    fmi_version: FmiVersion,
+    validity: Mapping[str, tuple[float, float]] | None = None,
 ) -> description.Description:
     """What the FMU of a model says of itself."""
     return description.Description(
         name=model.name,
         identifier=model_identifier(model.name),
         interface=system.interface,
-        variables=layout(system.interface, model.values(), indicators=fmi_version == 3),
+        variables=layout(
+            system.interface, model.values(), indicators=fmi_version == 3, validity=validity
+        ),
         dependencies=dependencies(system),
         co_simulation=_DESCRIPTIONS[fmi_version].CO_SIMULATION,
         model_exchange=_DESCRIPTIONS[fmi_version].MODEL_EXCHANGE,
@@ -81,11 +88,12 @@ def _contents(
     fmi_version: FmiVersion,
     platforms: Sequence[Platform],
     source: bool,
+    validity: Mapping[str, tuple[float, float]] | None,
     progress: Progress,
 ) -> dict[str, bytes]:
     """Files of the FMU by their path in it."""
     system = build(model.effect_ids)
-    described = describe(model, system, fmi_version)
+    described = describe(model, system, fmi_version, validity)
     root = _DESCRIPTIONS[fmi_version].model_description(described)
     if source and fmi_version == 2:
         declare_sources(root)
@@ -118,6 +126,9 @@ def export_fmu(
     fmi_version: FmiVersion = 2,
     platforms: str | Iterable[str] | None = None,
     source: bool = False,
+    evidence: Evidence | None = None,
+    sign: str | Path | None = None,
+    outside_validity: bool = False,
     overwrite: bool = False,
     progress: Progress = silent,
 ) -> Path:
@@ -133,6 +144,10 @@ def export_fmu(
     platforms : names of platforms that the FMU is to run on, as "x86_64-windows", or "all"; the
         one this Python runs on where missing
     source : whether the C code is packed too, for platforms that are not among these
+    evidence : from `gather_evidence` of this model: what the FMU carries as proof
+    sign : file of an Ed25519 key (PEM) that the evidence is signed with; the key is not packed
+    outside_validity : whether a Boolean output of this name tells when inputs or motion leave the
+        range of the evidence
     overwrite : whether an existing file may be replaced
     progress : called with what is being done, and the share of the work that is done
 
@@ -146,10 +161,36 @@ def export_fmu(
         where the file exists, cannot be written or does not end in .fmu
     BuildError
         for an unknown version or platform, or where the compiler refuses
+    EvidenceError
+        for evidence of another model, a key that cannot be used, or one without evidence
     """
     path = checked_path(path, overwrite=overwrite)
     if fmi_version not in get_args(FmiVersion):
         raise BuildError(f"there is no FMI version {fmi_version!r} here; choose 2 or 3")
-    contents = _contents(model, fmi_version, platforms_named(platforms), source, progress)
-    write_file(path, lambda target: write_archive(target, contents), force=overwrite)
+    signer = _signer(model, evidence, sign)
+    validity = None
+    if outside_validity:
+        if evidence is None:
+            raise EvidenceError("outside_validity needs evidence, which has the range; give it too")
+        validity = evidence.validity
+    targets = platforms_named(platforms)
+    contents = _contents(model, fmi_version, targets, source, validity, progress)
+
+    def write(target: Path) -> None:
+        if evidence is None:
+            write_archive(target, contents)
+        else:
+            proof = evidence.contents(signer.public if signer else None)
+            write_archive(target, contents | proof)
+            add_seal(target, signer)
+
+    write_file(path, write, force=overwrite)
     return path
+
+
+def _signer(model: Model, evidence: Evidence | None, sign: str | Path | None) -> Signer | None:
+    if evidence is None and sign is not None:
+        raise EvidenceError("what is signed is evidence; give it too")
+    if evidence is not None and evidence.model != model:
+        raise EvidenceError("the evidence is of another model; gather it of the one to export")
+    return None if sign is None else load_signer(sign)

@@ -102,6 +102,8 @@ class _Finder:
         if variable.role is Role.STATE:
             own = [known is variable for known in self._columns]
             return np.where(own, Dependence.CONSTANT, Dependence.NONE).astype(np.int8)
+        if variable.role is Role.VALIDITY:
+            return np.full(len(self._columns), Dependence.DEPENDENT, dtype=np.int8)
         row: _Kinds = self._rows[variable.role][variable.index]
         return row
 

@@ -28,6 +28,16 @@ _SLACK_STATE_NUMBER = replace(
     meaning=f"{_SLACK_STATE.name} as an integer, for importers that take no enumerations",
     kind=Kind.INTEGER,
 )
+OUTSIDE_VALIDITY = Variable(
+    "outside_validity",
+    "1",
+    "whether inputs or motion are outside the range in which the model was validated; in model "
+    "exchange as of the last event",
+    Kind.BOOLEAN,
+    lower=0.0,
+    upper=1.0,
+)
+_EVERYWHERE = (-inf, inf)
 _TIME = Variable("time", "s", "simulation time")
 _TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
 
@@ -42,6 +52,7 @@ class Role(Enum):
     OUTPUT = "ROLE_OUTPUT"
     PARAMETER = "ROLE_PARAMETER"
     OPTION = "ROLE_OPTION"  # motor_velocity_connected
+    VALIDITY = "ROLE_VALIDITY"  # outside_validity, where it was asked for
     INDICATOR = "ROLE_INDICATOR"  # only in FMI 3.0
 
 
@@ -51,6 +62,7 @@ class FmuVariable:
 
     `index` counts within the role: among the states, the inputs, ... of the model. `start` is
     None where the value is calculated. `is_output` marks outputs, of which some are states.
+    `valid` : least and largest value of where the model was validated.
     """
 
     value_reference: int
@@ -59,6 +71,7 @@ class FmuVariable:
     index: int
     is_output: bool
     start: float | None
+    valid: tuple[float, float] = _EVERYWHERE
 
     @property
     def name(self) -> str:
@@ -75,7 +88,8 @@ class FmuVariable:
         return "discrete" if self.variable.discrete else "continuous"
 
 
-_Row = tuple[Variable, Role, int, bool, float | None]  # fields of FmuVariable after the first
+# fields of FmuVariable after the first, but the last
+_Row = tuple[Variable, Role, int, bool, float | None]
 
 
 def rate_unit(unit: str) -> str:
@@ -106,7 +120,11 @@ def _indicators(mode: Mode) -> Iterator[Variable]:
 
 
 def layout(
-    interface: Interface, parameters: Mapping[str, float], *, indicators: bool = False
+    interface: Interface,
+    parameters: Mapping[str, float],
+    *,
+    indicators: bool = False,
+    validity: Mapping[str, tuple[float, float]] | None = None,
 ) -> tuple[FmuVariable, ...]:
     """Variables of the FMU; a variable's place in the tuple is its value reference.
 
@@ -115,6 +133,8 @@ def layout(
     interface : of the structure
     parameters : value of each parameter by its dotted path, SI
     indicators : whether event indicators are variables too, as FMI 3.0 wants them
+    validity : name -> range, SI, of inputs, states and outputs that the variable outside_validity
+        watches; None: there is no such variable
     """
     states = {state.name: i for i, state in enumerate(interface.states)}
     rows: list[_Row] = [(_TIME, Role.TIME, 0, False, None)]
@@ -142,7 +162,13 @@ def layout(
         )
     number = interface.outputs.index(_SLACK_STATE)
     rows.append((_SLACK_STATE_NUMBER, Role.OUTPUT, number, True, None))
-    return tuple(FmuVariable(reference, *row) for reference, row in enumerate(rows))
+    if validity is not None:
+        rows.append((OUTSIDE_VALIDITY, Role.VALIDITY, 0, True, None))
+    ranges = [(validity or {}).get(row[0].name, _EVERYWHERE) for row in rows]
+    return tuple(
+        FmuVariable(reference, *row, valid=valid)
+        for reference, (row, valid) in enumerate(zip(rows, ranges, strict=True))
+    )
 
 
 def default_layout(interface: Interface) -> tuple[FmuVariable, ...]:
@@ -192,6 +218,8 @@ _COLUMNS: Mapping[str, tuple[str, Callable[[FmuVariable], str]]] = {  # type in 
     "start": ("double", lambda variable: _c_number(_c_start(variable))),
     "lower": ("double", lambda variable: _c_number(variable.variable.lower)),
     "upper": ("double", lambda variable: _c_number(variable.variable.upper)),
+    "valid_low": ("double", lambda variable: _c_number(variable.valid[0])),
+    "valid_high": ("double", lambda variable: _c_number(variable.valid[1])),
 }
 
 

@@ -255,6 +255,18 @@ static double indicator(const Instance *instance, int i) {
   return z[i];
 }
 
+static Status judge_validity(Instance *instance, int *outside) {
+  *outside = 0;
+  for (unsigned i = 0; i < N_VARIABLES; i++) {
+    const VariableInfo *variable = &variables[i];
+    double value;
+    if (variable->valid_low == -INFINITY && variable->valid_high == INFINITY) continue;
+    if (get(instance, i, &value) != STATUS_OK) return STATUS_ERROR;
+    *outside |= value < variable->valid_low || value > variable->valid_high;
+  }
+  return STATUS_OK;
+}
+
 static Status get(Instance *instance, unsigned reference, double *value) {
   const State *state = &instance->state;
   const VariableInfo *variable = &variables[reference];
@@ -267,9 +279,17 @@ static Status get(Instance *instance, unsigned reference, double *value) {
     case ROLE_OPTION: *value = state->motor_velocity_connected; return STATUS_OK;
     case ROLE_DERIVATIVE:
     case ROLE_INDICATOR:
+    case ROLE_VALIDITY:
     case ROLE_OUTPUT: break;
   }
   if (calculate(instance, variable->name) != STATUS_OK) return STATUS_ERROR;
+  if (variable->role == ROLE_VALIDITY) {
+    int outside = state->outside_validity;
+    if (state->phase != CONTINUOUS && judge_validity(instance, &outside) != STATUS_OK)
+      return STATUS_ERROR;
+    *value = outside;
+    return STATUS_OK;
+  }
   const View *view = &instance->view;
   *value = variable->role == ROLE_OUTPUT       ? view->outputs[i]
            : variable->role == ROLE_DERIVATIVE ? view->rates[i]

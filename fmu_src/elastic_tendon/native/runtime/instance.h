@@ -42,6 +42,7 @@ typedef struct {
   double tolerance;
   int experiment_defined;
   int motor_velocity_connected;
+  int outside_validity; /* as of the last event */
   int jumped; /* a state has jumped since event mode was entered */
   int judge_velocity; /* whether the model needs motor_velocity is still to be told */
   int velocity_warned; /* has been told, */
@@ -115,6 +116,8 @@ static Status check_set(Instance *instance, unsigned reference, int types, doubl
 static void store(Instance *instance, unsigned reference, double value);
 /* Value of an existing reference. */
 static Status get(Instance *instance, unsigned reference, double *value);
+/* Whether a variable is outside the range in which the model was validated. */
+static Status judge_validity(Instance *instance, int *outside);
 /* Value of a state; a start that is calculated is known from initialisation mode on. */
 static Status state_value(Instance *instance, int i, double *value);
 /* Make view hold what follows from the state. */

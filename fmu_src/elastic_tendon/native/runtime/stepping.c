@@ -129,7 +129,7 @@ static Status iterate_events(Instance *instance, EventOutcome *result) {
   result->again = changed || jumped;
   result->jumped = state->jumped;
   if (state->judge_velocity && look(instance) == STATUS_OK) judge_velocity(instance);
-  return STATUS_OK;
+  return judge_validity(instance, &state->outside_validity);
 }
 
 /* ---- co-simulation --------------------------------------------------------------------------- */

@@ -1,0 +1,278 @@
+"""Run an FMU's own binary through an experiment, in importers that are not ours."""
+
+import ctypes
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import files
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmpy import read_model_description
+from fmpy.fmi1 import FMICallException
+from fmpy.simulation import instantiate_fmu
+
+from elastic_tendon.comparison.residuals import rms
+from elastic_tendon.errors import EvidenceError
+from elastic_tendon.evidence.experiment import RESULTS, STATES, Array, Experiment
+
+# beside the results, what recordings and ranges of validity may hold
+OUTPUTS = (*RESULTS, "motor_torque", "deflection")
+
+_VELOCITY, _CONNECTED = "motor_velocity", "motor_velocity_connected"
+_FINEST = 1e-3  # s; of a replay whose inputs move, where the importer gives no derivatives
+_MOST_PARTS = 20  # of a step of such a replay
+_REAL = {2: "Real", 3: "Float64"}
+_ENDINGS = {"Boolean": "Boolean", "Real": "Real", "Float64": "Float64"}
+
+
+class Slave:
+    """An FMU of FMI 2.0 or 3.0 in co-simulation by fmpy, variables by name."""
+
+    def __init__(self, folder: str, name: str) -> None:
+        self._description = read_model_description(folder)
+        self.version = 2 if self._description.fmiVersion.startswith("2") else 3
+        self.variables = {one.name: one for one in self._description.modelVariables}
+        self._last_words = ""
+        self._name = name
+        self._fmu = instantiate_fmu(
+            folder, self._description, "CoSimulation", logger=self._listen, debug_logging=True
+        )
+
+    def _listen(self, *told: Any) -> None:
+        """A call of the FMU's logger, whose last three arguments are status, category and text."""
+        status, _, text = told[-3:]
+        if status > 1:  # more than a warning
+            self._last_words = text.decode(errors="replace")
+
+    def begin(self, start: Mapping[str, float]) -> None:
+        """From instantiated to the first communication point, at 0 s."""
+        if self.version == 2:
+            self._call("setupExperiment")
+        for name, value in start.items():
+            ending = _ENDINGS[self.variables[name].type]
+            typed = bool(value) if ending == "Boolean" else float(value)
+            self._call(f"set{ending}", self._references([name]), [typed])
+        self._call("enterInitializationMode")
+        self._call("exitInitializationMode")
+
+    def set(self, names: Sequence[str], values: Sequence[float]) -> None:
+        """Set inputs."""
+        self._call(f"set{_REAL[self.version]}", self._references(names), [*map(float, values)])
+
+    def set_rates(self, names: Sequence[str], values: Sequence[float]) -> None:
+        """Set first derivatives of inputs, which FMI 2.0 alone knows."""
+        orders = [1] * len(names)
+        numbers = [*map(float, values)]
+        self._call("setRealInputDerivatives", self._references(names), orders, numbers)
+
+    def get(self, names: Sequence[str]) -> list[float]:
+        """Values of real variables."""
+        values = self._call(f"get{_REAL[self.version]}", self._references(names))
+        return [float(value) for value in values]
+
+    def step(self, time: float, h: float) -> None:
+        """One communication step, s."""
+        self._call("doStep", time, h)
+
+    def close(self) -> None:
+        """End the instance and unload its library."""
+        self._fmu.freeInstance()
+
+    def _references(self, names: Sequence[str]) -> list[int]:
+        return [self.variables[name].valueReference for name in names]
+
+    def _call(self, function: str, *arguments: Any) -> Any:
+        try:
+            return getattr(self._fmu, function)(*arguments)
+        except FMICallException as error:
+            reason = self._last_words or str(error)
+            raise EvidenceError(f"{self._name}: the FMU stopped in {function}: {reason}") from None
+
+
+@contextmanager
+def _opened(folder: str, name: str) -> Iterator[Slave]:
+    """The FMU unpacked in a folder, which is unloaded at the end.
+
+    Raises
+    ------
+    EvidenceError : it has no binary for this machine, or that cannot be loaded
+    """
+    try:
+        slave = Slave(folder, name)
+    except Exception as error:
+        reason = str(error).splitlines()[0].replace(folder, name)
+        raise EvidenceError(f"{name}: its binary does not run on this machine ({reason})") from None
+    try:
+        yield slave
+    finally:
+        slave.close()
+
+
+@dataclass(frozen=True)
+class Run:
+    """`OUTPUTS` (n,) at the times of an experiment, by name, and what they may be off by (RMS)."""
+
+    outputs: Mapping[str, Array]
+    off: Mapping[str, float]
+
+
+def run_held(folder: str, name: str, experiment: Experiment) -> Run:
+    """Run an experiment with inputs that are held from time to time, by fmpy.
+
+    Parameters
+    ----------
+    folder, name : where the FMU is unpacked, and what messages call it
+    experiment : Experiment
+
+    Raises
+    ------
+    EvidenceError : the FMU cannot be loaded, or stops
+    """
+    still = {one: np.zeros(len(experiment.time)) for one in experiment.inputs}
+    with _opened(folder, name) as slave:
+        return Run(_outputs(slave, experiment, still), dict.fromkeys(OUTPUTS, 0.0))
+
+
+def run_straight(folder: str, name: str, experiment: Experiment) -> Run:
+    """Run an experiment with inputs that are straight from time to time, by fmpy.
+
+    FMI 2.0 takes the inputs' derivatives. Else steps are parted, each with the inputs of its
+    middle, and parted once more; by how much the outputs then differ, they may be off.
+
+    Parameters, errors: as of `run_held`
+    """
+    steps = np.diff(experiment.time)
+    slopes = {
+        one: np.append(np.diff(values) / steps, 0.0) for one, values in experiment.inputs.items()
+    }
+    runs = []
+    for finest in (_FINEST, _FINEST / 2.0):
+        with _opened(folder, name) as slave:
+            if slave.version == 2:
+                outputs = _outputs(slave, experiment, slopes)
+                return Run(outputs, dict.fromkeys(OUTPUTS, 0.0))
+            runs.append(_outputs(slave, experiment, slopes, finest))
+    coarse, fine = runs
+    return Run(fine, {one: rms(fine[one] - coarse[one]) for one in OUTPUTS})
+
+
+def _outputs(
+    slave: Slave,
+    experiment: Experiment,
+    slopes: Mapping[str, Array],
+    finest: float | None = None,
+) -> dict[str, Array]:
+    """`OUTPUTS` at each time, with the inputs that begin there; `finest` step, s, where parted."""
+    inputs = [*experiment.inputs]
+    values = np.column_stack([*experiment.inputs.values()])
+    rates = np.column_stack([slopes[one] for one in inputs])
+    turning = slopes["motor_position"]
+    first = dict(zip((*inputs, _VELOCITY), (*values[0], turning[0]), strict=True))
+    slave.begin({**experiment.start, **first, _CONNECTED: 1.0})
+    rows = []
+    for i, time in enumerate(experiment.time):
+        slave.set((*inputs, _VELOCITY), (*values[i], turning[i]))
+        if finest is None and rates.any():
+            slave.set_rates(inputs, rates[i])
+        rows.append(slave.get(OUTPUTS))
+        if i + 1 == len(values):
+            break
+        h = float(experiment.time[i + 1] - time)
+        parts = 1 if finest is None else min(math.ceil(h / finest), _MOST_PARTS)
+        for part in range(parts):
+            if parts > 1:
+                slave.set(inputs, values[i] + rates[i] * (part + 0.5) * h / parts)
+            slave.step(float(time) + part * h / parts, h / parts)
+    return dict(zip(OUTPUTS, np.array(rows).T, strict=True))
+
+
+# ---- other importers -----------------------------------------------------------------------
+
+
+def _ecos(path: str, experiment: Experiment) -> dict[str, Array]:
+    for file in files("tbb") or ():
+        if file.name == "libtbb.so.12":  # Ecos is linked with it and does not find it by itself
+            ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    rows = []
+    with EcosSimulationStructure() as structure:
+        structure.add_model("fmu", path)
+        with EcosSimulation(_step(experiment), structure=structure) as simulation:
+            simulation.init()
+            rows.append([simulation.get_real(f"fmu::{name}") for name in STATES])
+            for i in range(len(experiment.time) - 1):
+                for name, values in experiment.inputs.items():
+                    simulation.set_real(f"fmu::{name}", float(values[i]))
+                simulation.step()
+                rows.append([simulation.get_real(f"fmu::{name}") for name in STATES])
+            simulation.terminate()
+    return dict(zip(STATES, np.array(rows).T, strict=True))
+
+
+def _libcosim(path: str, experiment: Experiment) -> dict[str, Array]:
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimManipulator import CosimManipulator
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    log_output_level(CosimLogLevel.FATAL)
+    description = read_model_description(path)
+    if not description.fmiVersion.startswith("2"):  # it would bring the process down
+        raise EvidenceError(f"{Path(path).name}: libcosim runs FMI 2.0 alone")
+    references = {one.name: one.valueReference for one in description.modelVariables}
+    execution = CosimExecution.from_step_size(round(1e9 * _step(experiment)))
+    index = execution.add_local_slave(CosimLocalSlave(fmu_path=path, instance_name="fmu"))
+    observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()
+    execution.add_observer(observer)
+    execution.add_manipulator(manipulator)
+    set_at = [references[name] for name in experiment.inputs]
+    read_at = [references[name] for name in STATES]
+    rows = [[0.0] * len(STATES)]
+    for values in np.column_stack([*experiment.inputs.values()])[:-1].tolist():
+        manipulator.slave_real_values(index, set_at, values)
+        if not execution.step():
+            raise EvidenceError(f"{Path(path).name}: libcosim stopped before the experiment's end")
+        rows.append(observer.last_real_values(index, read_at))
+    return dict(zip(STATES, np.array(rows).T, strict=True))
+
+
+def _step(experiment: Experiment) -> float:
+    return float(experiment.time[1] - experiment.time[0])
+
+
+_OTHERS: Mapping[str, tuple[str, Callable[[str, Experiment], dict[str, Array]]]] = {
+    "ecos": ("ecospy", _ecos),
+    "libcosim": ("libcosimpy", _libcosim),
+}
+IMPORTERS = ("fmpy", *_OTHERS)
+
+
+def by_another(importer: str, path: str, experiment: Experiment) -> dict[str, Array]:
+    """`STATES` (n,) of the smoke test, by an importer that is none of Python's.
+
+    Parameters
+    ----------
+    importer : one of `IMPORTERS` but "fmpy"
+    path : of the FMU
+    experiment : of equal steps, from where the FMU starts
+
+    Raises
+    ------
+    EvidenceError : the importer is not installed, refuses the FMU, or stops
+    """
+    package, run = _OTHERS[importer]
+    if find_spec(package) is None:
+        raise EvidenceError(f"{importer} is not installed; pip install {package}")
+    try:
+        return run(path, experiment)
+    except EvidenceError:
+        raise
+    except Exception as error:
+        reason = str(error).splitlines()[:1] or [type(error).__name__]
+        raise EvidenceError(f"{Path(path).name}: {importer} refuses it ({reason[0]})") from None

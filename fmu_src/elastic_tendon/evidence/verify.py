@@ -1,0 +1,423 @@
+"""Whether an FMU is as sealed, does what its evidence says, and is used where it is valid."""
+
+import json
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
+
+import numpy as np
+from fmpy import read_model_description
+
+from elastic_tendon.comparison.residuals import rms
+from elastic_tendon.errors import EvidenceError
+from elastic_tendon.evidence.experiment import (
+    RESULTS,
+    SMOKE_TEST,
+    STATES,
+    Array,
+    Experiment,
+    from_csv,
+)
+from elastic_tendon.evidence.gather import PARAMETERS, REPORT, SCHEMA, widened
+from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, Related, read_manifest
+from elastic_tendon.evidence.parameter_set import read_values
+from elastic_tendon.evidence.replay import IMPORTERS, by_another, run_held, run_straight
+from elastic_tendon.evidence.seal import SEAL, check_seal, load_public_key
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.result import Result, plain
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+_LARGEST = 2**30  # bytes of an FMU when unpacked; more is no FMU but a way to fill a disk
+_UNITS = {
+    "motor_position": "rad",
+    "joint_position": "rad",
+    "deflection": "rad",
+    "joint_velocity": "rad/s",
+    "load_torque": "N·m",
+    "joint_torque": "N·m",
+    "motor_torque": "N·m",
+}
+# of an error that is stated: what rounding and other processors may change of it
+_SAME = 1e-3
+
+
+@dataclass(frozen=True, repr=False)
+class Verification(Result):
+    """What was found out about an FMU; it `passed` where there are no `faults`.
+
+    `faults` : what differs, a sentence each. `differences` : result -> largest difference from the
+    reference results, SI; None: nothing was run. `signed_by` : public key, hexadecimal digits.
+    `ranges` : quantity -> least and largest value, SI, in which the model was validated. `errors` :
+    recording -> signal -> stated and replayed RMS error (None: not replayed). `lines` : all of it
+    in five lines.
+    """
+
+    name: str
+    faults: tuple[str, ...]
+    differences: Mapping[str, float] | None
+    signed_by: str | None
+    ranges: Mapping[str, tuple[float, float]]
+    errors: Mapping[str, Mapping[str, tuple[float, float | None]]]
+    lines: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing differs."""
+        return not self.faults
+
+    def summary(self) -> str:
+        """Five lines, and what differs."""
+        return "\n".join([*self.lines, *(f"DIFFERS: {fault}" for fault in self.faults)])
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Stated and replayed RMS error of each signal in each recording, a row each, SI."""
+        import pandas as pd
+
+        rows = [
+            (recording, signal, *errors)
+            for recording, signals in self.errors.items()
+            for signal, errors in signals.items()
+        ]
+        return pd.DataFrame(rows, columns=["recording", "signal", "stated", "replayed"])
+
+    def plot(self) -> "Figure":
+        """Draw the stated error beside the replayed one."""
+        from elastic_tendon.reports.evidence_figure import evidence_figure
+
+        return evidence_figure(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything, schema ``elastic-tendon/verification/1``."""
+        content: dict[str, Any] = plain(
+            {
+                "schema": "elastic-tendon/verification/1",
+                "name": self.name,
+                "passed": self.passed,
+                "faults": self.faults,
+                "differences": self.differences,
+                "signed_by": self.signed_by,
+                "ranges": self.ranges,
+                "errors": self.errors,
+            }
+        )
+        return content
+
+
+def verify(
+    path: str | Path,
+    *,
+    importer: str = "fmpy",
+    public_key: str | Path | None = None,
+    inputs: Measurement | None = None,
+) -> Verification:
+    """Check an FMU with evidence: bytes, signature, and what its own binary does.
+
+    A binary that is not as it was sealed is not run.
+
+    Parameters
+    ----------
+    path : of an FMU, by `export_fmu`, or of another maker with content of LS-REF
+    importer : what runs it: "fmpy", "ecos" or "libcosim"; errors are replayed by fmpy alone
+    public_key : file of the Ed25519 key (PEM) that it has to be signed with
+    inputs : motion that is planned; whether it leaves the range of validity is told
+
+    Returns
+    -------
+    Verification
+
+    Raises
+    ------
+    EvidenceError : it is no FMU, has no evidence, or cannot be run here
+    """
+    if importer not in IMPORTERS:
+        raise EvidenceError(f"there is no importer {importer!r} here; {', '.join(IMPORTERS)} are")
+    path = Path(path)
+    whole, files = _read(path)
+    if MANIFEST not in files and REPORT not in files and SEAL not in files:
+        raise EvidenceError(
+            f"{path.name}: it carries no evidence; export it with --with-evidence DATA"
+        )
+    if REPORT not in files and SEAL not in files:
+        return _of_another_maker(path, files)
+    try:
+        return _Check(path, files, importer).run(whole, public_key, inputs)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise EvidenceError(f"{path.name}: its evidence is incomplete ({error!r})") from None
+
+
+def _read(path: Path) -> tuple[bytes, dict[str, bytes]]:
+    """All bytes of an FMU, and the content of its files."""
+    try:
+        whole = path.read_bytes()
+        with zipfile.ZipFile(path) as archive:
+            if sum(one.file_size for one in archive.infolist()) > _LARGEST:
+                raise EvidenceError(f"{path.name}: unpacked it is larger than any FMU")
+            files = {one: archive.read(one) for one in archive.namelist() if not one.endswith("/")}
+    except OSError as error:
+        raise EvidenceError(f"{path}: cannot be read ({error.strerror})") from None
+    except (
+        zipfile.BadZipFile,
+        zipfile.LargeZipFile,
+        ValueError,
+        NotImplementedError,
+        EOFError,
+        RuntimeError,
+        zlib.error,
+    ) as error:
+        raise EvidenceError(f"{path.name}: it is no FMU, or damaged ({error})") from None
+    if "modelDescription.xml" not in files:
+        raise EvidenceError(f"{path.name}: it is no FMU, it has no modelDescription.xml")
+    return whole, files
+
+
+@contextmanager
+def _unpacked(files: Mapping[str, bytes]) -> Iterator[str]:
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in files.items():
+            target = Path(folder, name)
+            if ".." in target.parts or not target.is_relative_to(folder):
+                raise EvidenceError(f"{name}: a file of an FMU has to stay in its folder")
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
+        yield folder
+
+
+# ---- other makers --------------------------------------------------------------------------
+
+
+def _of_another_maker(path: Path, files: Mapping[str, bytes]) -> Verification:
+    """What its manifest lists has to be there; parameter sets have to fit its variables."""
+    related = read_manifest(files[MANIFEST], path.name)
+    inside = [one for one in related if one.path is not None]
+    faults = [f"{one.source} is listed and missing" for one in inside if one.path not in files]
+    sets = [one for one in inside if one.path in files and one.type.endswith("ssp-parameter-set")]
+    names = _variable_names(files["modelDescription.xml"], path.name)
+    for one in sets:
+        unknown = read_values(files[str(one.path)], one.source).keys() - names
+        if unknown:
+            faults.append(f"{one.source} sets {', '.join(sorted(unknown))}, which it does not have")
+    return Verification(
+        *(path.name, tuple(faults), None, None, {}, {}),
+        lines=(
+            f"{path.name}: content of LS-REF by another maker, {len(related)} files listed",
+            "reproduces: not run, as LS-REF leaves the form of experiments to their makers",
+            "valid for: not told in a form that is read here",
+            f"brings along: {_by_role(related)}",
+            "unsigned, in a form that is read here",
+        ),
+    )
+
+
+def _by_role(related: tuple[Related, ...]) -> str:
+    counts: dict[str, int] = {}
+    for one in related:
+        counts[one.role] = counts.get(one.role, 0) + 1
+    return ", ".join(f"{count} {role}" for role, count in counts.items()) or "nothing"
+
+
+def _variable_names(description: bytes, name: str) -> set[str]:
+    try:
+        root = ElementTree.fromstring(description)
+    except ElementTree.ParseError as error:
+        raise EvidenceError(f"{name}: its modelDescription.xml is no XML ({error})") from None
+    return {one.get("name", "") for group in root.findall("ModelVariables") for one in group}
+
+
+# ---- our own -------------------------------------------------------------------------------
+
+
+class _Check:
+    """One FMU that is checked; collects what differs."""
+
+    def __init__(self, path: Path, files: Mapping[str, bytes], importer: str) -> None:
+        self.path, self.name, self.files, self.importer = path, path.name, files, importer
+        self.faults: list[str] = []
+        self.differences: dict[str, float] = {}
+        self.errors: dict[str, dict[str, tuple[float, float | None]]] = {}
+
+    def run(
+        self, whole: bytes, public_key: str | Path | None, inputs: Measurement | None
+    ) -> Verification:
+        faults, signed_by = check_seal(whole, self.files)
+        self.faults += faults
+        report = self._report()
+        if report.get("signed_by") and signed_by != report["signed_by"]:
+            self.faults.append("it was signed, and the signature was taken out or replaced")
+        if public_key is not None:
+            self._check_signer(signed_by, load_public_key(public_key))
+        planned = ""
+        if not self.faults:
+            with _unpacked(self.files) as folder:
+                self._check_parameters(folder)
+                self._reproduce(folder, report)
+                if self.importer == "fmpy":
+                    self._replay(folder, report)
+                if inputs is not None:
+                    planned = self._planned(folder, report["range"], inputs)
+        ran = bool(self.differences)
+        ranges = {name: (low, high) for name, (low, high) in report.get("range", {}).items()}
+        return Verification(
+            name=self.name,
+            faults=tuple(self.faults),
+            differences=self.differences if ran else None,
+            signed_by=signed_by,
+            ranges=ranges,
+            errors=self.errors,
+            lines=self._lines(report, ranges, signed_by, planned),
+        )
+
+    def _report(self) -> dict[str, Any]:
+        """The report; empty where it cannot be read, which is a fault then."""
+        try:
+            report = json.loads(self.files[REPORT])
+        except (KeyError, ValueError):
+            report = None
+        if not isinstance(report, dict) or report.get("schema") != SCHEMA:
+            self.faults.append(f"{REPORT} is missing or not of schema {SCHEMA}")
+            return {}
+        return report
+
+    def _check_signer(self, signed_by: str | None, wanted: str) -> None:
+        if signed_by is None:
+            self.faults.append("it is not signed, and a signature was asked for")
+        elif signed_by != wanted:
+            self.faults.append("it is signed with another key than the one that was asked for")
+
+    def _check_parameters(self, folder: str) -> None:
+        """What is stated of the parameters has to be what the FMU starts with."""
+        values = read_values(self.files[PARAMETERS], PARAMETERS)
+        starts = {one.name: one.start for one in read_model_description(folder).modelVariables}
+        for name, value in values.items():
+            if not np.isclose(float(starts.get(name) or np.nan), value, rtol=1e-9, atol=0.0):
+                self.faults.append(f"{name} is {starts.get(name)} in the FMU, stated is {value!r}")
+
+    def _experiment(self, name: str, start: Mapping[str, float]) -> Experiment:
+        columns = self._table(f"{name}_inputs", ("time", "motor_position"))
+        return Experiment(name, columns.pop("time"), columns, start)
+
+    def _table(self, name: str, wanted: tuple[str, ...] = ("time",)) -> dict[str, Array]:
+        path = f"{FOLDER}{name}.csv"
+        return from_csv(self.files[path], path, wanted)
+
+    def _reproduce(self, folder: str, report: Mapping[str, Any]) -> None:
+        """Run all experiments with held inputs beside their reference results."""
+        experiments: list[tuple[str, Mapping[str, float], Mapping[str, float]]]
+        experiments = [(SMOKE_TEST, {}, report["smoke_test"]["tolerances"])]
+        if self.importer == "fmpy":
+            experiments += [
+                (one["experiment"], one["start"], one["tolerances"])
+                for one in report["recordings"]
+                if one["packed"]
+            ]
+        for name, start, tolerances in experiments:
+            experiment = self._experiment(name, start)
+            if self.importer == "fmpy":
+                results = run_held(folder, self.name, experiment).outputs
+            else:
+                results = by_another(self.importer, str(self.path.resolve()), experiment)
+            reference = self._table(f"{name}_results", ("time", *RESULTS))
+            at = np.searchsorted(experiment.time, reference["time"])
+            for signal in RESULTS if self.importer == "fmpy" else STATES:
+                apart = float(np.max(np.abs(results[signal][at] - reference[signal])))
+                self.differences[signal] = max(apart, self.differences.get(signal, 0.0))
+                if not apart <= tolerances[signal]:
+                    unit = _UNITS[signal]
+                    self.faults.append(
+                        f"{name}: {signal} is {apart:.3g} {unit} from the reference results, "
+                        f"{tolerances[signal]:.3g} {unit} are allowed"
+                    )
+
+    def _replay(self, folder: str, report: Mapping[str, Any]) -> None:
+        """Run the recordings as they were compared, beside what was measured."""
+        for one in report["recordings"]:
+            stated = {signal: error["rmse"] for signal, error in one["signals"].items()}
+            self.errors[one["name"]] = {signal: (rmse, None) for signal, rmse in stated.items()}
+            if not one["replayed"]:
+                continue
+            experiment = self._experiment(one["experiment"], one["start"])
+            runner = run_held if one["interpolation"] == "hold" else run_straight
+            run = runner(folder, self.name, experiment)
+            measured = self._table(f"{one['experiment']}_measured", ("time", *stated))
+            for signal, rmse in stated.items():
+                found = rms(run.outputs[signal] - measured[signal])
+                self.errors[one["name"]][signal] = rmse, found
+                allowed = (
+                    _SAME * (rmse + one["signals"][signal]["noise"]["sigma"]) + run.off[signal]
+                )
+                if not abs(found - rmse) <= allowed:
+                    self.faults.append(
+                        f"{one['name']}: the RMS error of {signal} is {found:.6g} "
+                        f"{_UNITS[signal]}, stated is {rmse:.6g}"
+                    )
+
+    def _planned(
+        self, folder: str, ranges: Mapping[str, tuple[float, float]], inputs: Measurement
+    ) -> str:
+        """Run a planned motion; whether it leaves the range of validity, in one line."""
+        time = inputs.time - inputs.time[0]
+        starts = {one.name: one.start for one in read_model_description(folder).modelVariables}
+        radii = [float(starts[f"transmission.{end}_pulley_radius"]) for end in ("motor", "joint")]
+        first = float(inputs.motor_position[0]) * radii[0] / radii[1]  # at rest, (10)
+        experiment = Experiment("planned", time, inputs.inputs, {"joint_position": first})
+        run = run_straight(folder, self.name, experiment)
+        outside = np.zeros(len(time), dtype=bool)
+        leaves = []
+        for name, (low, high) in widened(ranges).items():
+            values = inputs.inputs.get(name, run.outputs.get(name))
+            if values is None:
+                continue
+            beyond = (values < low) | (values > high)
+            outside |= beyond
+            if beyond.any():
+                leaves.append(f"{name} from {inputs.time[np.argmax(beyond)]:.6g} s")
+        if not leaves:
+            return "planned inputs: stay in the range in which it was validated"
+        share = f"{100.0 * np.mean(outside):.3g} % of the samples"
+        self.faults.append(f"the planned inputs leave the range of validity: {', '.join(leaves)}")
+        return f"planned inputs: leave the range in which it was validated, {share}"
+
+    def _lines(
+        self,
+        report: Mapping[str, Any],
+        ranges: Mapping[str, tuple[float, float]],
+        signed_by: str | None,
+        planned: str,
+    ) -> tuple[str, ...]:
+        apart = ", ".join(
+            f"{name} within {size:.2g} {_UNITS[name]}" for name, size in self.differences.items()
+        )
+        valid = ", ".join(
+            f"{name} {low:.3g} to {high:.3g} {_UNITS[name]}" for name, (low, high) in ranges.items()
+        )
+        return (
+            f"{self.name}: {'as it was sealed' if not self.faults else 'NOT as it should be'}",
+            f"reproduces: {apart or 'not run'}{f' ({self.importer})' if apart else ''}",
+            f"valid for: {valid or 'not told'}",
+            f"validated against: {_validated(report)}",
+            f"signed by {signed_by}" if signed_by else "unsigned",
+            *([planned] if planned else []),
+        )
+
+
+def _validated(report: Mapping[str, Any]) -> str:
+    parts = []
+    for one in report.get("recordings", ()):
+        errors = (
+            f"{signal} {error['rmse']:.3g} {_UNITS[signal]} RMS, {error['noise_ratio']:.3g} x noise"
+            for signal, error in one["signals"].items()
+        )
+        parts.append(f"{one['name']} ({'; '.join(errors)})")
+    if not parts:
+        return "not told"
+    found = report.get("diagnosis")
+    verdict = f"; diagnosis: {found['verdict']}" if found else ""
+    return f"{', '.join(parts)}, {report['date']}{verdict}"
