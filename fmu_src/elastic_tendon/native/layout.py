@@ -15,8 +15,9 @@ from elastic_tendon.actuator.variables import OUTPUTS, Interface, Kind, Mode, Va
 MOTOR_VELOCITY_CONNECTED = Variable(
     "motor_velocity_connected",
     "1",
-    "whether the input motor_velocity is used; false: the rate is the derivative of motor_position "
-    "where an importer of FMI 2.0 gives it in co-simulation, else 0",
+    "whether the input motor_velocity is used; false: co-simulation takes the derivative of "
+    "motor_position where an importer of FMI 2.0 gives it, else the difference of successive "
+    "communication points over their distance; model exchange takes 0",
     Kind.BOOLEAN,
     lower=0.0,
     upper=1.0,

@@ -279,7 +279,7 @@ static Status get(Instance *instance, unsigned reference, double *value) {
 /* ---- what follows from the state ------------------------------------------------------------- */
 
 /* Hand the state to the solver. Inputs run on with their rates from `origin`. A motor velocity
- * that is not connected is the rate of the motor position. */
+ * that is not connected is the rate of the motor position, given or derived. */
 static void load(Instance *instance, double origin) {
   const State *state = &instance->state;
   Solver *solver = &instance->solver;
@@ -298,7 +298,8 @@ static void load(Instance *instance, double origin) {
     signal->coefficient[i][1] = state->input_rate[i];
   }
   if (!state->motor_velocity_connected) {
-    signal->coefficient[MOTOR_VELOCITY][0] = state->input_rate[MOTOR_POSITION];
+    signal->coefficient[MOTOR_VELOCITY][0] =
+        state->position_rate_given ? state->input_rate[MOTOR_POSITION] : state->derived_velocity;
     signal->coefficient[MOTOR_VELOCITY][1] = 0.0;
   }
 }
