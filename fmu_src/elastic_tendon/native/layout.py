@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from math import inf, isnan, nan
+from math import inf, isnan, nan, ulp
 
 from elastic_tendon.actuator.variables import OUTPUTS, Interface, Kind, Mode, Variable
 
@@ -30,6 +30,7 @@ _SLACK_STATE_NUMBER = replace(
     kind=Kind.INTEGER,
 )
 _TIME = Variable("time", "s", "simulation time")
+_ROUNDING = 4  # units in the last place that arithmetic leaves on a number
 _TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
 
 
@@ -134,7 +135,8 @@ def layout(
     for i, variable in enumerate(interface.states):
         rows.append((_derivative(variable), Role.DERIVATIVE, i, False, None))
     for i, variable in enumerate(interface.parameters):
-        rows.append((variable, Role.PARAMETER, i, False, parameters[variable.name]))
+        start = _without_rounding(parameters[variable.name])
+        rows.append((variable, Role.PARAMETER, i, False, start))
     rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
     if indicators:
         listed = (variable for mode in interface.modes for variable in _indicators(mode))
@@ -144,6 +146,15 @@ def layout(
     number = interface.outputs.index(_SLACK_STATE)
     rows.append((_SLACK_STATE_NUMBER, Role.OUTPUT, number, True, None))
     return tuple(FmuVariable(reference, *row) for reference, row in enumerate(rows))
+
+
+def _without_rounding(value: float) -> float:
+    """A number without the last digits that arithmetic left on it: 0.31266 for 0.31265999999999994.
+
+    Users see it in dialogs; one of more than 12 digits that are its own stays as it is.
+    """
+    short = float(f"{value:.12g}")
+    return short if abs(short - value) <= _ROUNDING * ulp(value) else value
 
 
 def default_layout(interface: Interface) -> tuple[FmuVariable, ...]:

@@ -273,7 +273,10 @@ static Status get(Instance *instance, unsigned reference, double *value) {
   *value = variable->role == ROLE_OUTPUT       ? view->outputs[i]
            : variable->role == ROLE_DERIVATIVE ? view->rates[i]
                                                : indicator(instance, i);
-  return isfinite(*value) ? STATUS_OK : not_finite(instance, variable->name, *value);
+  if (!isfinite(*value)) return not_finite(instance, variable->name, *value);
+  /* within the dead band around an event a taut spring may push */
+  if (variable->role == ROLE_OUTPUT && *value < variable->lower) *value = variable->lower;
+  return STATUS_OK;
 }
 
 /* ---- what follows from the state ------------------------------------------------------------- */
