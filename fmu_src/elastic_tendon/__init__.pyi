@@ -31,6 +31,7 @@ from .estimation.add import add as add
 from .estimation.fit import FitResult as FitResult
 from .estimation.fit import fit as fit
 from .fmu.export import export_fmu as export_fmu
+from .fmu.fmpy_inputs import fmpy_inputs as fmpy_inputs
 from .linear.describing_function import DescribingFunction as DescribingFunction
 from .linear.describing_function import describing_function as describing_function
 from .linear.fmu import linearise_fmu as linearise_fmu
