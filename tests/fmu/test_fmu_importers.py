@@ -1,4 +1,4 @@
-"""Importers that we did not write (`build_scripts/check_fmus.py`), and a pythonfmu slave."""
+"""Importers that we did not write (`build_scripts/importers.py`), and a pythonfmu slave."""
 
 import os
 import subprocess
@@ -14,12 +14,12 @@ from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 from fmu_cases import MODELS
 
-import check_fmus
-from check_fmus import IMPORTERS, Importer, Outcome, outcome
+import importers as script
 from elastic_tendon.actuator.parameters import load_model, models
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 from fmu_driver import ERROR, Fmu
+from importers import IMPORTERS, Importer, Outcome, outcome
 
 SCRIPTS = Path(__file__).parents[2] / "build_scripts"
 
@@ -31,7 +31,7 @@ def _simulate(fmu, kind="CoSimulation", **options):
 
 # ---- every importer, every flavour ---------------------------------------------------------
 
-EFFECTS = check_fmus.several_effects()
+EFFECTS = script.several_effects()
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def flavours(tmp_path_factory):
     def get(flavour):
         if flavour not in made:
             folder = tmp_path_factory.mktemp("flavour")
-            made[flavour] = check_fmus.export(EFFECTS, flavour, folder)
+            made[flavour] = script.export(EFFECTS, flavour, folder)
         return made[flavour]
 
     return get
@@ -99,7 +99,7 @@ def test_a_wrong_jacobian_is_told():
     x, u = ca.SX.sym("x", 2), ca.SX.sym("u")
     exact = ca.Function("rates", [x, u], [ca.vertcat(x[1], u - 3 * ca.sin(x[0]))])
     at = (np.array([0.2, 0.1]), np.array([0.4]))
-    check_fmus.compare_jacobian(exact, *at)
+    script.compare_jacobian(exact, *at)
     wrong = ca.Function("rates", [x, u], [ca.vertcat(x[1], u - 3 * x[0])])
 
     class Rates:
@@ -108,20 +108,20 @@ def test_a_wrong_jacobian_is_told():
         def __call__(self, *arguments):
             return exact(*arguments)
 
-    with pytest.raises(check_fmus.ImporterError, match="Jacobian"):
-        check_fmus.compare_jacobian(Rates(), *at)
+    with pytest.raises(script.ImporterError, match="Jacobian"):
+        script.compare_jacobian(Rates(), *at)
 
 
 def test_the_models_of_the_script_go_slack():
     for model in (*map(load_model, models), EFFECTS):
-        assert len(set(check_fmus.expected(model, np.linspace(0, 1, 1001))["slack_state"])) > 1
+        assert len(set(script.expected(model, np.linspace(0, 1, 1001))["slack_state"])) > 1
 
 
 @pytest.mark.parametrize(("failure", "status"), [("", 0), ("it fell over", 1)])
 def test_script_prints_one_table(monkeypatch, capsys, failure, status):
     found = [Outcome("cell", failure) for _ in IMPORTERS]
-    monkeypatch.setattr(check_fmus, "outcomes", lambda *_: iter(found))
-    assert check_fmus.main(["figure_8"]) == status
+    monkeypatch.setattr(script, "outcomes", lambda *_: iter(found))
+    assert script.main(["figure_8"]) == status
     printed = capsys.readouterr().out
     assert printed.count("cell") == 2 * 3 * len(IMPORTERS)  # the model and that of several effects
     assert ("figure_8, FMI 3, Ecos CS: it fell over" in printed) == bool(failure)
@@ -131,17 +131,17 @@ def test_script_prints_one_table(monkeypatch, capsys, failure, status):
 @pytest.mark.parametrize("package", ["fmpy", "no_such_package"])
 def test_table_is_narrow_and_told_once_how_to_get_an_importer(monkeypatch, capsys, package):
     importers = [replace(one, package=package) for one in IMPORTERS]
-    monkeypatch.setattr(check_fmus, "IMPORTERS", importers)
-    monkeypatch.setattr(check_fmus, "export", lambda *_: None)
-    monkeypatch.setattr(check_fmus, "outcome", lambda *_: Outcome("4e-16"))
-    assert check_fmus.main([]) == 0
+    monkeypatch.setattr(script, "IMPORTERS", importers)
+    monkeypatch.setattr(script, "export", lambda *_: None)
+    monkeypatch.setattr(script, "outcome", lambda *_: Outcome("4e-16"))
+    assert script.main([]) == 0
     printed = capsys.readouterr().out
     assert max(map(len, printed.splitlines())) <= 120
     assert printed.count('pip install ".[test]"') == (package != "fmpy")
 
 
 def test_script_says_what_it_does_not_know(capsys):
-    assert check_fmus.main(["no_such_model"]) == 1
+    assert script.main(["no_such_model"]) == 1
     assert "no_such_model" in capsys.readouterr().err
 
 
