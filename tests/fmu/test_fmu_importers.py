@@ -1,6 +1,7 @@
 """Importers that we did not write (`build_scripts/importers.py`), and a pythonfmu slave."""
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -16,6 +17,7 @@ from fmu_cases import MODELS
 
 import importers as script
 from elastic_tendon.actuator.parameters import load_model, models
+from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 from fmu_driver import ERROR, Fmu
@@ -126,6 +128,21 @@ def test_script_prints_one_table(monkeypatch, capsys, failure, status):
     assert printed.count("cell") == 2 * 3 * len(IMPORTERS)  # the model and that of several effects
     assert ("figure_8, FMI 3, Ecos CS: it fell over" in printed) == bool(failure)
     assert "several effects: coulomb_friction" in printed
+
+
+def test_script_writes_a_page(monkeypatch, tmp_path):
+    """All effects, times, versions, and what each importer lacks."""
+    found = [Outcome("1e-15", step_time=12.3e-6) for _ in IMPORTERS]
+    monkeypatch.setattr(script, "outcomes", lambda *_: iter(found))
+    monkeypatch.setattr(script, "IMPORTERS", [one for one in IMPORTERS if one.installed])
+    assert script.main(["figure_8", "--effects", "-o", str(tmp_path / "page.md")]) == 0
+    page = (tmp_path / "page.md").read_text()
+    assert "1e-15; 12 µs" in page
+    assert "| figure_8, pythonfmu |" in page
+    for effect in CATALOGUE:
+        assert f"| {effect.id}, FMI 3 |" in page
+    assert re.search(r"fmpy CS \(\w+ \d+\.\d+", page)
+    assert all(importer.lacks for importer in IMPORTERS)
 
 
 @pytest.mark.parametrize("package", ["fmpy", "no_such_package"])
