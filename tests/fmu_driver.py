@@ -81,12 +81,23 @@ class Segments:
 
 
 def run_co_simulation(
-    instance: Any, segments: Segments, name: str = "joint_position", *, tolerance: float | None
+    instance: Any,
+    segments: Segments,
+    name: str = "joint_position",
+    *,
+    tolerance: float | None,
+    connected: bool = True,
 ) -> Array:
-    """Steps from sample to sample; the output at each sample, with the inputs that begin there."""
+    """Steps from sample to sample; the output at each sample, with the inputs that begin there.
+
+    A velocity that is `connected` is that of a held position, 0.
+    """
     result = []
     time, position, slope = segments.time, segments.position, segments.slope
-    instance.begin({"motor_position": position[0]}, tolerance=tolerance)
+    start = {"motor_position": position[0]}
+    if connected and not segments.linear:
+        start["motor_velocity_connected"] = True
+    instance.begin(start, tolerance=tolerance)
     now = time[0]
     for i in range(len(time)):
         instance.set("motor_position", position[i])

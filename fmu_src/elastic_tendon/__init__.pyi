@@ -36,6 +36,7 @@ from .evidence.gather import gather_evidence as gather_evidence
 from .evidence.verify import Verification as Verification
 from .evidence.verify import verify as verify
 from .fmu.export import export_fmu as export_fmu
+from .fmu.fmpy_inputs import fmpy_inputs as fmpy_inputs
 from .linear.describing_function import DescribingFunction as DescribingFunction
 from .linear.describing_function import describing_function as describing_function
 from .linear.fmu import linearise_fmu as linearise_fmu

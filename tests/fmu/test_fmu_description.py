@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 from fmpy.validation import validate_fmu
-from fmu_cases import MODELS
+from fmu_cases import BOTH, MODELS
 from lxml import etree
 
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.effects.units import base_exponents
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu.export import export_fmu
-from elastic_tendon.native.layout import rate_unit
+from elastic_tendon.native.layout import layout, rate_unit
 
 
 def _root(fmu):
@@ -81,6 +81,51 @@ def test_binary_starts_with_the_values_of_the_description(fmus, instances, name)
             assert slave.get(one.name) == (float(one.start) if start is None else start), one.name
         if one.name in values:
             assert slave.get(one.name) == values[one.name]
+
+
+def test_starts_are_short_where_arithmetic_left_digits():
+    """And as they are where the digits are the number's own."""
+    long, third = 0.31265999999999994, 1 / 3
+    model = MODELS["base"].with_values({"link.damping": long, "link.inertia": third})
+    starts = {one.name: one.start for one in layout(interface(()), model.values())}
+    assert long != 0.31266
+    assert (starts["link.damping"], starts["link.inertia"]) == (0.31266, third)
+
+
+@BOTH
+def test_description_says_whose_it_is_and_what_it_needs(base, version):
+    root = _root(base)
+    holder = re.search(r"Copyright.*", (Path(__file__).parents[2] / "LICENSE").read_text())[0]
+    assert (root.get("copyright"), root.get("license")) == (holder, "MIT")
+    for interface_type in ("ModelExchange", "CoSimulation"):
+        said = root.find(interface_type).attrib
+        assert said["needsExecutionTool"] == "false"
+        assert said["canBeInstantiatedOnlyOncePerProcess"] == "false"
+        assert version == 2 or said["providesPerElementDependencies"] == "false"
+
+
+@BOTH
+def test_lengths_are_shown_in_millimetres(base):
+    shown = base.description.unitDefinitions
+    (millimetre,) = next(unit for unit in shown if unit.name == "m").displayUnits
+    assert (millimetre.name, millimetre.factor) == ("mm", 1000.0)
+    radius = base.description.modelVariables[15]
+    assert radius.name == "transmission.joint_pulley_radius"
+    assert (radius.unit, radius.declaredType.displayUnit) == ("m", "mm")
+
+
+@BOTH
+def test_a_tension_is_never_negative(base, instances):
+    """Also where an importer looks beyond an event, with relations that are frozen."""
+    model = instances(base.model())
+    model.begin()
+    for position in (-0.5, 0.5):
+        model.set("joint_position", position)
+        forces = [model.get(f"{side}_spring_force") for side in ("upper", "lower")]
+        assert min(forces) == 0.0
+        assert max(forces) > 0.0
+    bounds = {one.name: one.min for one in base.description.modelVariables}
+    assert float(bounds["upper_spring_force"]) == float(bounds["lower_spring_force"]) == 0.0
 
 
 def test_derivatives_name_their_states(fmus, name):

@@ -1,6 +1,7 @@
-"""Importers that we did not write (`build_scripts/check_fmus.py`), and a pythonfmu slave."""
+"""Importers that we did not write (`build_scripts/importers.py`), and a pythonfmu slave."""
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -14,12 +15,13 @@ from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 from fmu_cases import MODELS
 
-import check_fmus
-from check_fmus import IMPORTERS, Importer, Outcome, outcome
+import importers as script
 from elastic_tendon.actuator.parameters import load_model, models
+from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 from fmu_driver import ERROR, Fmu
+from importers import IMPORTERS, Importer, Outcome, outcome
 
 SCRIPTS = Path(__file__).parents[2] / "build_scripts"
 
@@ -31,7 +33,7 @@ def _simulate(fmu, kind="CoSimulation", **options):
 
 # ---- every importer, every flavour ---------------------------------------------------------
 
-EFFECTS = check_fmus.several_effects()
+EFFECTS = script.several_effects()
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +44,7 @@ def flavours(tmp_path_factory):
     def get(flavour):
         if flavour not in made:
             folder = tmp_path_factory.mktemp("flavour")
-            made[flavour] = check_fmus.export(EFFECTS, flavour, folder)
+            made[flavour] = script.export(EFFECTS, flavour, folder)
         return made[flavour]
 
     return get
@@ -99,7 +101,7 @@ def test_a_wrong_jacobian_is_told():
     x, u = ca.SX.sym("x", 2), ca.SX.sym("u")
     exact = ca.Function("rates", [x, u], [ca.vertcat(x[1], u - 3 * ca.sin(x[0]))])
     at = (np.array([0.2, 0.1]), np.array([0.4]))
-    check_fmus.compare_jacobian(exact, *at)
+    script.compare_jacobian(exact, *at)
     wrong = ca.Function("rates", [x, u], [ca.vertcat(x[1], u - 3 * x[0])])
 
     class Rates:
@@ -108,40 +110,55 @@ def test_a_wrong_jacobian_is_told():
         def __call__(self, *arguments):
             return exact(*arguments)
 
-    with pytest.raises(check_fmus.ImporterError, match="Jacobian"):
-        check_fmus.compare_jacobian(Rates(), *at)
+    with pytest.raises(script.ImporterError, match="Jacobian"):
+        script.compare_jacobian(Rates(), *at)
 
 
 def test_the_models_of_the_script_go_slack():
     for model in (*map(load_model, models), EFFECTS):
-        assert len(set(check_fmus.expected(model, np.linspace(0, 1, 1001))["slack_state"])) > 1
+        assert len(set(script.expected(model, np.linspace(0, 1, 1001))["slack_state"])) > 1
 
 
 @pytest.mark.parametrize(("failure", "status"), [("", 0), ("it fell over", 1)])
 def test_script_prints_one_table(monkeypatch, capsys, failure, status):
     found = [Outcome("cell", failure) for _ in IMPORTERS]
-    monkeypatch.setattr(check_fmus, "outcomes", lambda *_: iter(found))
-    assert check_fmus.main(["figure_8"]) == status
+    monkeypatch.setattr(script, "outcomes", lambda *_: iter(found))
+    assert script.main(["figure_8"]) == status
     printed = capsys.readouterr().out
     assert printed.count("cell") == 2 * 3 * len(IMPORTERS)  # the model and that of several effects
     assert ("figure_8, FMI 3, Ecos CS: it fell over" in printed) == bool(failure)
     assert "several effects: coulomb_friction" in printed
 
 
+def test_script_writes_a_page(monkeypatch, tmp_path):
+    """All effects, times, versions, and what each importer lacks."""
+    found = [Outcome("1e-15", step_time=12.3e-6) for _ in IMPORTERS]
+    monkeypatch.setattr(script, "outcomes", lambda *_: iter(found))
+    monkeypatch.setattr(script, "IMPORTERS", [one for one in IMPORTERS if one.installed])
+    assert script.main(["figure_8", "--effects", "-o", str(tmp_path / "page.md")]) == 0
+    page = (tmp_path / "page.md").read_text()
+    assert "1e-15; 12 µs" in page
+    assert "| figure_8, pythonfmu |" in page
+    for effect in CATALOGUE:
+        assert f"| {effect.id}, FMI 3 |" in page
+    assert re.search(r"fmpy CS \(\w+ \d+\.\d+", page)
+    assert all(importer.lacks for importer in IMPORTERS)
+
+
 @pytest.mark.parametrize("package", ["fmpy", "no_such_package"])
 def test_table_is_narrow_and_told_once_how_to_get_an_importer(monkeypatch, capsys, package):
     importers = [replace(one, package=package) for one in IMPORTERS]
-    monkeypatch.setattr(check_fmus, "IMPORTERS", importers)
-    monkeypatch.setattr(check_fmus, "export", lambda *_: None)
-    monkeypatch.setattr(check_fmus, "outcome", lambda *_: Outcome("4e-16"))
-    assert check_fmus.main([]) == 0
+    monkeypatch.setattr(script, "IMPORTERS", importers)
+    monkeypatch.setattr(script, "export", lambda *_: None)
+    monkeypatch.setattr(script, "outcome", lambda *_: Outcome("4e-16"))
+    assert script.main([]) == 0
     printed = capsys.readouterr().out
     assert max(map(len, printed.splitlines())) <= 120
     assert printed.count('pip install ".[test]"') == (package != "fmpy")
 
 
 def test_script_says_what_it_does_not_know(capsys):
-    assert check_fmus.main(["no_such_model"]) == 1
+    assert script.main(["no_such_model"]) == 1
     assert "no_such_model" in capsys.readouterr().err
 
 

@@ -137,8 +137,8 @@ OUTPUTS = (
         "torque that the motor has to exert on its pulley against the tendons, paper (8)",
         at_motor=True,
     ),
-    Variable("upper_spring_force", "N", "tension of the upper tendon", nominal=100.0),
-    Variable("lower_spring_force", "N", "tension of the lower tendon", nominal=100.0),
+    Variable("upper_spring_force", "N", "tension of the upper tendon", nominal=100.0, lower=0.0),
+    Variable("lower_spring_force", "N", "tension of the lower tendon", nominal=100.0, lower=0.0),
     Variable(
         "overstretched",
         "1",

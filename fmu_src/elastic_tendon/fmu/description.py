@@ -26,6 +26,7 @@ SLACK_STATES = {
     SlackState.III: ("III", "both tendons are taut"),
     SlackState.BOTH: ("both", "both tendons are slack"),
 }
+COPYRIGHT = "Copyright (c) 2026 the elastic-tendon authors"  # as in LICENSE
 STOP_TIME = 10.0  # s
 STEP_SIZE = 1e-3  # s
 # of the importer's integrator; a tighter one stalls integrators that see inputs jump, as in fmpy
@@ -82,6 +83,7 @@ def root_element(description: Description, attributes: Mapping[str, str]) -> Ele
             "description": f"Elastic tendon actuator with slack; effects: {effects or 'none'}",
             "author": "the elastic-tendon authors",
             "version": software,
+            "copyright": COPYRIGHT,
             "license": "MIT",
             "generationTool": f"elastic-tendon {software}",
             **_generation_time(),

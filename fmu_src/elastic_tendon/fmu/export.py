@@ -13,6 +13,7 @@ from elastic_tendon.errors import BuildError, EvidenceError
 from elastic_tendon.evidence.gather import Evidence
 from elastic_tendon.evidence.seal import Signer, add_seal, load_signer
 from elastic_tendon.fmu import description, fmi2_description, fmi3_description
+from elastic_tendon.fmu.bill_of_materials import bill_of_materials
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.documentation import documentation
 from elastic_tendon.fmu.icon import flanges, icon
@@ -104,12 +105,15 @@ def _contents(
             tolerance=DEFAULT_TOLERANCE,
             fmi_version=fmi_version,
         )
-        write_token(folder, description.seal(root, key))
+        token = description.seal(root, key)
+        write_token(folder, token)
         built = compile_binaries(folder, described.identifier, platforms, progress)
         sources = source_files(folder, described.identifier, fmi_version) if source else {}
+    binaries = _binaries(built, described.identifier, fmi_version)
     return {
         "modelDescription.xml": description.to_bytes(root),
-        **_binaries(built, described.identifier, fmi_version),
+        **binaries,
+        **bill_of_materials(model.name, token, binaries, fmi_version),
         **sources,
         **documentation(
             *(model, described.variables, fmi_version),

@@ -10,6 +10,7 @@ from elastic_tendon.fmu.units import TYPES
 from elastic_tendon.native.layout import FmuVariable, Role
 
 _BOTH = {
+    "needsExecutionTool": "false",
     "canBeInstantiatedOnlyOncePerProcess": "false",
     "canNotUseMemoryManagementFunctions": "true",
     "canGetAndSetFMUstate": "true",

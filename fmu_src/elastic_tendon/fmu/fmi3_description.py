@@ -11,11 +11,13 @@ from elastic_tendon.fmu.units import TYPES
 from elastic_tendon.native.layout import FmuVariable, Role
 
 _BOTH = {
+    "needsExecutionTool": "false",
     "canBeInstantiatedOnlyOncePerProcess": "false",
     "canGetAndSetFMUState": "true",
     "canSerializeFMUState": "true",
     "providesDirectionalDerivatives": "true",
     "providesAdjointDerivatives": "true",
+    "providesPerElementDependencies": "false",
 }
 MODEL_EXCHANGE = _BOTH | {"needsCompletedIntegratorStep": "false"}
 CO_SIMULATION = _BOTH | {

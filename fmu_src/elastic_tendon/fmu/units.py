@@ -4,6 +4,7 @@ from math import pi
 
 # unit -> (its display unit, display units in one unit)
 DISPLAY_UNITS = {
+    "m": ("mm", 1000.0),
     "rad": ("deg", 180 / pi),
     "rad/s": ("deg/s", 180 / pi),
     "rad/s2": ("deg/s2", 180 / pi),

@@ -8,15 +8,16 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from math import inf, isnan, nan
+from math import inf, isnan, nan, ulp
 
 from elastic_tendon.actuator.variables import OUTPUTS, Interface, Kind, Mode, Variable
 
 MOTOR_VELOCITY_CONNECTED = Variable(
     "motor_velocity_connected",
     "1",
-    "whether the input motor_velocity is used; false: the rate is the derivative of motor_position "
-    "where an importer of FMI 2.0 gives it in co-simulation, else 0",
+    "whether the input motor_velocity is used; false: co-simulation takes the derivative of "
+    "motor_position where an importer of FMI 2.0 gives it, else the difference of successive "
+    "communication points over their distance; model exchange takes 0",
     Kind.BOOLEAN,
     lower=0.0,
     upper=1.0,
@@ -39,6 +40,7 @@ OUTSIDE_VALIDITY = Variable(
 )
 _EVERYWHERE = (-inf, inf)
 _TIME = Variable("time", "s", "simulation time")
+_ROUNDING = 4  # units in the last place that arithmetic leaves on a number
 _TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
 
 
@@ -153,7 +155,8 @@ def layout(
     for i, variable in enumerate(interface.states):
         rows.append((_derivative(variable), Role.DERIVATIVE, i, False, None))
     for i, variable in enumerate(interface.parameters):
-        rows.append((variable, Role.PARAMETER, i, False, parameters[variable.name]))
+        start = _without_rounding(parameters[variable.name])
+        rows.append((variable, Role.PARAMETER, i, False, start))
     rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
     if indicators:
         listed = (variable for mode in interface.modes for variable in _indicators(mode))
@@ -169,6 +172,15 @@ def layout(
         FmuVariable(reference, *row, valid=valid)
         for reference, (row, valid) in enumerate(zip(rows, ranges, strict=True))
     )
+
+
+def _without_rounding(value: float) -> float:
+    """A number without the last digits that arithmetic left on it: 0.31266 for 0.31265999999999994.
+
+    Users see it in dialogs; one of more than 12 digits that are its own stays as it is.
+    """
+    short = float(f"{value:.12g}")
+    return short if abs(short - value) <= _ROUNDING * ulp(value) else value
 
 
 def default_layout(interface: Interface) -> tuple[FmuVariable, ...]:

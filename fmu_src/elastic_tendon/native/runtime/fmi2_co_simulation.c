@@ -20,7 +20,10 @@ static Status check_input_rate(Instance *instance, unsigned reference, int order
 }
 
 static void store_input_rate(Instance *instance, unsigned reference, double value) {
-  instance->state.input_rate[variables[reference].index] = value;
+  State *state = &instance->state;
+  const int i = variables[reference].index;
+  state->input_rate[i] = value;
+  if (i == MOTOR_POSITION) state->position_rate_given = 1;
   instance->view.valid = 0;
 }
 

@@ -294,13 +294,16 @@ static Status get(Instance *instance, unsigned reference, double *value) {
   *value = variable->role == ROLE_OUTPUT       ? view->outputs[i]
            : variable->role == ROLE_DERIVATIVE ? view->rates[i]
                                                : indicator(instance, i);
-  return isfinite(*value) ? STATUS_OK : not_finite(instance, variable->name, *value);
+  if (!isfinite(*value)) return not_finite(instance, variable->name, *value);
+  /* within the dead band around an event a taut spring may push */
+  if (variable->role == ROLE_OUTPUT && *value < variable->lower) *value = variable->lower;
+  return STATUS_OK;
 }
 
 /* ---- what follows from the state ------------------------------------------------------------- */
 
 /* Hand the state to the solver. Inputs run on with their rates from `origin`. A motor velocity
- * that is not connected is the rate of the motor position. */
+ * that is not connected is the rate of the motor position, given or derived. */
 static void load(Instance *instance, double origin) {
   const State *state = &instance->state;
   Solver *solver = &instance->solver;
@@ -319,7 +322,8 @@ static void load(Instance *instance, double origin) {
     signal->coefficient[i][1] = state->input_rate[i];
   }
   if (!state->motor_velocity_connected) {
-    signal->coefficient[MOTOR_VELOCITY][0] = state->input_rate[MOTOR_POSITION];
+    signal->coefficient[MOTOR_VELOCITY][0] =
+        state->position_rate_given ? state->input_rate[MOTOR_POSITION] : state->derived_velocity;
     signal->coefficient[MOTOR_VELOCITY][1] = 0.0;
   }
 }

@@ -43,11 +43,16 @@ typedef struct {
   int experiment_defined;
   int motor_velocity_connected;
   int outside_validity; /* as of the last event */
+  /* In co-simulation a velocity that is not connected is derived, from the motor position at the last
+   * point at which that was known, unless its rate was given. */
+  int position_rate_given;
+  double earlier_time, earlier_position, derived_velocity;
   int jumped; /* a state has jumped since event mode was entered */
   int judge_velocity; /* whether the model needs motor_velocity is still to be told */
   int velocity_warned; /* has been told, */
   int warned[N_MODES]; /* and that the mode became 1 */
-  int last_step; /* Status of the last step */
+  int last_step; /* Status of the last step, */
+  int at_event;  /* and whether it ended at an event */
   int phase;
 } State;
 

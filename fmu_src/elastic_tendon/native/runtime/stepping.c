@@ -48,9 +48,10 @@ static void judge_velocity(Instance *instance) {
   report(instance, STATUS_WARNING,
          "the model needs motor_velocity: connect it and set motor_velocity_connected to true; until "
          "then the velocity is %s",
-         FMI_VERSION == 2 && instance->interface == CO_SIMULATION
-             ? "the derivative of motor_position where that is set, else 0"
-             : "0");
+         instance->interface == MODEL_EXCHANGE ? "0"
+         : FMI_VERSION == 2
+             ? "the derivative of motor_position where that is set, else its difference between steps"
+             : "the difference of motor_position between steps");
 }
 
 static Status exit_initialisation(Instance *instance) {
@@ -62,6 +63,7 @@ static Status exit_initialisation(Instance *instance) {
       return report(instance, STATUS_ERROR, "the derivative of %s is not finite", state_name(i));
   if (state->judge_velocity) judge_velocity(instance);
   tell_mode_changes(instance, state->motion.time, state->motion.mode, view->mode);
+  state->earlier_time = state->motion.time;
   state->jumped = memcmp(state->motion.x, view->x, sizeof view->x) != 0;
   memcpy(state->motion.x, view->x, sizeof view->x);
   memcpy(state->motion.mode, view->mode, sizeof view->mode);
@@ -166,6 +168,24 @@ static void take_over(Instance *instance, Span *span) {
   instance->view.valid = 0;
 }
 
+/* The velocity of the motor from its position now and at the last point at which that was known. Points
+ * that rounding alone sets apart are one. */
+static void derive_velocity(State *state) {
+  const double position = state->input[MOTOR_POSITION];
+  const double passed = state->motion.time - state->earlier_time;
+  if (passed > time_slack(state->motion.time))
+    state->derived_velocity = (position - state->earlier_position) / passed;
+  else if (passed > 0)
+    return;
+  state->earlier_time = state->motion.time;
+  state->earlier_position = position;
+}
+
+/* Inside a communication step, after an event too, a position that has not changed was not set. */
+static void derive_velocity_inside(State *state) {
+  if (state->input[MOTOR_POSITION] != state->earlier_position) derive_velocity(state);
+}
+
 /* Integrate to the end of the span, with a look for the importer after each step of the solver: it
  * may set inputs and bring the end nearer. */
 static Outcome advance_watched(Instance *instance, Span *span) {
@@ -182,6 +202,7 @@ static Outcome advance_watched(Instance *instance, Span *span) {
     if (instance->intermediate(instance, instance->early_return, &stop))
       span->end = fmin(fmax(stop, state->motion.time), span->end);
     state->phase = STEP_COMPLETE;
+    derive_velocity_inside(state);
     instance->call = call;
     if (outcome == SOLVED) outcome = start_from(instance, span->origin);
   }
@@ -194,6 +215,10 @@ static Status step(Instance *instance, double from, double h, int *at_event) {
   Solver *solver = &instance->solver;
   Span span = {from, from + h};
   if (check_step(instance, from, h) != STATUS_OK) return STATUS_ERROR;
+  if (state->at_event)
+    derive_velocity_inside(state);
+  else
+    derive_velocity(state);
   Outcome outcome = start_from(instance, from);
   if (outcome == SOLVED) {
     solver->stop_at_events = instance->event_mode && instance->early_return;
@@ -202,7 +227,7 @@ static Status step(Instance *instance, double from, double h, int *at_event) {
     if (outcome == SOLVED) solver->motion.time = span.end; /* also where h is below resolution */
     take_over(instance, &span);
   }
-  *at_event = outcome == AT_EVENT;
+  *at_event = state->at_event = outcome == AT_EVENT;
   const int done = outcome == SOLVED || *at_event;
   state->phase = done ? STEP_COMPLETE : STEP_FAILED;
   if (done && state->judge_velocity && look(instance) == STATUS_OK) judge_velocity(instance);

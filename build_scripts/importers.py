@@ -1,10 +1,15 @@
 """Export the bundled models in every flavour and run them in importers that are not ours.
 
-    python build_scripts/check_fmus.py [MODEL...]
+    python build_scripts/importers.py [MODEL...] [--effects] [-o PAGE.md]
 
 One line for each model and flavour, one column for each importer: the largest difference of the
 joint position from `simulate`, in rad; or ok, for those that only read; or FAILED, and why below.
-The last model has several effects (named below the table).
+The last model has several effects (named below the table); `--effects` adds each effect of the
+catalogue alone, at typical numbers. `-o` writes the table as a page of the site, with the time that
+each importer takes for a communication step of 1 ms, versions, and what each does not support:
+
+    python build_scripts/importers.py --effects -o fmu_src/site/importers.md
+
 The motion goes through slack at constant inputs, so co-simulation has nothing to interpolate;
 CasADi knows no events and gets as far as the first. Exit status 1 if anything failed. An importer
 that is not installed is skipped; the extra `test` brings all of them where they exist.
@@ -21,14 +26,16 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from importlib.metadata import files
+from importlib.metadata import files, packages_distributions, version
 from multiprocessing import get_context
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from elastic_tendon.actuator.parameters import Model, load_model, models
+from elastic_tendon import effects
+from elastic_tendon.actuator.parameters import Model, load_model, models, typical_value
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
@@ -39,7 +46,16 @@ DURATION = 1.0  # s
 START = {"motor_position": 0.5, "joint_velocity": 1.0}  # rad, rad/s; far enough for slack
 TOLERANCE = 1e-8  # that of `simulate` and of an FMU that is told none
 
-Check = Callable[[Path, Model], float | None]
+
+@dataclass(frozen=True)
+class Found:
+    """Largest difference from `simulate`, rad; time of a step, s, where the importer steps."""
+
+    apart: float
+    step_time: float | None = None
+
+
+Check = Callable[[Path, Model], Found | None]
 
 
 class ImporterError(Exception):
@@ -68,6 +84,12 @@ def _apart(model: Model, time: Array, position: Array, start: dict[str, float] =
     return float(np.abs(expected(model, time, start)["joint_position"] - position).max())
 
 
+def with_typical(model: Model, effect_id: str) -> Model:
+    """The model with an effect at numbers of a typical machine."""
+    parameters = effects.BY_ID[effect_id].parameters
+    return model.with_effect(effect_id, {one.name: typical_value(model, one) for one in parameters})
+
+
 def fmpy_validation(path: Path, _model: Model) -> None:
     """Rules of both standards, by fmpy."""
     from fmpy.validation import validate_fmu
@@ -85,8 +107,14 @@ def toolbox_check(path: Path, _model: Model) -> None:
         raise ImporterError("; ".join(faults) or run.stderr)
 
 
-def _fmpy(path: Path, model: Model, kind: str, **options: bool) -> float:
+def _fmpy(path: Path, model: Model, kind: str, **options: bool) -> Found:
     from fmpy import simulate_fmu
+
+    steps: list[float] = []
+
+    def stepped(_time: float, _recorder: object) -> bool:
+        steps.append(perf_counter())
+        return True
 
     run = simulate_fmu(
         str(path),
@@ -96,28 +124,30 @@ def _fmpy(path: Path, model: Model, kind: str, **options: bool) -> float:
         relative_tolerance=TOLERANCE,
         start_values=START,
         output=["joint_position"],
+        step_finished=stepped,
         **options,
     )
     time, rows = np.unique(run["time"], return_index=True)  # at events there may be two
-    return _apart(model, time, run["joint_position"][rows])
+    step_time = (steps[-1] - steps[0]) / (len(steps) - 1)
+    return Found(_apart(model, time, run["joint_position"][rows]), step_time)
 
 
-def fmpy_co_simulation(path: Path, model: Model) -> float:
+def fmpy_co_simulation(path: Path, model: Model) -> Found:
     """One instance."""
     return _fmpy(path, model, "CoSimulation")
 
 
-def fmpy_event_mode(path: Path, model: Model) -> float:
+def fmpy_event_mode(path: Path, model: Model) -> Found:
     """One instance whose steps end at events, which fmpy then handles."""
     return _fmpy(path, model, "CoSimulation", use_event_mode=True, early_return_allowed=True)
 
 
-def fmpy_model_exchange(path: Path, model: Model) -> float:
+def fmpy_model_exchange(path: Path, model: Model) -> Found:
     """Integrated by CVode, which finds the events."""
     return _fmpy(path, model, "ModelExchange", record_events=False)
 
 
-def casadi_model_exchange(path: Path, model: Model) -> float:
+def casadi_model_exchange(path: Path, model: Model) -> Found:
     """Integrated by CasADi's CVODES with the FMU's derivatives, up to before the first event.
 
     Raises `ImporterError` where the Jacobian differs from differences.
@@ -125,8 +155,11 @@ def casadi_model_exchange(path: Path, model: Model) -> float:
     import casadi as ca
     from fmpy import extract
 
-    start = {"motor_position": 0.02, "joint_velocity": 0.5}
-    events = expected(model, np.linspace(0.0, 0.2, 201), start).event_times
+    # it tells states before initialisation nothing of their starts: from rest, which sets the same
+    # relations; backwards, as a velocity of 0 counts
+    start = {"motor_position": -0.02, "joint_velocity": 0.0}
+    motion = expected(model, np.linspace(0.0, 0.2, 201), start)
+    events = motion.event_times
     time = np.linspace(0.0, min([0.2, *0.9 * events[:1]]), 21)
     with tempfile.TemporaryDirectory() as folder:
         imported = ca.DaeBuilder("actuator", str(extract(str(path), folder)), {})
@@ -134,14 +167,15 @@ def casadi_model_exchange(path: Path, model: Model) -> float:
             imported.set(name, value)
         rates = imported.create("rates", ["x", "u"], ["ode"])
         names = {"x": imported.x(), "u": imported.u()}
-        x0, u0 = (np.array([start.get(state, 0.0) for state in names[which]]) for which in "xu")
+        x0 = np.array([motion[name][0] for name in names["x"]])  # some starts are calculated
+        u0 = np.array([start.get(name, 0.0) for name in names["u"]])
         compare_jacobian(rates, x0, u0)
         x, u = ca.MX.sym("x", x0.size), ca.MX.sym("u", u0.size)
         problem = {"x": x, "p": u, "ode": rates(x, u)}
         options = {"abstol": 1e-11, "reltol": 1e-11}
         integrate = ca.integrator("integrate", "cvodes", problem, 0.0, list(time), options)
         states = np.array(integrate(x0=x0, p=u0)["xf"])
-    return _apart(model, time, states[names["x"].index("joint_position")], start)
+    return Found(_apart(model, time, states[names["x"].index("joint_position")], start))
 
 
 def compare_jacobian(rates: Any, x: Array, u: Array) -> None:
@@ -164,7 +198,7 @@ def load_tbb() -> None:
             ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
 
 
-def ecos_co_simulation(path: Path, model: Model) -> float:
+def ecos_co_simulation(path: Path, model: Model) -> Found:
     """Two instances in one system, thrown in opposite directions."""
     load_tbb()
     from ecospy import EcosSimulation, EcosSimulationStructure
@@ -182,19 +216,20 @@ def ecos_co_simulation(path: Path, model: Model) -> float:
         structure.add_parameter_set("start", values)
         with EcosSimulation(STEP, structure=structure) as simulation:
             simulation.init(parameter_set="start")
+            began = perf_counter()
             while simulation.get_time() < DURATION:
                 simulation.step()
                 positions = [simulation.get_real(f"{name}::joint_position") for name in starts]
                 rows.append((simulation.get_time(), *positions))
+            step_time = (perf_counter() - began) / len(rows) / len(starts)
             simulation.terminate()
     time, *positions = np.array([(0.0, 0.0, 0.0), *rows]).T
-    return max(
-        _apart(model, time, position, start)
-        for position, start in zip(positions, starts.values(), strict=True)
-    )
+    pairs = zip(positions, starts.values(), strict=True)
+    apart = max(_apart(model, time, position, start) for position, start in pairs)
+    return Found(apart, step_time)
 
 
-def libcosim_co_simulation(path: Path, model: Model) -> float:
+def libcosim_co_simulation(path: Path, model: Model) -> Found:
     """One instance; the library keeps time in nanoseconds."""
     from fmpy import read_model_description
     from libcosimpy.CosimExecution import CosimExecution
@@ -213,13 +248,15 @@ def libcosim_co_simulation(path: Path, model: Model) -> float:
     for name, value in START.items():
         execution.real_initial_value(index, reference[name], value)
     rows = [(0.0, 0.0)]
+    began = perf_counter()
     while rows[-1][0] < DURATION:
         if not execution.step():
             raise ImporterError(f"no step at {rows[-1][0]} s")
         values = observer.last_real_values(index, [reference["joint_position"]])
         rows.append((1e-9 * execution.status().current_time, values[0]))
+    step_time = (perf_counter() - began) / (len(rows) - 1)
     time, position = np.array(rows).T
-    return _apart(model, time, position)
+    return Found(_apart(model, time, position), step_time)
 
 
 # ---- importers and flavours ----------------------------------------------------------------
@@ -231,32 +268,67 @@ COMPILED = EVERY[:2]  # without a Python in the importer
 
 @dataclass(frozen=True)
 class Importer:
-    """An importer: the package that it needs, the flavours it can load, what is allowed in rad."""
+    """An importer: the package that it needs, the flavours it can load, what is allowed in rad.
+
+    `lacks`: what it does not support of what the FMUs offer.
+    """
 
     name: str
     package: str
     check: Check
     flavours: tuple[str, ...] = EVERY
     allowed: float = 0.0
+    lacks: str = ""
 
     @property
     def installed(self) -> bool:
         """Whether its package is there."""
         return importlib.util.find_spec(self.package) is not None
 
+    @property
+    def version(self) -> str:
+        """Of its package."""
+        distributions = packages_distributions()[self.package]
+        return f"{distributions[0]} {version(distributions[0])}"
+
 
 # Where communication points are the same, co-simulation agrees to rounding: of times in nanoseconds
 # and of what is multiplied by them. Points at events make other steps, which agree to the solver's
 # tolerance. Model exchange has the error of the importer's own integrator.
 IMPORTERS = (
-    Importer("fmpy rules", "fmpy", fmpy_validation),
-    Importer("toolbox rules", "fmu_manipulation_toolbox", toolbox_check),
-    Importer("fmpy CS", "fmpy", fmpy_co_simulation, allowed=1e-12),
-    Importer("fmpy events", "fmpy", fmpy_event_mode, ("FMI 3",), allowed=1e-9),
-    Importer("fmpy ME", "fmpy", fmpy_model_exchange, COMPILED, allowed=1e-6),
-    Importer("CasADi ME", "casadi", casadi_model_exchange, COMPILED, allowed=1e-8),
-    Importer("Ecos CS", "ecospy", ecos_co_simulation, COMPILED, allowed=1e-12),
-    Importer("libcosim CS", "libcosimpy", libcosim_co_simulation, ("FMI 2",), allowed=1e-12),
+    Importer("fmpy rules", "fmpy", fmpy_validation, lacks="terminals"),
+    Importer("toolbox rules", "fmu_manipulation_toolbox", toolbox_check, lacks="running an FMU"),
+    Importer(
+        *("fmpy CS", "fmpy", fmpy_co_simulation),
+        allowed=1e-12,
+        lacks="derivatives of inputs (it has room for exactly nine inputs)",
+    ),
+    Importer(
+        *("fmpy events", "fmpy", fmpy_event_mode, ("FMI 3",)),
+        allowed=1e-9,
+        lacks="event mode in FMI 2.0, which has none",
+    ),
+    Importer(
+        *("fmpy ME", "fmpy", fmpy_model_exchange, COMPILED),
+        allowed=1e-6,
+        lacks="inputs that move inside a step of its integrator: see `fmpy_inputs`",
+    ),
+    Importer(
+        *("CasADi ME", "casadi", casadi_model_exchange, COMPILED),
+        allowed=1e-8,
+        lacks="events, so it is run up to the first; starts of states in initialisation, so it is "
+        "run from rest; co-simulation",
+    ),
+    Importer(
+        *("Ecos CS", "ecospy", ecos_co_simulation, COMPILED),
+        allowed=1e-12,
+        lacks="enumerations: read `slack_state_number`; model exchange; input derivatives",
+    ),
+    Importer(
+        *("libcosim CS", "libcosimpy", libcosim_co_simulation, ("FMI 2",)),
+        allowed=1e-12,
+        lacks="FMI 3.0; enumerations: read `slack_state_number`; model exchange; input derivatives",
+    ),
 )
 
 
@@ -274,6 +346,7 @@ class Outcome:
 
     cell: str
     failure: str = ""
+    step_time: float | None = None  # s
 
 
 def _say_into(log: Path) -> None:
@@ -289,17 +362,18 @@ def outcome(importer: Importer, path: Path, model: Model) -> Outcome:
     spawn = get_context("spawn")
     with ProcessPoolExecutor(1, spawn, initializer=_say_into, initargs=(log,)) as process:
         try:
-            apart = process.submit(importer.check, path, model).result()
+            found = process.submit(importer.check, path, model).result()
         except BrokenProcessPool:
             last = log.read_text(errors="replace").strip().splitlines()[-1:]
             return Outcome("FAILED", " ".join(["the importer's process died;", *last]))
         except Exception as error:  # whatever an importer raises is its verdict
             return Outcome("FAILED", str(error) or type(error).__name__)
-    if apart is None:
+    if found is None:
         return Outcome("ok")
-    if not apart <= importer.allowed:
-        return Outcome("FAILED", f"{apart:.2g} rad from simulate, {importer.allowed:g} allowed")
-    return Outcome(f"{apart:.1g}")
+    if not found.apart <= importer.allowed:
+        told = f"{found.apart:.2g} rad from simulate, {importer.allowed:g} allowed"
+        return Outcome("FAILED", told)
+    return Outcome(f"{found.apart:.1g}", step_time=found.step_time)
 
 
 def outcomes(model: Model, flavour: str) -> Iterator[Outcome]:
@@ -328,28 +402,75 @@ def _line(first: str, cells: Sequence[str]) -> str:
     return f"{first:<29}" + "".join(shown)
 
 
+def chosen(names: Sequence[str], *, each_effect: bool) -> list[tuple[str, Model]]:
+    """Models by their titles; that of several effects, and of each effect, besides."""
+    found = [(name, load_model(name)) for name in names]
+    if each_effect:
+        base = load_model("biorob_x4_joint_3")
+        found += [(one.id, with_typical(base, one.id)) for one in effects.CATALOGUE]
+    return [*found, ("several effects", several_effects())]
+
+
+def page(rows: Sequence[tuple[str, Sequence[Outcome]]]) -> str:
+    """The table as a page of the site."""
+    listed = ", ".join(several_effects().effect_ids)
+    heads = [importer.name for importer in IMPORTERS]
+    lines = [
+        "# Importers",
+        "Every bundled model, each effect alone at typical numbers, and several at once, as FMUs "
+        "in the importers that can be installed from the package index. A cell shows the largest "
+        "difference of the joint position from `simulate`, in rad, over a motion through slack at "
+        "constant inputs, and the time that the importer takes for a step of 1 ms; ok where it "
+        "only reads; – where it does not know the kind of FMU. Made by "
+        "`build_scripts/importers.py`.",
+        "\n".join(
+            f"| {' | '.join(cells)} |"
+            for cells in (
+                ["FMU", *heads],
+                ["---"] * (len(heads) + 1),
+                *([title, *map(_cell, outcomes)] for title, outcomes in rows),
+            )
+        ),
+        f"Several effects: {listed}.",
+        "## Versions, and what each does not support",
+        "\n".join(f"* {one.name} ({one.version}): {one.lacks}." for one in IMPORTERS),
+        "OMSimulator and PyFMI are not in the table: their packages need other programs besides.",
+    ]
+    return "\n\n".join(lines) + "\n"
+
+
+def _cell(outcome: Outcome) -> str:
+    if outcome.step_time is None:
+        return "–" if outcome.cell == "-" else outcome.cell
+    return f"{outcome.cell}; {1e6 * outcome.step_time:.0f} µs"
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status: 0 all is well, 1 something failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("model", nargs="*", metavar="MODEL", help="default: all bundled models")
-    names = parser.parse_args(arguments).model
+    parser.add_argument("--effects", action="store_true", help="each effect alone, too")
+    parser.add_argument("-o", "--output", type=Path, metavar="PAGE.md", help="page to write")
+    given = parser.parse_args(arguments)
     try:
-        wanted = [load_model(name) for name in names or models]
+        wanted = chosen(given.model or list(models), each_effect=given.effects)
     except ElasticTendonError as error:
         print(error, file=sys.stderr)
         return 1
-    titles = [model.name for model in wanted] + ["several effects"]
-    failures = []
+    failures, rows = [], []
     print(_line("difference from simulate, rad", [importer.name for importer in IMPORTERS]))
-    for title, model in zip(titles, [*wanted, several_effects()], strict=True):
-        for flavour in EVERY:
+    for title, model in wanted:
+        for flavour in COMPILED if title in effects.BY_ID else EVERY:
             found = list(outcomes(model, flavour))
+            rows.append((f"{title}, {flavour}", found))
             print(_line(f"{title}, {flavour}", [result.cell for result in found]), flush=True)
             failures += [
                 f"{title}, {flavour}, {importer.name}: {result.failure}"
                 for importer, result in zip(IMPORTERS, found, strict=True)
                 if result.failure
             ]
+    if given.output:
+        given.output.write_text(page(rows))
     listed = ", ".join(several_effects().effect_ids)
     print(f"\n-: not for this flavour; 0: to the last bit; several effects: {listed}")
     if not all(importer.installed for importer in IMPORTERS):

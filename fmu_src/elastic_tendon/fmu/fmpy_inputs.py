@@ -1,0 +1,52 @@
+"""A recording as the array of inputs that fmpy wants."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastic_tendon.measurement.recording import Measurement
+
+_NAMES = ("time", "motor_position", "motor_velocity", "load_torque")
+
+
+def fmpy_inputs(measurement: Measurement, *, hold: bool | None = None) -> NDArray[Any]:
+    """Motor motion and load of a recording for the argument `input` of ``fmpy.simulate_fmu``.
+
+    All inputs are held from sample to sample, and each sample is there twice, before and after the
+    inputs change. fmpy gives inputs to the FMU when it looks for events, not when its integrator
+    asks for rates: in model exchange, inputs that move inside a step of the integrator seem to jump
+    about, results are wrong, and at tight tolerances it stalls. No FMU can cure that; inputs that
+    move only where fmpy begins a new step do. In co-simulation they are constant in a step anyway.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    hold : True: each sample holds until the next, as ``interpolation="hold"`` of `simulate`. False:
+        the mean of two neighbours holds between them; the motion is that of straight lines between
+        the samples, but for errors of second order in their distance. None: as the recording's own
+        interpolation is "hold" or not
+
+    Returns
+    -------
+    structured array (2 n - 1,) for n samples
+        ``time`` (s), ``motor_position`` (rad), ``motor_velocity`` (rad/s, from sample to sample)
+        and ``load_torque`` (N·m). The velocity acts where the FMU's parameter
+        ``motor_velocity_connected`` is true
+    """
+    if hold is None:
+        hold = measurement.interpolation == "hold"
+    time, position = measurement.time, measurement.motor_position
+    load = np.zeros_like(time) if measurement.load_torque is None else measurement.load_torque
+    inputs = np.empty(2 * len(time) - 1, dtype=[(name, float) for name in _NAMES])
+    inputs["time"] = np.repeat(time, 2)[1:]
+    slope = np.append(np.diff(position) / np.diff(time), 0.0)
+    held = (position, slope, load) if hold else (_means(position), slope, _means(load))
+    for name, values in zip(_NAMES[1:], held, strict=True):
+        inputs[name] = np.repeat(values, 2)[:-1]
+    return inputs
+
+
+def _means(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means of neighbours, and the last value."""
+    return np.append((values[1:] + values[:-1]) / 2, values[-1])
