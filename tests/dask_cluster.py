@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import elastic_tendon
+
 TESTS = Path(__file__).parent
 
 
@@ -22,11 +24,14 @@ class DaskCluster:
     address: str
     workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
 
-    def add(self, *, nanny: bool = False) -> subprocess.Popen[bytes]:
-        """Begin a worker with one thread; a nanny would begin another one where it ends."""
+    def add(self, *, nanny: bool = False, **settings: str) -> subprocess.Popen[bytes]:
+        """Begin a worker with one thread; a nanny would begin another one where it ends.
+
+        `settings` : of its environment
+        """
         keep = "--nanny" if nanny else "--no-nanny"
         options = ["--nthreads", "1", keep, "--no-dashboard", "--local-directory", str(self.folder)]
-        worker = _start("dask_worker", self.folder, [self.address, *options])
+        worker = _start("dask_worker", self.folder, [self.address, *options], **settings)
         self.workers.append(worker)
         return worker
 
@@ -79,8 +84,14 @@ def _start(
     with (folder / f"{program}.log").open("ab") as log:
         return subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.{program}", *options],
-            env={**os.environ, "PYTHONPATH": str(TESTS), **settings},
+            env={**os.environ, "PYTHONPATH": _search_path(), **settings},
             cwd=folder,
             stdout=log,
             stderr=log,
         )
+
+
+def _search_path() -> str:
+    """Where workers find the tasks of tests, and the package that is tested."""
+    package = Path(elastic_tendon.__path__[0]).parent
+    return os.pathsep.join((str(TESTS), str(package)))

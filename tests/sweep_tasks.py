@@ -5,6 +5,7 @@ import signal
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import pandas as pd
@@ -65,6 +66,6 @@ def runs_in(journal: Path) -> list[int]:
     return sorted(int(line) for line in journal.read_text().split())
 
 
-def read(path: Path) -> pd.DataFrame:
+def read(path: Path | BinaryIO) -> pd.DataFrame:
     """A table of results, number for number; "" stays text."""
     return pd.read_csv(path, keep_default_na=False, na_values={"value": [""]})

@@ -96,32 +96,37 @@ def test_an_interrupt_drops_what_is_under_way(cluster: DaskCluster, tmp_path: Pa
     assert sweep(Draws(100), output, workers=1).resumed >= 10
 
 
-def test_workers_that_are_all_lost_are_not_waited_for(
-    cluster: DaskCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_workers_that_are_all_lost_are_waited_for_as_long_as_told(
+    cluster: DaskCluster, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("elastic_tendon.sweeps.cluster.ABSENCE_SECONDS", 1.0)
     worker = cluster.add()
     with pytest.raises(SweepError, match=r"no worker.*dask worker tcp://127"):
         sweep(
             Draws(100, seconds=0.01),
             tmp_path / "runs.csv",
             scheduler=cluster.address,
+            wait=1.0,
             progress=_once(worker.kill, 0.3),
         )
 
 
-def test_a_scheduler_without_workers_is_told(
-    cluster: DaskCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("elastic_tendon.sweeps.cluster.WORKER_SECONDS", 0.5)
+def test_a_scheduler_without_workers_is_told(cluster: DaskCluster, tmp_path: Path) -> None:
     with pytest.raises(SweepError, match=r"no worker.*dask worker tcp://127"):
-        sweep(Draws(10), tmp_path / "runs.csv", scheduler=cluster.address)
+        sweep(Draws(10), tmp_path / "runs.csv", scheduler=cluster.address, wait=0.5)
+    assert not list(tmp_path.glob("runs*"))  # nothing is left behind
 
 
 class _OnlyHere(Draws):
     """What a worker cannot import, as this module is not where it looks."""
 
 
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers that can do nothing are not waited for."""
+    monkeypatch.setattr("elastic_tendon.sweeps.cluster.GRACE_SECONDS", 0.1)
+
+
+@pytest.mark.usefixtures("impatient")
 def test_a_worker_that_lacks_a_package_is_told(cluster: DaskCluster, tmp_path: Path) -> None:
     cluster.add()
     with pytest.raises(SweepError, match="lacks the package test_dask"):
