@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -50,7 +51,8 @@ class DaskCluster:
 
 @contextmanager
 def dask_cluster(folder: Path, allowed_failures: int = 1) -> Iterator[DaskCluster]:
-    """A scheduler; it and its workers end with the context.
+    """A scheduler, which cannot import the package or the tasks; it and its workers end with the
+    context.
 
     Parameters
     ----------
@@ -64,6 +66,7 @@ def dask_cluster(folder: Path, allowed_failures: int = 1) -> Iterator[DaskCluste
         folder,
         [*options, str(file)],
         DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES=str(allowed_failures),
+        PYTHONPATH=str(_nothing_of_ours(folder)),
     )
     cluster = DaskCluster(folder, scheduler, "")
     try:
@@ -95,3 +98,22 @@ def _search_path() -> str:
     """Where workers find the tasks of tests, and the package that is tested."""
     package = Path(elastic_tendon.__path__[0]).parent
     return os.pathsep.join((str(TESTS), str(package)))
+
+
+def _nothing_of_ours(folder: Path) -> Path:
+    """Where Python finds only ruins under our names."""
+    ruins = folder / "ruins"
+    for name in ("elastic_tendon", "sweep_tasks"):
+        (ruins / name).mkdir(parents=True)
+        (ruins / name / "__init__.py").write_text("raise ImportError(__name__)")
+    return ruins
+
+
+def changed_package(folder: Path) -> str:
+    """PYTHONPATH of a worker whose package has the same version and other code."""
+    copy = folder / "changed"
+    package = Path(elastic_tendon.__path__[0])
+    shutil.copytree(package, copy / package.name, ignore=shutil.ignore_patterns("__pycache__"))
+    with (copy / package.name / "sweeps" / "task.py").open("a") as source:
+        source.write("# one more line\n")
+    return os.pathsep.join((str(TESTS), str(copy)))

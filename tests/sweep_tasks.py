@@ -17,10 +17,11 @@ class Draws:
 
     Parameters
     ----------
-    journal : file to which each run appends its number, "" for none
+    journal : file to which each run appends its number and that of its process, "" for none
     seconds : that a run sleeps
     raising, killing : runs that raise, and that end their process
     ballast : makes the task large
+    sick : where the environment has a variable of this name, runs cannot be done
     """
 
     runs: int
@@ -31,6 +32,7 @@ class Draws:
     threads: bool = False
     seed: int = 1
     ballast: bytes = b""
+    sick: str = ""
 
     @property
     def identity(self) -> dict[str, str]:
@@ -46,10 +48,12 @@ class Draws:
         return _table(run, float("nan"), reason)
 
     def _row(self, run: int) -> pd.DataFrame:
+        if self.sick in os.environ:
+            raise OSError(28, "No space left on device")
         time.sleep(self.seconds)
         if self.journal:
             with Path(self.journal).open("a") as journal:
-                journal.write(f"{run}\n")
+                journal.write(f"{run} {os.getpid()}\n")
         if run in self.killing:
             os.kill(os.getpid(), signal.SIGKILL)
         if run in self.raising:
@@ -63,7 +67,12 @@ def _table(run: int, value: float, failure: str) -> pd.DataFrame:
 
 def runs_in(journal: Path) -> list[int]:
     """Numbers of the runs that were begun, sorted."""
-    return sorted(int(line) for line in journal.read_text().split())
+    return sorted(int(line.split()[0]) for line in journal.read_text().splitlines())
+
+
+def processes_in(journal: Path) -> list[int]:
+    """Numbers of the processes that did runs, in the order in which these began."""
+    return [int(line.split()[1]) for line in journal.read_text().splitlines()]
 
 
 def read(path: Path | BinaryIO) -> pd.DataFrame:
