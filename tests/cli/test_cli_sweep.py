@@ -112,7 +112,7 @@ def test_runs_that_fail_are_told_and_the_others_are_done(run):
 
 
 def test_where_every_run_fails_the_exit_status_says_so(run):
-    done = run(BUNDLED, "-o", "runs.csv", "--vary", "transmission.pretension_force=1e5")
+    done = run(BUNDLED, "-o", "runs.csv", "--vary", "transmission.pretension_force=1e5,2e5")
     assert done.exit_code == 1
     assert Path("runs.csv").exists()
 

@@ -146,10 +146,14 @@ class _Crew:
         self._recorded: list[Done] = []
         self._undone: list[Fault] = []
         self._next_look = 0.0
-        self._seen = self._told = time.monotonic()
+        self._seen = time.monotonic()
         self._seconds = 0.0  # of a run, and bytes of its results: of late
         self._bytes = 0.0
         self._piece_seconds = float("inf")
+        self._counted = 0
+        with suppress(Exception):  # not every scheduler has one
+            if link := client.dashboard_link:
+                tell(f"Dask shows its work at {link}")
 
     def results(self) -> Iterator[Done]:
         """All that is done, until nothing is left.
@@ -279,6 +283,9 @@ class _Crew:
             (worker for worker in self._workers.values() if worker.ready),
             key=lambda worker: len(worker.under_way),
         )
+        if len(able) != self._counted:
+            self._counted = len(able)
+            self._tell("1 worker" if len(able) == 1 else f"{len(able)} workers")
         if not able:
             return
         self._tune(sum(worker.threads for worker in able))
