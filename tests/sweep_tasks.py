@@ -21,7 +21,8 @@ class Draws:
     seconds : that a run sleeps
     raising, killing : runs that raise, and that end their process
     ballast : makes the task large
-    sick : where the environment has a variable of this name, runs cannot be done
+    sick : where the environment has a variable of this name, or there is such a file, runs
+        cannot be done
     """
 
     runs: int
@@ -48,7 +49,7 @@ class Draws:
         return _table(run, float("nan"), reason)
 
     def _row(self, run: int) -> pd.DataFrame:
-        if self.sick in os.environ:
+        if self.sick and (self.sick in os.environ or Path(self.sick).exists()):
             raise OSError(28, "No space left on device")
         time.sleep(self.seconds)
         if self.journal:

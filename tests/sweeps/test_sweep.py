@@ -249,13 +249,14 @@ def test_shards_that_are_none_are_refused(tmp_path: Path, shard: tuple[int, int]
 
 @pytest.mark.parametrize("threads", [True, False])
 def test_what_this_computer_lacks_is_no_result(
-    tmp_path: Path, expected: bytes, threads: bool, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, expected: bytes, threads: bool
 ) -> None:
-    output, task = tmp_path / "runs.csv", Draws(40, sick="SICK", threads=threads)
-    monkeypatch.setenv("SICK", "yes")
+    sick, output = tmp_path / "sick", tmp_path / "runs.csv"
+    sick.touch()
+    task = Draws(40, sick=str(sick), threads=threads)
     with pytest.raises(SweepError, match=r"cannot be done here: OSError: .*No space left"):
         sweep(task, output, workers=1)
-    assert not list(tmp_path.iterdir())
-    monkeypatch.delenv("SICK")
-    sweep(Draws(40), output, workers=1)
+    assert list(tmp_path.iterdir()) == [sick]
+    sick.unlink()
+    sweep(task, output, workers=1)
     assert output.read_bytes() == expected
