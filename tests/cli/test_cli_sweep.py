@@ -126,6 +126,26 @@ def test_trajectories_hold_every_sample(run):
     assert {"time_s", "joint_position_rad", "joint_torque_Nm"} < set(table.columns)
 
 
+def test_more_runs_are_added_to_a_finished_table(run):
+    words = (BUNDLED, "--vary", f"{INERTIA}=20%", "--method", "sobol")
+    for runs in ("32", "64"):
+        assert run(*words, "-o", "runs.csv", "--runs", runs).exit_code == 0
+    assert run(*words, "-o", "whole.csv", "--runs", "64").exit_code == 0
+    assert Path("runs.csv").read_bytes() == Path("whole.csv").read_bytes()
+    assert "exists already" in _one_line(run(*words, "-o", "runs.csv", "--runs", "64"))
+
+
+def test_shares_are_joined(run):
+    words = (BUNDLED, "-o", "runs.csv", "--vary", f"{INERTIA}=20%", "--runs", "20")
+    done = run(*words, "--shard", "2/2")
+    assert "Share 2/2 is done, 0 failed" in done.stdout
+    assert "the first of them runs 0 to 9" in _one_line(run(*words, "--join"))
+    assert run(*words, "--shard", "1/2").exit_code == 0
+    assert run(*words, "--join").exit_code == 0
+    assert pd.read_csv("runs.csv")["run"].tolist() == list(range(20))
+    assert "write K/N" in run(*words, "--shard", "3").output
+
+
 # ---- refits and diagnoses ------------------------------------------------------------------
 
 
