@@ -39,10 +39,12 @@ from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.simulation.simulate import simulate, simulate_many
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.factors import Factor, Uniform
+from elastic_tendon.sweeps.fingerprint import fingerprint
 from elastic_tendon.sweeps.points import Points, points
 from elastic_tendon.sweeps.simulations import Motion, Simulations, simulations
 from elastic_tendon.sweeps.sweep import sweep
 from elastic_tendon.sweeps.task import FAILURE, RUN
+from elastic_tendon.sweeps.work import Order, Ranges
 
 MODEL = "biorob_x4_joint_3"
 DURATION = 1.0  # s
@@ -273,8 +275,9 @@ def _address(file: Path) -> str:
 
 def steady(runs: int, each: float, place: Place) -> float:
     """Time from the first batch that is done to the last one, s: the start-up is over by then."""
-    pieces = [(start, min(start + BATCH, runs)) for start in range(0, runs, BATCH)]
-    done = [time.perf_counter() for _ in execute(Busy(runs, each), pieces, place)]
+    order = Order(Busy(runs, each), ".csv", fingerprint())
+    pieces = Ranges([(0, runs)], BATCH)
+    done = [time.perf_counter() for _ in execute(order, pieces, place)]
     return done[-1] - done[0]
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -9,6 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+
+import elastic_tendon
 
 TESTS = Path(__file__).parent
 
@@ -22,11 +25,14 @@ class DaskCluster:
     address: str
     workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
 
-    def add(self, *, nanny: bool = False) -> subprocess.Popen[bytes]:
-        """Begin a worker with one thread; a nanny would begin another one where it ends."""
+    def add(self, *, nanny: bool = False, **settings: str) -> subprocess.Popen[bytes]:
+        """Begin a worker with one thread; a nanny would begin another one where it ends.
+
+        `settings` : of its environment
+        """
         keep = "--nanny" if nanny else "--no-nanny"
         options = ["--nthreads", "1", keep, "--no-dashboard", "--local-directory", str(self.folder)]
-        worker = _start("dask_worker", self.folder, [self.address, *options])
+        worker = _start("dask_worker", self.folder, [self.address, *options], **settings)
         self.workers.append(worker)
         return worker
 
@@ -45,7 +51,8 @@ class DaskCluster:
 
 @contextmanager
 def dask_cluster(folder: Path, allowed_failures: int = 1) -> Iterator[DaskCluster]:
-    """A scheduler; it and its workers end with the context.
+    """A scheduler, which cannot import the package or the tasks; it and its workers end with the
+    context.
 
     Parameters
     ----------
@@ -59,6 +66,7 @@ def dask_cluster(folder: Path, allowed_failures: int = 1) -> Iterator[DaskCluste
         folder,
         [*options, str(file)],
         DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES=str(allowed_failures),
+        PYTHONPATH=str(_nothing_of_ours(folder)),
     )
     cluster = DaskCluster(folder, scheduler, "")
     try:
@@ -79,8 +87,33 @@ def _start(
     with (folder / f"{program}.log").open("ab") as log:
         return subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.{program}", *options],
-            env={**os.environ, "PYTHONPATH": str(TESTS), **settings},
+            env={**os.environ, "PYTHONPATH": _search_path(), **settings},
             cwd=folder,
             stdout=log,
             stderr=log,
         )
+
+
+def _search_path() -> str:
+    """Where workers find the tasks of tests, and the package that is tested."""
+    package = Path(elastic_tendon.__path__[0]).parent
+    return os.pathsep.join((str(TESTS), str(package)))
+
+
+def _nothing_of_ours(folder: Path) -> Path:
+    """Where Python finds only ruins under our names."""
+    ruins = folder / "ruins"
+    for name in ("elastic_tendon", "sweep_tasks"):
+        (ruins / name).mkdir(parents=True)
+        (ruins / name / "__init__.py").write_text("raise ImportError(__name__)")
+    return ruins
+
+
+def changed_package(folder: Path) -> str:
+    """PYTHONPATH of a worker whose package has the same version and other code."""
+    copy = folder / "changed"
+    package = Path(elastic_tendon.__path__[0])
+    shutil.copytree(package, copy / package.name, ignore=shutil.ignore_patterns("__pycache__"))
+    with (copy / package.name / "sweeps" / "task.py").open("a") as source:
+        source.write("# one more line\n")
+    return os.pathsep.join((str(TESTS), str(copy)))

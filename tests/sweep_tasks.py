@@ -5,6 +5,7 @@ import signal
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import pandas as pd
@@ -16,10 +17,12 @@ class Draws:
 
     Parameters
     ----------
-    journal : file to which each run appends its number, "" for none
+    journal : file to which each run appends its number and that of its process, "" for none
     seconds : that a run sleeps
     raising, killing : runs that raise, and that end their process
     ballast : makes the task large
+    sick : where the environment has a variable of this name, or there is such a file, runs
+        cannot be done
     """
 
     runs: int
@@ -30,6 +33,7 @@ class Draws:
     threads: bool = False
     seed: int = 1
     ballast: bytes = b""
+    sick: str = ""
 
     @property
     def identity(self) -> dict[str, str]:
@@ -45,10 +49,12 @@ class Draws:
         return _table(run, float("nan"), reason)
 
     def _row(self, run: int) -> pd.DataFrame:
+        if self.sick and (self.sick in os.environ or Path(self.sick).exists()):
+            raise OSError(28, "No space left on device")
         time.sleep(self.seconds)
         if self.journal:
             with Path(self.journal).open("a") as journal:
-                journal.write(f"{run}\n")
+                journal.write(f"{run} {os.getpid()}\n")
         if run in self.killing:
             os.kill(os.getpid(), signal.SIGKILL)
         if run in self.raising:
@@ -62,9 +68,14 @@ def _table(run: int, value: float, failure: str) -> pd.DataFrame:
 
 def runs_in(journal: Path) -> list[int]:
     """Numbers of the runs that were begun, sorted."""
-    return sorted(int(line) for line in journal.read_text().split())
+    return sorted(int(line.split()[0]) for line in journal.read_text().splitlines())
 
 
-def read(path: Path) -> pd.DataFrame:
+def processes_in(journal: Path) -> list[int]:
+    """Numbers of the processes that did runs, in the order in which these began."""
+    return [int(line.split()[1]) for line in journal.read_text().splitlines()]
+
+
+def read(path: Path | BinaryIO) -> pd.DataFrame:
     """A table of results, number for number; "" stays text."""
     return pd.read_csv(path, keep_default_na=False, na_values={"value": [""]})

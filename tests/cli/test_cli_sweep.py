@@ -112,7 +112,7 @@ def test_runs_that_fail_are_told_and_the_others_are_done(run):
 
 
 def test_where_every_run_fails_the_exit_status_says_so(run):
-    done = run(BUNDLED, "-o", "runs.csv", "--vary", "transmission.pretension_force=1e5")
+    done = run(BUNDLED, "-o", "runs.csv", "--vary", "transmission.pretension_force=1e5,2e5")
     assert done.exit_code == 1
     assert Path("runs.csv").exists()
 
@@ -140,6 +140,26 @@ def test_nothing_is_drawn_where_all_runs_failed(run):
     assert done.exit_code == 1
     assert "there is nothing to draw" in done.stderr
     assert not Path("s.png").exists()
+
+
+def test_more_runs_are_added_to_a_finished_table(run):
+    words = (BUNDLED, "--vary", f"{INERTIA}=20%", "--method", "sobol")
+    for runs in ("32", "64"):
+        assert run(*words, "-o", "runs.csv", "--runs", runs).exit_code == 0
+    assert run(*words, "-o", "whole.csv", "--runs", "64").exit_code == 0
+    assert Path("runs.csv").read_bytes() == Path("whole.csv").read_bytes()
+    assert "exists already" in _one_line(run(*words, "-o", "runs.csv", "--runs", "64"))
+
+
+def test_shares_are_joined(run):
+    words = (BUNDLED, "-o", "runs.csv", "--vary", f"{INERTIA}=20%", "--runs", "20")
+    done = run(*words, "--shard", "2/2")
+    assert "Share 2/2 is done, 0 failed" in done.stdout
+    assert "the first of them runs 0 to 9" in _one_line(run(*words, "--join"))
+    assert run(*words, "--shard", "1/2").exit_code == 0
+    assert run(*words, "--join").exit_code == 0
+    assert pd.read_csv("runs.csv")["run"].tolist() == list(range(20))
+    assert "write K/N" in run(*words, "--shard", "3").output
 
 
 # ---- refits and diagnoses ------------------------------------------------------------------

@@ -65,7 +65,7 @@ def test_uniform_and_values_give_equal_chances():
         ("link.damping=0.1:0.3", Uniform(0.1, 0.3)),
         (" link.damping = 0:1:5 ", Values((0.0, 0.25, 0.5, 0.75, 1.0))),
         ("link.damping=0.3,0.1, 2e-1", Values((0.3, 0.1, 0.2))),
-        ("link.damping=0.25", Values((0.25,))),
+        ("link.damping=0.25,0.5", Values((0.25, 0.5))),
         ("transmission.upper_spring.parallel=1:4:4", Values((1.0, 2.0, 3.0, 4.0))),
     ],
 )
@@ -136,3 +136,8 @@ def test_limits_may_be_shares_of_the_value():
     assert values == pytest.approx((0.9 * inertia, inertia, 1.1 * inertia))
     with pytest.raises(SweepError, match="its value is 0"):
         parse_factor(model, "transmission.upper_spring.damping=-5%:5%")
+
+
+def test_one_value_is_refused_with_what_was_meant():
+    with pytest.raises(SweepError, match=r"link.damping=5: one value .* write link.damping=5% for"):
+        parse_factor(load_model("biorob_x4_joint_3"), "link.damping=5")

@@ -2,6 +2,7 @@
 
 import itertools
 import pickle
+import time
 import tracemalloc
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy import stats
 from scipy.stats import qmc
 
 from elastic_tendon.errors import SweepError
+from elastic_tendon.sweeps import points as module
 from elastic_tendon.sweeps.factors import Factor, Normal, Uniform, Values
 from elastic_tendon.sweeps.points import BLOCK, LATIN_BLOCK, Points, points
 
@@ -110,13 +112,39 @@ def test_identity_tells_points_apart():
     by_a_hair = Uniform(0.1, float(np.nextafter(0.3, 1.0)))
     others = [
         points(FACTORS, "sobol", 100, 2),
-        points(FACTORS, "sobol", 101, 1),
+        points(FACTORS, "latin-hypercube", 100, 1),
         points(FACTORS, "monte-carlo", 100, 1),
         points(FACTORS[:2], "sobol", 100, 1),
         points((Factor("link.damping", by_a_hair), *FACTORS[1:]), "sobol", 100, 1),
     ]
     assert base.identity == points(FACTORS, "sobol", 100, 1).identity
     assert not any(changed.identity == base.identity for changed in others)
+
+
+@pytest.mark.parametrize("method", ["monte-carlo", "sobol"])
+def test_more_runs_of_the_same_draw_go_on(method):
+    few, more = points(FACTORS, method, 100, 1), points(FACTORS, method, 101, 1)
+    assert few.identity == more.identity
+    np.testing.assert_array_equal(few.rows(0, 100), more.rows(0, 100))
+
+
+def test_a_latin_hypercube_is_another_one_where_it_has_more_runs():
+    few, more = (points(FACTORS, "latin-hypercube", count, 1) for count in (100, 101))
+    assert few.identity != more.identity
+
+
+@pytest.mark.parametrize("count", [1, 2, 4096, 3 * 4096, 1_048_576, 7_000_000])
+def test_a_jump_in_sobols_sequence_is_the_steps_it_leaves_out(count):
+    steps, jump = (qmc.Sobol(5, bits=30, **module._random(3)) for _ in range(2))
+    steps.fast_forward(count)
+    module._jump(jump, count)
+    np.testing.assert_array_equal(jump.random(64), steps.random(64))
+
+
+def test_a_jump_takes_no_time():
+    begin = time.perf_counter()
+    points(FACTORS, "sobol", 10**9, 1).rows(9 * 10**8, 9 * 10**8 + 10)
+    assert time.perf_counter() - begin < 0.5  # step by step it is seconds
 
 
 @pytest.mark.parametrize(

@@ -23,12 +23,12 @@ print(base64.b64encode(pickle.dumps(ship(model))).decode())
 
 RECEIVE = """
 import base64, pickle, sys
-from elastic_tendon.errors import EffectError
+from elastic_tendon.sweeps.task import UnfitError
 sent = [pickle.loads(base64.b64decode(text)) for text in sys.stdin.read().split()]
 print(sent[0].model.effects)
 try:
     print(sent[1].model.effect_ids)
-except EffectError as error:
+except UnfitError as error:
     print("refused:", error)
 """
 

@@ -11,6 +11,7 @@ import pytest
 
 from elastic_tendon.errors import SweepError
 from elastic_tendon.output import OutputError
+from elastic_tendon.sweeps import finished
 from elastic_tendon.sweeps.sweep import Swept, sweep
 from sweep_tasks import Draws, read, runs_in
 
@@ -173,3 +174,89 @@ def test_two_sweeps_begun_at_once_lose_nothing(tmp_path: Path, expected: bytes) 
     assert 0 in codes  # the other was refused, or found the output there
     assert output.read_bytes() == expected
     assert list(tmp_path.iterdir()) == [output]
+
+
+# ---- more runs, failed runs, shards --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_finished_sweep_takes_more_runs(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(finished, "CHUNK", 300)
+    output, whole = tmp_path / f"runs{suffix}", tmp_path / f"whole{suffix}"
+    sweep(Draws(20, raising=(3,)), output, workers=1)
+    swept = sweep(Draws(40, raising=(3,)), output, workers=1)
+    assert (swept.failed, swept.resumed) == (1, 20)
+    sweep(Draws(40, raising=(3,)), whole, workers=1)
+    assert output.read_bytes() == whole.read_bytes()
+    assert sorted(tmp_path.iterdir()) == [output, whole]
+
+
+def test_runs_of_another_sweep_are_not_added_to(tmp_path: Path) -> None:
+    output = tmp_path / "runs.csv"
+    sweep(Draws(20), output, workers=1)
+    before = output.read_bytes()
+    with pytest.raises(SweepError, match=r"run 0 of this table is not what this sweep gives"):
+        sweep(Draws(40, seed=2), output, workers=1)
+    assert output.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [output]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_failed_runs_are_done_again_where_that_is_asked_for(tmp_path: Path, suffix: str) -> None:
+    output, whole = tmp_path / f"runs{suffix}", tmp_path / f"whole{suffix}"
+    sweep(Draws(40, raising=(0, 13, 14, 39)), output, workers=1)
+    journal = tmp_path / "journal"
+    swept = sweep(Draws(40, str(journal)), output, workers=1, retry_failed=True)
+    assert (swept.failed, swept.resumed) == (0, 36)
+    assert sorted(set(runs_in(journal)) & {0, 13, 14, 39}) == [0, 13, 14, 39]
+    assert len(runs_in(journal)) <= 4 + finished.SAMPLE
+    sweep(Draws(40), whole, workers=1)
+    assert output.read_bytes() == whole.read_bytes()
+
+
+def test_failed_runs_of_a_stopped_sweep_are_done_again(tmp_path: Path, expected: bytes) -> None:
+    def interrupt(_text: str, share: float) -> None:
+        if share > 0.6:
+            raise KeyboardInterrupt
+
+    output = tmp_path / "runs.csv"
+    with pytest.raises(KeyboardInterrupt):
+        sweep(Draws(40, raising=(3,)), output, workers=1, progress=interrupt)
+    swept = sweep(Draws(40), output, workers=1, retry_failed=True)
+    assert (swept.failed, swept.resumed) == (0, 24)
+    assert output.read_bytes() == expected
+
+
+def test_shards_are_joined_when_all_are_done(tmp_path: Path, expected: bytes) -> None:
+    output = tmp_path / "runs.csv"
+    for number in (3, 1):
+        assert sweep(Draws(40), output, workers=1, shard=(number, 3)).path is None
+    with pytest.raises(SweepError, match="the first of them runs 13 to 25"):
+        sweep(Draws(40), output, join=True)
+    sweep(Draws(40), output, workers=1, shard=(2, 3))
+    assert sweep(Draws(40), output, join=True).resumed == 40
+    assert output.read_bytes() == expected
+    assert list(tmp_path.iterdir()) == [output]
+
+
+@pytest.mark.parametrize("shard", [(0, 3), (4, 3), (1, 41)])
+def test_shards_that_are_none_are_refused(tmp_path: Path, shard: tuple[int, int]) -> None:
+    with pytest.raises(SweepError, match="there is no shard"):
+        sweep(Draws(40), tmp_path / "runs.csv", shard=shard)
+
+
+@pytest.mark.parametrize("threads", [True, False])
+def test_what_this_computer_lacks_is_no_result(
+    tmp_path: Path, expected: bytes, threads: bool
+) -> None:
+    sick, output = tmp_path / "sick", tmp_path / "runs.csv"
+    sick.touch()
+    task = Draws(40, sick=str(sick), threads=threads)
+    with pytest.raises(SweepError, match=r"cannot be done here: OSError: .*No space left"):
+        sweep(task, output, workers=1)
+    assert list(tmp_path.iterdir()) == [sick]
+    sick.unlink()
+    sweep(task, output, workers=1)
+    assert output.read_bytes() == expected

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 import elastic_tendon as et
+from elastic_tendon.cli.pace import pace
 from elastic_tendon.cli.reading import read_all, read_motion, reading, words
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
@@ -19,7 +20,6 @@ from elastic_tendon.cli.shared import (
     load,
     notice,
     output,
-    progress_bar,
     reporting,
     save_picture,
 )
@@ -28,6 +28,7 @@ from elastic_tendon.sweeps import FEWEST_REFITS
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap
+WAIT = 600.0  # s for a worker of a cluster
 
 
 class Work(StrEnum):
@@ -92,6 +93,31 @@ WorkersOption = Annotated[
 SchedulerOption = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help="Use the workers of this Dask scheduler, tcp://..."),
+]
+SchedulerFileOption = Annotated[
+    Path | None,
+    typer.Option(metavar="F", help="File that the Dask scheduler wrote, instead of its address."),
+]
+WaitOption = Annotated[
+    float | None,
+    typer.Option(min=0.0, metavar="SECONDS", help="For a worker of the cluster; without: 600."),
+]
+PartsOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL",
+        help="Folder or object store (s3://...) that all workers see: they write results there.",
+    ),
+]
+ShardOption = Annotated[
+    str | None,
+    typer.Option(metavar="K/N", help="Do the K-th of N shares of the runs, as of a job array."),
+]
+JoinOption = Annotated[
+    bool, typer.Option("--join", help="Put the shares together that --shard has done.")
+]
+RetryOption = Annotated[
+    bool, typer.Option("--retry-failed", help="Do the runs again that failed before.")
 ]
 PlotOption = Annotated[
     Path | None,
@@ -159,6 +185,12 @@ def sweep(
     trajectories: TrajectoriesOption = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
+    scheduler_file: SchedulerFileOption = None,
+    wait: WaitOption = None,
+    parts: PartsOption = None,
+    shard: ShardOption = None,
+    join: JoinOption = False,
+    retry_failed: RetryOption = False,
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
@@ -169,7 +201,7 @@ def sweep(
 
     A sweep that is stopped goes on where it was if you type the same command again. A run that
     fails is recorded with the reason, and the others go on. The same seed gives the same file, with
-    any number of workers.
+    any number of workers. More --runs of a finished sweep are added to its table.
 
     A cluster needs the extra cluster, a "dask scheduler" on one computer and, on each, "dask worker
     tcp://HOST:8786 --nworkers 8 --nthreads 1".
@@ -177,25 +209,61 @@ def sweep(
     drawn = (tuple(vary or ()), method, runs, seed)
     request = Request(work, tuple(data or ()), *drawn, tuple(keep or ()), trajectories)
     request.check()
-    if workers is not None and scheduler is not None:
+    clusters = [given for given in (scheduler, scheduler_file) if given is not None]
+    if workers is not None and clusters:
         raise typer.BadParameter("the cluster has workers of its own", param_hint="--workers")
-    check_outputs(out, picture=plot, force=force, read=[model, *request.data])
+    if len(clusters) > 1:
+        raise typer.BadParameter("give the address or the file", param_hint="--scheduler")
+    if wait is not None and not clusters:
+        raise typer.BadParameter("says nothing without a cluster", param_hint="--wait")
+    share = _share(shard)
+    if share is not None and (join or plot is not None):
+        raise typer.BadParameter("a share has no table yet: leave --join and --plot out")
+    goes_on = out.exists() and (retry_failed or runs is not None)
+    check_outputs(out, picture=plot, force=force or goes_on, read=[model, *request.data])
+    if plot is not None:
+        check_outputs(picture=plot, force=force)
     if not request.data and words(options):
         raise typer.BadParameter(f"no DATA to read: leave {words(options)[0]} out")
     loaded = load(model, own_effects)
     try:
-        with progress_bar() as progress:
+        with pace() as progress:
             task = request.task(loaded, options, progress)
+            progress.runs = task.runs
             done = et.sweep(
-                *(task, out), workers=workers, scheduler=scheduler, force=force, progress=progress
+                *(task, out),
+                workers=workers,
+                scheduler=scheduler,
+                scheduler_file=scheduler_file,
+                wait=WAIT if wait is None else wait,
+                parts=parts,
+                shard=share,
+                join=join,
+                retry_failed=retry_failed,
+                force=force,
+                progress=progress,
             )
     except KeyboardInterrupt:
         _stopped(out)
+    if shard is not None:
+        told = f"Share {shard} is done, {done.failed} failed; when all are, repeat with --join."
+        output.print(told, highlight=False, markup=False)
+        return
     _show(work, loaded, task, out, done)
     if plot is not None:
         save_picture(done.plot(), plot, force)
     if done.failed == done.runs:
         raise typer.Exit(1)
+
+
+def _share(text: str | None) -> tuple[int, int] | None:
+    """``3/64`` as numbers."""
+    if text is None:
+        return None
+    number, slash, count = text.partition("/")
+    if not (slash and number.isdecimal() and count.isdecimal()):
+        raise typer.BadParameter(f"{text} is no share; write K/N, as 3/64", param_hint="--shard")
+    return int(number), int(count)
 
 
 def _points(request: Request, model: "et.Model") -> "et.Points":

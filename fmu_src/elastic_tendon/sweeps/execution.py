@@ -5,19 +5,15 @@ import signal
 import threading
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
-from importlib.metadata import version
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-import pandas as pd
+from elastic_tendon.errors import SweepError
+from elastic_tendon.sweeps.work import Done, Fault, Order, Piece, finished, work
 
-from elastic_tendon.errors import ElasticTendonError, SweepError
-from elastic_tendon.sweeps.task import FAILURE, RUN, Task
-
-Piece = tuple[int, int]  # first run, and the one after the last
+FAULTS = 3  # of the environment in a row, after which a place is given up
 TRIES = 2  # how often a run may end its process before it counts as failed
 PARENT_SECONDS = 1.0  # between looks whether the parent is still there
 LOST = (
@@ -35,25 +31,28 @@ class Local:
 
 @dataclass(frozen=True)
 class Cluster:
-    """Workers of a Dask cluster; `scheduler` is its address, as in tcp://host:8786.
+    """Workers of a Dask cluster, those that join later as well.
 
     A worker does one run at a time and should have one thread and a nanny: nannies start lost
     workers anew and keep BLAS at one thread (`dask worker ADDRESS --nworkers 8 --nthreads 1`).
+
+    Parameters
+    ----------
+    scheduler : its address, as in tcp://host:8786, or the file that it wrote
+    client : a `distributed.Client` instead, which stays open
+    wait : for a first worker, and for another one when all have left, s
     """
 
-    scheduler: str
+    scheduler: str | None = None
+    client: Any = None
+    wait: float = 600.0
 
 
 Place = Local | Cluster
+Tell = Callable[[str], object]  # called with what goes on besides: who is waited for or left out
 
 
-@dataclass(frozen=True, eq=False)
-class Done:
-    """The results of the runs `start` to `stop` - 1."""
-
-    start: int
-    stop: int
-    table: pd.DataFrame
+KEPT = "what is done is kept: mend this and repeat the command to go on"
 
 
 class Lost(Exception):  # noqa: N818 - what happened, no mistake of anybody
@@ -62,7 +61,7 @@ class Lost(Exception):  # noqa: N818 - what happened, no mistake of anybody
 
 @dataclass(frozen=True)
 class Pool:
-    """Workers that are ready.
+    """Workers of this computer.
 
     Parameters
     ----------
@@ -76,8 +75,14 @@ class Pool:
     explain: Callable[[Exception], Exception]
 
 
-def execute(task: Task, pieces: Iterable[Piece], place: Place) -> Generator[Done, None, None]:
-    """Do pieces of a task; each comes once, as soon as it is done, in no order.
+def quiet(_text: str) -> None:
+    """Tell nobody."""
+
+
+def execute(
+    order: Order, pieces: Iterable[Piece], place: Place, tell: Tell = quiet
+) -> Generator[Done, None, None]:
+    """Do pieces of a task; each run comes once, as soon as it is done, in no order.
 
     Pieces are taken as workers become free, and no more than some for each worker are under way
     or wait to be taken away, so memory does not grow with their number. Closing the iterator ends
@@ -85,28 +90,79 @@ def execute(task: Task, pieces: Iterable[Piece], place: Place) -> Generator[Done
 
     Parameters
     ----------
-    task : its `rows` may raise: the runs of that piece are then done one by one, and those that
-        raise become `task.failed`
-    pieces : first run of each, and the one after its last
+    order : whose task's `rows` may raise: the runs of that piece are then done one by one, and
+        those that raise become `task.failed`; what the environment is at fault for is tried again
+    pieces : first run of each, and the one after its last; on a cluster the size of `Ranges` is
+        tuned as they run
     place : where they are done
+    tell : called with what goes on besides
 
     Raises
     ------
-    SweepError : the cluster cannot be reached, has no workers, or has another version
+    SweepError : runs could not be done anywhere, or the cluster cannot be reached, has no workers,
+        or has other code
     ValueError : `task.rows` gives a table that breaks the promise
     """
-    with _pool(task, place) as pool:
-        under_way = _UnderWay(iter(pieces), 4 * pool.workers + 32)
-        while not under_way.finished:
-            try:
-                with closing(_results(pool, 2 * pool.workers, task, under_way.take())) as results:
-                    for done in results:
-                        under_way.pieces.remove((done.start, done.stop))
-                        yield done
-            except Lost:
-                # any of them may have ended the worker, and the others went down with it
-                for start, stop in under_way.take_back():
-                    yield _alone(pool, task, start, stop)
+    if isinstance(place, Cluster):
+        from elastic_tendon.sweeps.cluster import run_on_cluster
+
+        return run_on_cluster(order, pieces, place, tell)
+    return _here(order, pieces, place)
+
+
+def _here(order: Order, pieces: Iterable[Piece], place: Local) -> Generator[Done, None, None]:
+    pool, faults = _pool(order, place), _Faults()
+    under_way = _UnderWay(iter(pieces), 4 * pool.workers + 32)
+    while not under_way.finished:
+        try:
+            with closing(_results(pool, 2 * pool.workers, order, under_way.take())) as results:
+                for result in results:
+                    under_way.pieces.remove((result.start, result.stop))
+                    if isinstance(result, Done):
+                        faults.none()
+                        yield result
+                    else:
+                        faults.add(result)
+        except Lost:
+            # any of them may have ended the worker, and the others went down with it
+            for start, stop in under_way.take_back():
+                yield from _alone(pool, order, start, stop, faults)
+    again, faults.kept = faults.kept, []
+    for fault in again:
+        yield from _alone(pool, order, fault.start, fault.stop, faults)
+    faults.check()
+
+
+@dataclass
+class _Faults:
+    """What the environment kept from being done on this computer."""
+
+    in_a_row: int = 0
+    kept: list[Fault] = field(default_factory=list)
+
+    def none(self) -> None:
+        """Something was done."""
+        self.in_a_row = 0
+
+    def add(self, fault: Fault) -> None:
+        """Note one; SweepError where nothing can be done here."""
+        self.in_a_row += 1
+        self.kept.append(fault)
+        if self.in_a_row >= FAULTS:
+            raise SweepError(f"runs cannot be done here: {fault.reason}; {KEPT}")
+
+    def check(self) -> None:
+        """SweepError where anything is left."""
+        if self.kept:
+            raise undone(self.kept)
+
+
+def undone(faults: Sequence[Fault]) -> SweepError:
+    """What to say of runs that could not be done anywhere."""
+    first = min(faults, key=lambda fault: fault.start)
+    count = sum(fault.stop - fault.start for fault in faults)
+    which = f"run {first.start}" if count == 1 else f"{count} runs, from run {first.start} on,"
+    return SweepError(f"{which} could not be done anywhere: {first.reason}; {KEPT}")
 
 
 class _UnderWay:
@@ -150,16 +206,29 @@ class _UnderWay:
             return piece
 
 
-def _alone(pool: Pool, task: Task, start: int, stop: int) -> Done:
-    """Do a piece while nothing else is done, so that a lost worker tells who is guilty."""
+def _alone(pool: Pool, order: Order, start: int, stop: int, faults: "_Faults") -> Iterator[Done]:
+    """Do a piece while nothing else is done, so that a lost worker tells who is guilty; halves of
+    it where it is."""
     for _ in range(TRIES if stop - start == 1 else 1):
         with suppress(Lost):
-            [done] = _results(pool, 1, task, [(start, stop)])
-            return done
+            [result] = _results(pool, 1, order, [(start, stop)])
+            if isinstance(result, Done):
+                faults.none()
+                yield result
+            else:
+                faults.add(result)
+            return
     if stop - start == 1:
-        return Done(start, stop, task.failed(start, LOST))
-    tables = [_alone(pool, task, run, run + 1).table for run in range(start, stop)]
-    return Done(start, stop, pd.concat(tables, ignore_index=True))
+        yield lost(order, start)
+        return
+    middle = (start + stop) // 2
+    yield from _alone(pool, order, start, middle, faults)
+    yield from _alone(pool, order, middle, stop, faults)
+
+
+def lost(order: Order, run: int) -> Done:
+    """A run that ended its process whenever it was tried."""
+    return finished(order, run, run + 1, order.task.failed(run, LOST))
 
 
 class _Stop(Exception):  # noqa: N818
@@ -167,16 +236,16 @@ class _Stop(Exception):  # noqa: N818
 
 
 def _results(
-    pool: Pool, in_flight: int, task: Task, pieces: Iterable[Piece]
-) -> Generator[Done, None, None]:
+    pool: Pool, in_flight: int, order: Order, pieces: Iterable[Piece]
+) -> Generator[Done | Fault, None, None]:
     from joblib import delayed
 
-    work, ours = delayed(_work), version("elastic-tendon")
+    one = delayed(work)
     outputs = None
     try:
-        outputs = pool.parallel(in_flight)(work(task, *piece, ours) for piece in pieces)
-        for done in outputs:  # noqa: UP028 - `yield from` would close `outputs`, which warns
-            yield done
+        outputs = pool.parallel(in_flight)(one(order, *piece) for piece in pieces)
+        for result in outputs:  # noqa: UP028 - `yield from` would close `outputs`, which warns
+            yield result
     except Exception as error:
         explained = pool.explain(error)
         if explained is error:
@@ -188,17 +257,10 @@ def _results(
                 outputs.throw(_Stop())
 
 
-@contextmanager
-def _pool(task: Task, place: Place) -> Iterator[Pool]:
-    if isinstance(place, Cluster):
-        from elastic_tendon.sweeps.cluster import connect
-
-        with connect(place.scheduler, task) as pool:
-            yield pool
-    elif task.threads:
-        yield Pool(place.workers, lambda in_flight: _threads(place.workers, in_flight), _same)
-    else:
-        yield Pool(place.workers, lambda in_flight: _processes(place.workers, in_flight), _meaning)
+def _pool(order: Order, place: Local) -> Pool:
+    if order.task.threads:
+        return Pool(place.workers, lambda in_flight: _threads(place.workers, in_flight), _same)
+    return Pool(place.workers, lambda in_flight: _processes(place.workers, in_flight), _meaning)
 
 
 def _same(error: Exception) -> Exception:
@@ -255,58 +317,3 @@ def _meaning(error: Exception) -> Exception:
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     return Lost() if isinstance(error, TerminatedWorkerError) else error
-
-
-def _work(task: Task, start: int, stop: int, wanted: str) -> Done:
-    """What a worker does with a piece."""
-    installed = version("elastic-tendon")
-    if installed != wanted:
-        raise SweepError(
-            f"a worker has elastic-tendon {installed}, but the sweep was begun with {wanted}; "
-            "install the same version on all computers of the cluster"
-        )
-    return Done(start, stop, _promised(task, start, stop, _rows(task, start, stop)))
-
-
-def _rows(task: Task, start: int, stop: int) -> pd.DataFrame:
-    try:
-        return task.rows(start, stop)
-    except Exception as error:  # whatever it is, the other runs go on
-        if stop - start == 1:
-            return task.failed(start, _reason(error))
-    tables = [_rows(task, run, run + 1) for run in range(start, stop)]
-    return pd.concat(tables, ignore_index=True)
-
-
-def _reason(error: Exception) -> str:
-    text = " ".join(str(error).split())
-    return text if isinstance(error, ElasticTendonError) else f"{type(error).__name__}: {text}"
-
-
-def _promised(task: Task, start: int, stop: int, table: pd.DataFrame) -> pd.DataFrame:
-    """The table, if it is what a `Task` promises.
-
-    Raises
-    ------
-    ValueError : columns or their types differ from those of `task.failed`, or runs are missing
-    """
-    example = task.failed(start, "")
-    if _columns(table) != _columns(example):
-        raise ValueError(
-            f"rows() gives the columns {_columns(table)}, but failed() gives {_columns(example)}"
-        )
-    if table.columns[0] != RUN or table.columns[-1] != FAILURE:
-        raise ValueError(f"the first column must be {RUN!r} and the last {FAILURE!r}")
-    runs = table[RUN].to_numpy()
-    first_rows = np.flatnonzero(np.diff(runs, prepend=start - 1))  # a run may have several
-    if not np.array_equal(runs[first_rows], np.arange(start, stop)):
-        raise ValueError(f"rows({start}, {stop}) gives other runs, or not in order")
-    return table
-
-
-def _columns(table: pd.DataFrame) -> list[tuple[str, str]]:
-    # text has several types in pandas
-    return [
-        (str(name), str(kind) if isinstance(kind, np.dtype) and kind.kind in "biuf" else "text")
-        for name, kind in table.dtypes.items()
-    ]

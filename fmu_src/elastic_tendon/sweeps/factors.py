@@ -193,6 +193,12 @@ def _limit(text: str, value: float, path: str) -> float:
 
 
 def _values(quantity: Quantity, values: tuple[float, ...]) -> Values:
+    path = quantity.path
+    if len(values) == 1:
+        raise SweepError(
+            f"{path}={values[0]:g}: one value does not vary; write {path}={values[0]:g}% for a "
+            "Gaussian, several values A,B,C, or put this one into the model"
+        )
     _check_bounds(quantity, values)
     broken = [value for value in values if quantity.integer and not value.is_integer()]
     if broken:

@@ -29,8 +29,16 @@ from elastic_tendon.measurement.options import DEFAULT
 from elastic_tendon.measurement.reader import split_window
 from elastic_tendon.misreadings.belief import believed
 from elastic_tendon.progress import silent
-from elastic_tendon.sweeps.shipped import ShippedModel
-from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, RUN, VERDICT
+from elastic_tendon.sweeps.shipped import ShippedModel, ship
+from elastic_tendon.sweeps.task import (
+    APPEARED,
+    DRIFTED,
+    FAILURE,
+    ROBOT,
+    RUN,
+    VERDICT,
+    UnfitError,
+)
 
 LOW, HIGH = ".low", ".high"  # after the path of a parameter: ends of its 95 % interval
 UNKNOWN = "unknown"  # what has appeared where no effect of the catalogue explains it
@@ -110,6 +118,7 @@ class Fleet:
 
         Raises
         ------
+        UnfitError : this computer does not see the files as they were
         MeasurementError : a file cannot be used, or looks as if it was read wrongly
         SimulationError : the model cannot be simulated with the motion of a recording
         """
@@ -130,6 +139,7 @@ class Fleet:
 
     def _diagnosed(self, run: int) -> dict[str, str | float]:
         model = self.model.model
+        self._see(run)
         read = [
             measurement
             for data in self.robots[run].data
@@ -140,6 +150,15 @@ class Fleet:
         if not diagnosis.complete:  # half a diagnosis is none
             raise KeyboardInterrupt
         return _summary(diagnosis)
+
+    def _see(self, run: int) -> None:
+        """Refuse files that are not those of the computer where the fleet was put together."""
+        robot = self.robots[run]
+        if _digest([*robot.data, *_files(self.options.mapping)]) != self.digests[run]:
+            raise UnfitError(
+                f"{robot.data[0]}: this computer sees no such recording of {robot.name}, or not "
+                "the one that was there when the sweep was begun; let all see the same files"
+            )
 
 
 def fleet(
@@ -167,13 +186,12 @@ def fleet(
     _check_names(chosen)
     here = tuple(replace(robot, data=tuple(map(_absolute, robot.data))) for robot in chosen)
     items = tuple(_absolute(item) if Path(item).is_file() else item for item in options.mapping)
-    preparations = [item for item in items if Path(item).is_file()]
     return Fleet(
         # every effect of the user's own is a candidate
-        model=ShippedModel(model.to_toml(), effects.BY_ID.own_files(effects.BY_ID)),
+        model=ship(model, effects.BY_ID),
         robots=here,
         options=replace(options, mapping=items),
-        digests=tuple(_digest([*robot.data, *preparations]) for robot in here),
+        digests=tuple(_digest([*robot.data, *_files(items)]) for robot in here),
     )
 
 
@@ -250,6 +268,11 @@ def _absolute(data: str) -> str:
     """The same data for a worker that may stand in another folder."""
     path, window = split_window(data)
     return f"{path.absolute()}{data[data.rindex('[') :] if window else ''}"
+
+
+def _files(mapping: Sequence[str]) -> list[str]:
+    """Files among what says how to read; on a worker that does not see them, none of them."""
+    return [item for item in mapping if Path(item).is_file()]
 
 
 def _digest(data: Sequence[str]) -> str:

@@ -1,80 +1,71 @@
-"""What is done of a sweep, on disk: one file for each batch, until all are put together."""
+"""What is done of a sweep: a file for each piece, until all are put together."""
 
 import json
-import re
-import shutil
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
-from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from zlib import crc32
 
-import pandas as pd
 from filelock import FileLock, Timeout
 
 from elastic_tendon.errors import SweepError
 from elastic_tendon.output import OutputError, check_writable, write_file
-from elastic_tendon.sweeps.execution import Done, Piece
-from elastic_tendon.sweeps.task import FAILURE, Task
+from elastic_tendon.sweeps.formats import FORMATS
+from elastic_tendon.sweeps.store import (
+    UNFINISHED,
+    Folder,
+    Store,
+    is_part,
+    part_name,
+    read_name,
+)
+from elastic_tendon.sweeps.task import Task
+from elastic_tendon.sweeps.work import Done, Piece
 
 DESCRIPTION = "sweep.json"
-_NAME = re.compile(r"(\d{12})-(\d{12})-(\d+)-([0-9a-f]{8})\.(csv|parquet)")
-_UNFINISHED = ".unfinished"
-_ROW_GROUP = 16_000_000  # bytes of a table that Parquet compresses together
 
 
 @dataclass(frozen=True)
 class Parts:
-    """The folder beside an output, of one sweep.
+    """What is done of one sweep.
 
     Parameters
     ----------
-    folder : has `DESCRIPTION`, and a file for each piece that is done; its name has first run,
+    store : has `DESCRIPTION`, and a file for each piece that is done; its name has first run,
         the one after the last, how many failed, and the checksum of its content
     output : where all of it will be put together
+    share : the runs that are done here; all of them, or a part where others do the rest
     runs : of the whole sweep
-    batch : runs of a piece; the last may have fewer
     """
 
-    folder: Path
+    store: Store
     output: Path
+    share: Piece
     runs: int
-    batch: int
-
-    @property
-    def pieces(self) -> Iterator[Piece]:
-        """All pieces of the sweep, in order."""
-        for start in range(0, self.runs, self.batch):
-            yield start, min(start + self.batch, self.runs)
-
-
-@dataclass(frozen=True)
-class _Format:
-    encode: Callable[[pd.DataFrame], bytes]
-    join: Callable[[list[Path], Path], None]
 
 
 def folder_of(output: Path) -> Path:
-    """Where the parts of a sweep are until all is done."""
+    """Where the parts of a sweep are until all is done, if they have no other place."""
     return output.with_name(f"{output.name}.parts")
 
 
 @contextmanager
-def alone(output: Path) -> Iterator[None]:
-    """Let nobody else sweep into this output meanwhile; a process that dies lets go.
+def alone(output: Path, share: str = "") -> Iterator[None]:
+    """Let nobody else sweep into this output, or do this share of it, meanwhile; a process that
+    dies lets go.
 
     Raises
     ------
     SweepError : another sweep does so now
     OutputError : the folder cannot be written
     """
-    path = output.with_name(f"{output.name}.lock")
+    path = output.with_name(f"{output.name}{share}.lock")
     lock = FileLock(path)
-    with _writing(path):
+    with writing(path):
         try:
             lock.acquire(blocking=False)
         except Timeout:  # to Python an OSError
@@ -98,7 +89,7 @@ def check_output(output: Path, *, force: bool) -> None:
     OutputError : it exists and `force` is not given, has no folder, is neither CSV nor Parquet,
         or is Parquet and pyarrow is not installed
     """
-    if output.suffix not in _FORMATS:
+    if output.suffix not in FORMATS:
         raise OutputError(f"{output}: results are written as .csv or .parquet; name such a file")
     if output.suffix == ".parquet" and find_spec("pyarrow") is None:
         raise OutputError(
@@ -108,14 +99,21 @@ def check_output(output: Path, *, force: bool) -> None:
     check_writable(output, force=force)
 
 
-def open_parts(task: Task, output: Path, batch: int | None, *, force: bool) -> Parts:
+def open_parts(
+    task: Task,
+    output: Path,
+    *,
+    store: Store | None = None,
+    share: Piece | None = None,
+    force: bool,
+) -> Parts:
     """The parts of this sweep: those that it has already, or a new folder for them.
 
     Parameters
     ----------
     task, output : of the sweep
-    batch : runs of a piece, from 1, or None for `task.batch()`; where the sweep goes on, the
-        batch with which it began is kept
+    store : of the parts; None: a folder beside the output
+    share : the runs that are done here; None: all
     force : whether parts of another sweep may be removed
 
     Raises
@@ -123,46 +121,60 @@ def open_parts(task: Task, output: Path, batch: int | None, *, force: bool) -> P
     SweepError : the folder has parts of another sweep, and `force` is not given
     OutputError : the folder cannot be written, or has files that no sweep has put there
     """
-    folder = folder_of(output)
+    store = Folder(folder_of(output)) if store is None else store
+    parts = Parts(store, output, share or (0, task.runs), task.runs)
     wanted = _description(task)
-    if folder.exists():
-        description = _found(folder)
-        different = _differences(wanted, description)
-        if not different:
-            return Parts(folder, output, task.runs, description["batch"])
-        if _files(folder) and not force:
-            raise SweepError(
-                f"{folder}: here are parts of another sweep (different: {', '.join(different)}); "
-                "give --force to remove them and begin anew, or name another output to keep both"
-            )
-    if batch is None:
-        batch = max(1, task.batch())
-    with _writing(folder):
-        if folder.exists():
-            shutil.rmtree(folder)
-        folder.mkdir()
-        _put(folder / DESCRIPTION, json.dumps({**wanted, "batch": batch}, indent=1).encode())
-    return Parts(folder, output, task.runs, batch)
+    with writing(store):
+        names = store.names()
+        if names:
+            different = _differences(wanted, _found(store, names))
+            if not different:
+                return parts
+            if any(map(is_part, names)) and not force:
+                raise SweepError(
+                    f"{store}: here are parts of another sweep (different: "
+                    f"{', '.join(different)}); give --force to remove them and begin anew, or name "
+                    "another output to keep both"
+                )
+            store.clear()
+        store.put(DESCRIPTION, json.dumps(wanted, indent=1).encode())
+    return parts
 
 
 def done_before(parts: Parts) -> dict[Piece, int]:
-    """The pieces that are done, and how many runs of each failed; files that are damaged or of
-    other batches are removed.
+    """The pieces of the share that are done, and how many runs of each failed; files that are
+    damaged, or done twice, are removed.
 
     Raises
     ------
     OutputError : the folder cannot be read or written
     """
-    done = {}
-    pieces = set(parts.pieces)
-    with _writing(parts.folder):
-        for path in _files(parts.folder):
-            piece, failed, checksum = _read_name(path)
-            if piece in pieces and crc32(path.read_bytes()) == checksum:
-                done[piece] = failed
+    done: dict[Piece, int] = {}
+    first, last = parts.share
+    covered = first
+    with writing(parts.store):
+        for name in filter(is_part, parts.store.names()):
+            (start, stop), failed, checksum = read_name(name)
+            if stop <= first or start >= last:
+                continue  # another's share
+            content = parts.store.read(name)
+            if start >= covered and stop <= last and crc32(content) == checksum:
+                done[start, stop] = failed
+                covered = stop
             else:
-                path.unlink()
+                parts.store.remove(name)
     return done
+
+
+def missing(share: Piece, done: Iterable[Piece]) -> list[Piece]:
+    """Runs of a share that are in none of the pieces that are done, which are in order."""
+    start, stop = share
+    gaps = []
+    for piece in (*done, (stop, stop)):
+        if piece[0] > start:
+            gaps.append((start, piece[0]))
+        start = piece[1]
+    return gaps
 
 
 def add(parts: Parts, done: Done) -> int:
@@ -172,12 +184,16 @@ def add(parts: Parts, done: Done) -> int:
     ------
     OutputError : the folder cannot be written; what was done before is kept
     """
-    content = _FORMATS[parts.output.suffix].encode(done.table)
-    failed = int((done.table[FAILURE] != "").sum())
-    name = f"{done.start:012d}-{done.stop:012d}-{failed}-{crc32(content):08x}"
-    with _writing(parts.folder):
-        _put(parts.folder / f"{name}{parts.output.suffix}", content)
-    return failed
+    if done.content:  # else who did it has kept it
+        keep(parts, (done.start, done.stop), done.failed, done.content)
+    return done.failed
+
+
+def keep(parts: Parts, piece: Piece, failed: int, content: bytes) -> None:
+    """`add` for the content of a file."""
+    name = part_name(*piece, failed, content, parts.output.suffix)
+    with writing(parts.store):
+        parts.store.put(name, content)
 
 
 def finish(parts: Parts, *, force: bool) -> None:
@@ -188,13 +204,32 @@ def finish(parts: Parts, *, force: bool) -> None:
     SweepError : parts are missing
     OutputError : the output cannot be written; the parts are kept
     """
-    files = _files(parts.folder)
-    if [_read_name(path)[0] for path in files] != list(parts.pieces):
-        raise SweepError(f"{parts.folder}: parts are missing; repeat the command to do them again")
-    join = _FORMATS[parts.output.suffix].join
-    write_file(parts.output, lambda target: join(files, target), force=force)
-    with _writing(parts.folder):
-        shutil.rmtree(parts.folder)
+    with writing(parts.store):
+        names = [name for name in parts.store.names() if is_part(name)]
+    gaps = missing((0, parts.runs), [read_name(name)[0] for name in names])
+    if gaps:
+        start, stop = gaps[0]
+        raise SweepError(
+            f"{parts.store}: parts are missing, the first of them runs {start} to {stop - 1}; "
+            "repeat the command to do them"
+        )
+    join = FORMATS[parts.output.suffix].join
+    write_file(parts.output, lambda target: join(_opened(parts, names), target), force=force)
+    with writing(parts.store):
+        parts.store.clear()
+
+
+def forget(parts: Parts) -> None:
+    """Leave nothing behind of a sweep of which nothing is done."""
+    with suppress(OSError):
+        if not any(map(is_part, parts.store.names())):
+            parts.store.clear()
+
+
+def _opened(parts: Parts, names: Iterable[str]) -> Iterator[BinaryIO]:
+    for name in names:
+        with closing(parts.store.open(name)) as file:
+            yield file
 
 
 def _description(task: Task) -> dict[str, Any]:
@@ -205,122 +240,41 @@ def _description(task: Task) -> dict[str, Any]:
     }
 
 
-def _found(folder: Path) -> dict[str, Any]:
+def _found(store: Store, names: Iterable[str]) -> dict[str, Any]:
     """What `DESCRIPTION` says; nothing where there is none, or it is damaged."""
-    if not folder.is_dir():
-        raise OutputError(f"{folder}: this file is where the parts of the sweep go; move it away")
-    for path in folder.iterdir():
-        if not (path.name == DESCRIPTION or path.suffix == _UNFINISHED or _is_part(path)):
-            raise OutputError(f"{path}: no sweep has put this here; move it away")
+    for name in names:
+        if not (name == DESCRIPTION or name.endswith(UNFINISHED) or is_part(name)):
+            raise OutputError(f"{store}/{name}: no sweep has put this here; move it away")
     try:
-        description = json.loads((folder / DESCRIPTION).read_bytes())
-        intact = isinstance(description["identity"], dict) and description["batch"] >= 1
+        description = json.loads(store.read(DESCRIPTION))
+        intact = isinstance(description["identity"], dict) and description["runs"] >= 1
     except (FileNotFoundError, ValueError, KeyError, TypeError):
         intact = False
     return description if intact else {}
 
 
 def _differences(wanted: dict[str, Any], description: dict[str, Any]) -> list[str]:
-    """Names of what differs between two descriptions."""
+    """Names of what differs between two descriptions; more runs alone go on with what is there."""
     if not description:
         return [f"{DESCRIPTION} is missing or damaged"]
     asked, kept = wanted["identity"], description["identity"]
     inside = [key for key in {**asked, **kept} if asked.get(key) != kept.get(key)]
     around = [key for key in ("elastic-tendon", "runs") if wanted[key] != description.get(key)]
-    return [*around, *inside]
-
-
-def _is_part(path: Path) -> bool:
-    return _NAME.fullmatch(path.name) is not None
-
-
-def _files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.iterdir() if _is_part(path))
-
-
-def _read_name(path: Path) -> tuple[Piece, int, int]:
-    """Piece, number of failed runs, and checksum of a part."""
-    start, stop, failed, checksum, _ = path.name.replace(".", "-").split("-")
-    return (int(start), int(stop)), int(failed), int(checksum, 16)
-
-
-def _put(path: Path, content: bytes) -> None:
-    unfinished = path.with_suffix(_UNFINISHED)
-    unfinished.write_bytes(content)
-    unfinished.replace(path)
+    grown = wanted["runs"] > description["runs"] and around == ["runs"] and not inside
+    return [] if grown else [*around, *inside]
 
 
 @contextmanager
-def _writing(folder: Path) -> Iterator[None]:
+def writing(place: object) -> Iterator[None]:
+    """Tell in one sentence why a place cannot be written."""
     try:
         yield
+    except NotADirectoryError:
+        raise OutputError(
+            f"{place}: this file is where the parts of the sweep go; move it away"
+        ) from None
     except OSError as error:
         raise OutputError(
-            f"{folder}: cannot be written ({error.strerror}); what is done is kept, so mend this "
-            "and repeat the command to go on"
+            f"{place}: cannot be written ({error.strerror or error}); what is done is kept, so "
+            "mend this and repeat the command to go on"
         ) from error
-
-
-def _encode_csv(table: pd.DataFrame) -> bytes:
-    # pandas writes the shortest text from which the same number is read
-    return table.to_csv(index=False, lineterminator="\n").encode()
-
-
-def _join_csv(files: Iterable[Path], target: Path) -> None:
-    with target.open("wb") as output:
-        for number, path in enumerate(files):
-            with path.open("rb") as part:
-                header = part.readline()
-                if number == 0:
-                    output.write(header)
-                shutil.copyfileobj(part, output)
-
-
-def _encode_parquet(table: pd.DataFrame) -> bytes:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    arrow = pa.Table.from_pandas(table, preserve_index=False)
-    # text has several types in pandas, and what pandas notes of them would differ between parts
-    kinds = [
-        (column.name, pa.string() if _is_text(column.type) else column.type)
-        for column in arrow.schema
-    ]
-    content = BytesIO()
-    pq.write_table(arrow.cast(pa.schema(kinds)), content)
-    return content.getvalue()
-
-
-def _is_text(kind: Any) -> bool:
-    import pyarrow as pa
-
-    return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
-
-
-def _join_parquet(files: list[Path], target: Path) -> None:
-    import pyarrow.parquet as pq
-
-    schema = pq.read_schema(files[0])
-    with target.open("wb") as output, pq.ParquetWriter(output, schema) as writer:
-        for group in _row_groups(files):
-            writer.write_table(group)
-
-
-def _row_groups(files: Iterable[Path]) -> Iterator[Any]:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    waiting: list[Any] = []
-    for path in files:
-        waiting.append(pq.read_table(path))
-        if sum(table.nbytes for table in waiting) > _ROW_GROUP:
-            yield pa.concat_tables(waiting).combine_chunks()
-            waiting = []
-    if waiting:
-        yield pa.concat_tables(waiting).combine_chunks()
-
-
-_FORMATS = {
-    ".csv": _Format(_encode_csv, _join_csv),
-    ".parquet": _Format(_encode_parquet, _join_parquet),
-}

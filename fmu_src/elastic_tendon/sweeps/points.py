@@ -78,8 +78,9 @@ class Points:
                 f"{factor.path}: {factor.distribution!r}" for factor in self.factors
             ),
             "method": self.method,
-            "number of runs": str(self.count),
         }
+        if self.method in ("grid", "latin-hypercube"):  # others go on where a smaller one ended
+            text["number of runs"] = str(self.count)
         return text if self.method == "grid" else text | {"seed": str(self.seed)}
 
     def rows(self, start: int, stop: int) -> Array:
@@ -235,9 +236,24 @@ def _monte_carlo(seed: int, block: int, width: int) -> Array:
 @lru_cache(maxsize=2)
 def _sobol(seed: int, block: int, width: int) -> Array:
     engine = qmc.Sobol(width, bits=30, **_random(seed))
-    if block:
-        engine.fast_forward(block * BLOCK)
+    _jump(engine, block * BLOCK)
     return np.asarray(engine.random(BLOCK)) + HALF_STEP
+
+
+def _jump(engine: qmc.Sobol, count: int) -> None:
+    """Leave out the first `count` points, as `fast_forward` does, but not one by one.
+
+    Each step of the sequence adds the direction number of one bit. Up to a point those of all bits
+    of its Gray code are added, and from point 2^b - 1 to the next one it is that of bit b.
+    """
+    if not count:
+        return
+    gray = (count - 1) ^ ((count - 1) >> 1)
+    for bit in range(gray.bit_length()):
+        if gray >> bit & 1:
+            engine.num_generated = 1 << bit
+            engine.fast_forward(1)
+    engine.num_generated = count
 
 
 @lru_cache(maxsize=2)

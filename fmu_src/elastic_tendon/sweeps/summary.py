@@ -105,11 +105,14 @@ def _pieces(path: Path) -> Iterator[pd.DataFrame]:
     if path.suffix.lower() == ".parquet":
         from pyarrow import parquet
 
-        with parquet.ParquetFile(path) as file:
+        with parquet.ParquetFile(path, pre_buffer=False) as file:
             names = file.schema_arrow.names
             _check_columns(names)
-            for batch in file.iter_batches(batch_size=_rows_of_piece(len(names))):
-                yield batch.to_pandas()
+            for group in range(file.num_row_groups):
+                # what pyarrow reads ahead of several groups would add up to the whole file
+                batches = file.iter_batches(_rows_of_piece(len(names)), row_groups=[group])
+                for batch in batches:
+                    yield batch.to_pandas()
         return
     names = list(pd.read_csv(path, nrows=0).columns)
     _check_columns(names)

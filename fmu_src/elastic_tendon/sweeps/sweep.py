@@ -1,5 +1,6 @@
 """A sweep: many runs, on all cores or on a cluster, which may be stopped and gone on with."""
 
+import json
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -15,12 +16,28 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.progress import Progress, silent
 from elastic_tendon.result import Result
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
-from elastic_tendon.sweeps.parts import add, alone, check_output, done_before, finish, open_parts
+from elastic_tendon.sweeps.fingerprint import fingerprint
+from elastic_tendon.sweeps.finished import drop_failed, runs_in, take_apart
+from elastic_tendon.sweeps.parts import (
+    Parts,
+    add,
+    alone,
+    check_output,
+    done_before,
+    finish,
+    forget,
+    missing,
+    open_parts,
+)
 from elastic_tendon.sweeps.points import Points
 from elastic_tendon.sweeps.points import vary as points_of
 from elastic_tendon.sweeps.results import read_results
 from elastic_tendon.sweeps.simulations import Motion, Simulations, measured_motion, simulations
+from elastic_tendon.sweeps.store import store_of
 from elastic_tendon.sweeps.task import TEXTS, Task
+from elastic_tendon.sweeps.work import Order, Piece, Ranges
+
+WAIT = 600.0  # s for a worker
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -84,6 +101,19 @@ class Swept(Result):
         return sweep_figure(self.task, self.to_dataframe())
 
 
+@dataclass(frozen=True)
+class _Wanted:
+    """How a task is to be done, see `sweep`."""
+
+    place: Place
+    batch: int | None
+    parts: str | None
+    shard: tuple[int, int] | None
+    join: bool
+    retry_failed: bool
+    force: bool
+
+
 def sweep(
     task: Task | Model,
     output: Path | str | None = None,
@@ -94,6 +124,13 @@ def sweep(
     motion: Motion | Measurement | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
+    scheduler_file: Path | str | None = None,
+    client: Any = None,
+    wait: float = WAIT,
+    parts: Path | str | None = None,
+    shard: tuple[int, int] | None = None,
+    join: bool = False,
+    retry_failed: bool = False,
     batch: int | None = None,
     force: bool = False,
     progress: Progress = silent,
@@ -104,9 +141,11 @@ def sweep(
     ``et.sweep(model, runs=200)`` all whose uncertainty the model states.
 
     What is done is kept in the folder `output`.parts until all is done. A sweep that was stopped,
-    by Ctrl-C or otherwise, goes on where it stopped when it is asked for again. The file is the
+    by Ctrl-C or otherwise, goes on where it stopped when it is asked for again; one that is
+    finished goes on where more runs are asked for, if what is drawn allows it. The file is the
     same whatever the workers, the batches and the interruptions. A run that fails, or that ends
-    its process, is recorded with the reason and does not end the sweep.
+    its process, is recorded with the reason and does not end the sweep. Where a computer is at
+    fault (no compiler, full disk, other code), the run is done elsewhere.
 
     Parameters
     ----------
@@ -120,22 +159,30 @@ def sweep(
     motion : of a model: of all runs, or a recording, whose motor motion and load are simulated
     workers : number of processes, or of threads where the runs are C; all cores if not given
     scheduler : address of a Dask scheduler, whose workers are used instead (extra `cluster`)
-    batch : number of runs that are done and kept at once; by default what the task finds best;
-        a sweep that goes on keeps the batch with which it began
+    scheduler_file : that a Dask scheduler has written, instead of its address
+    client : a `distributed.Client` instead; it stays open
+    wait : for a first worker of a cluster, and for another one when all have left, s
+    parts : folder or URL (fsspec) that all computers see, into which workers write what is done;
+        without, it comes back and is kept beside the output
+    shard : (k, n): do the k-th of n shares of the runs (k from 1), and leave the table to `join`
+    join : put the shares together, and do nothing else
+    retry_failed : do runs again that failed, of a table that is finished as well
+    batch : number of runs that are done and kept at once; by default what the task finds best,
+        and on a cluster some 10 s of work or more
     force : whether an existing output is replaced, and parts of another sweep are removed
     progress : called with what is done, in words and as a share from 0 to 1
 
     Returns
     -------
-    Swept
+    Swept; of a shard without a table
 
     Raises
     ------
     OutputError : the output exists and `force` is not given, it is neither CSV nor Parquet, or
         it cannot be written (full disk); what is done is kept
     SweepError : there are parts of another sweep, another sweep writes this output now, there is
-        nothing to do, what varies cannot be read, or the cluster cannot be reached, has no
-        workers, or lacks this package
+        nothing to do, what varies cannot be read, runs could not be done anywhere, or the cluster
+        cannot be reached, has no workers, or lacks this package
     KeyboardInterrupt : the workers are stopped, what is done is kept
 
     """
@@ -143,35 +190,81 @@ def sweep(
         task = _simulations(task, points_of(task, vary, runs=runs, seed=seed), motion)
     elif any((vary, runs, seed)) or motion is not None:
         raise SweepError("a task says itself what varies, how often and how it moves")
-    if output is None:
-        with TemporaryDirectory() as folder:
-            kept = Path(folder) / "runs.csv"
-            swept = sweep(
-                *(task, kept),
-                workers=workers,
-                scheduler=scheduler,
-                batch=batch,
-                progress=progress,
-            )
-            return replace(swept, path=None, table=swept.to_dataframe())
-    output = Path(output)
-    _check(task, workers, batch)
-    check_output(output, force=force)
-    with alone(output):
-        parts = open_parts(task, output, batch, force=force)
-        before = done_before(parts)
-        missing = [piece for piece in parts.pieces if piece not in before]
-        resumed = sum(stop - start for start, stop in before)
-        count, failed = resumed, sum(before.values())
-        if missing:
-            place = _place(workers, scheduler, len(missing))
-            with closing(execute(task, missing, place)) as results:
-                for done in results:
-                    failed += add(parts, done)
-                    count += done.stop - done.start
-                    progress(f"{count} of {task.runs} runs, {failed} failed", count / task.runs)
-        finish(parts, force=force)
+    place = _place(workers, scheduler, scheduler_file, client, wait)
+    _check(task, workers, batch, shard)
+    where = None if parts is None else str(parts)
+    wanted = _Wanted(place, batch, where, shard, join, retry_failed, force)
+    if output is not None:
+        return _sweep(task, Path(output), wanted, progress)
+    if shard is not None or join or retry_failed:
+        raise SweepError("shards, their join and a repetition need an output; name a file")
+    with TemporaryDirectory() as folder:
+        swept = _sweep(task, Path(folder) / "runs.csv", wanted, progress)
+        return replace(swept, path=None, table=swept.to_dataframe())
+
+
+def _sweep(task: Task, output: Path, wanted: _Wanted, progress: Progress) -> Swept:
+    apart = output.exists() and not wanted.force and _goes_on(task, output, wanted)
+    check_output(output, force=wanted.force or apart)
+    share = _share(task.runs, wanted.shard)
+    name = "" if wanted.shard is None else ".{}-of-{}".format(*wanted.shard)
+    with alone(output, name):
+        store = None if wanted.parts is None else store_of(wanted.parts)
+        parts = open_parts(task, output, store=store, share=share, force=wanted.force)
+        order = Order(task, output.suffix, fingerprint(), store)
+        try:
+            if apart:
+                plain = replace(order, store=None)
+                take_apart(plain, output, parts, without_failed=wanted.retry_failed)
+            elif wanted.retry_failed:
+                drop_failed(parts)
+            failed, resumed = _do(order, parts, wanted, progress)
+        except BaseException:
+            forget(parts)
+            raise
+        if wanted.shard is not None:
+            return Swept(task, None, failed, resumed)
+        finish(parts, force=wanted.force or apart)
     return Swept(task, output, failed, resumed)
+
+
+def _do(order: Order, parts: Parts, wanted: _Wanted, progress: Progress) -> tuple[int, int]:
+    """Do what is missing; how many runs failed, and how many had been done before."""
+    before = done_before(parts)
+    gaps = missing(parts.share, before)
+    resumed = sum(stop - start for start, stop in before)
+    count, failed, total = resumed, sum(before.values()), parts.share[1] - parts.share[0]
+    if not gaps or wanted.join:
+        return failed, resumed
+    batch = wanted.batch or max(1, order.task.batch())
+    pieces = Ranges(gaps, batch, tuned=wanted.batch is None)
+    place = _no_more_than(wanted.place, -(-pieces.left // batch))
+
+    def said() -> str:
+        return f"{count} of {total} runs, {failed} failed"
+
+    def tell(text: str) -> None:
+        progress(f"{said()}; {text}", count / total)
+
+    with closing(execute(order, pieces, place, tell)) as results:
+        for done in results:
+            failed += add(parts, done)
+            count += done.stop - done.start
+            progress(said(), count / total)
+    return failed, resumed
+
+
+def _goes_on(task: Task, output: Path, wanted: _Wanted) -> bool:
+    """Whether a finished table is to have more runs, or its failed ones done again."""
+    if wanted.shard is not None or wanted.join:
+        return False
+    count = runs_in(output)
+    return 0 < count < task.runs or (wanted.retry_failed and count == task.runs)
+
+
+def _share(runs: int, shard: tuple[int, int] | None) -> Piece:
+    number, count = shard or (1, 1)
+    return runs * (number - 1) // count, runs * number // count
 
 
 def _simulations(model: Model, points: Points, motion: Motion | Measurement | None) -> Simulations:
@@ -180,17 +273,48 @@ def _simulations(model: Model, points: Points, motion: Motion | Measurement | No
     return simulations(model, points, motion=motion)
 
 
-def _check(task: Task, workers: int | None, batch: int | None) -> None:
+def _check(
+    task: Task, workers: int | None, batch: int | None, shard: tuple[int, int] | None
+) -> None:
     for name, number in (("workers", workers), ("runs in a batch", batch)):
         if number is not None and number < 1:
             raise SweepError(f"the number of {name} is {number}; give 1 or more")
     if task.runs < 1:
         raise SweepError("the sweep has no runs; give it at least one")
+    if shard is not None and not 1 <= shard[0] <= shard[1] <= task.runs:
+        raise SweepError(
+            f"there is no shard {shard[0]} of {shard[1]} of {task.runs} runs; shards count from 1, "
+            "and each has a run at least"
+        )
 
 
-def _place(workers: int | None, scheduler: str | None, pieces: int) -> Place:
-    if scheduler is not None:
-        return Cluster(scheduler)
+def _place(
+    workers: int | None,
+    scheduler: str | None,
+    scheduler_file: Path | str | None,
+    client: Any,
+    wait: float,
+) -> Place:
+    if sum(given is not None for given in (workers, scheduler, scheduler_file, client)) > 1:
+        raise SweepError("give workers, a scheduler, its file or a client, and not several of them")
+    if scheduler_file is not None:
+        scheduler = _address_in(Path(scheduler_file))
+    if scheduler is not None or client is not None:
+        return Cluster(scheduler, client, wait)
     from joblib import cpu_count
 
-    return Local(max(1, min(workers or cpu_count(), pieces)))
+    return Local(workers or cpu_count())
+
+
+def _no_more_than(place: Place, pieces: int) -> Place:
+    return Local(max(1, min(place.workers, pieces))) if isinstance(place, Local) else place
+
+
+def _address_in(file: Path) -> str:
+    try:
+        return str(json.loads(file.read_text())["address"])
+    except (OSError, ValueError, KeyError, TypeError):
+        raise SweepError(
+            f"{file}: no Dask scheduler has written this file; give what was named in "
+            "`dask scheduler --scheduler-file`"
+        ) from None

@@ -4,10 +4,20 @@ from typing import Protocol
 
 import pandas as pd
 
+from elastic_tendon.errors import BuildError, ElasticTendonError
+
 RUN = "run"  # first column of every table of results: the number of the run, from 0
 FAILURE = "failure"  # last column: why a run failed, "" where it did not
 ROBOT, VERDICT, DRIFTED, APPEARED = "robot", "verdict", "drifted", "appeared"  # of a fleet
 TEXTS = (ROBOT, VERDICT, DRIFTED, APPEARED, FAILURE)  # columns that hold text
+
+
+class UnfitError(ElasticTendonError):
+    """What a run needs is missing where it is done: the computer is at fault, not the run."""
+
+
+# what a run may raise that says nothing of it: another computer may do it
+ENVIRONMENT = (UnfitError, BuildError, MemoryError, OSError, ImportError)
 
 
 class Task(Protocol):
@@ -44,6 +54,10 @@ class Task(Protocol):
         DataFrame; columns of the same names and types whatever the runs: numbers are float64
             (NaN where a run has none), `RUN` is int64, text is never missing. What runs fail of
             is told in `FAILURE`, or raised where `stop` is `start` + 1.
+
+        Raises
+        ------
+        one of `ENVIRONMENT` : the run cannot be done here, and is to be done elsewhere
         """
         ...
 

@@ -11,7 +11,7 @@
       file.setAttribute("aria-label", file.parentElement.textContent.trim());
     }
     // each holds a radio button, which says all of this by itself
-    for (const option of all('label[role="option"], label[aria-selected]')) {
+    for (const option of all('label[class*="dash-radioitems"][aria-selected]')) {
       option.removeAttribute("role");
       option.removeAttribute("aria-selected");
       const list = option.closest('[role="listbox"]');
