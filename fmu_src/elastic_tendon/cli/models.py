@@ -93,6 +93,7 @@ def export(
     A model with many effects of springs and tendons together compiles for minutes.
     """
     from elastic_tendon.cli.evidence import gathered
+    from elastic_tendon.fmu.packing import checked_path
     from elastic_tendon.native.compiler import platforms_named
 
     fmi_version = _fmi_version(fmi)
@@ -110,6 +111,7 @@ def export(
             fault = "it belongs to evidence; name a recording with --with-evidence too"
             raise typer.BadParameter(fault, param_hint=name)
     read = [*(with_evidence or ()), *(str(path) for path in (diagnosis, sign) if path)]
+    checked_path(out, overwrite=force)
     check_outputs(out, picture=None, force=force, read=[model, *read])
     loaded = load(model, own_effects)
     with progress_bar() as progress:
