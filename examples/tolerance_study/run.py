@@ -85,8 +85,9 @@ def closed_loop(model: Model, machines: Points, picture: Path) -> None:
 
 
 def _nominal(model: Model) -> Points:
+    """Points whose first is the model as given."""
     given = model.values()
-    return vary(model, {path: repr(given[path]) for path in TOLERANCES}, "grid")
+    return vary(model, {path: f"{given[path]},{1.01 * given[path]}" for path in TOLERANCES}, "grid")
 
 
 def _least(table: pd.DataFrame, name: str) -> np.ndarray:

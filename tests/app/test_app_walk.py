@@ -1,6 +1,7 @@
 """The app in a real browser: what a user can do there, and what strangers' text cannot."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,6 +27,9 @@ COLUMNS = {
     "motor_position": "motor_position_rad",
     "load_torque": "load_torque_Nm",
 }
+
+# what is told of a search, each for a moment
+SEARCHING = re.compile("finding|refitting|reading the motion|screening|looking at")
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 
@@ -113,7 +117,7 @@ def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
     before = walk.document()
     walk.button("Find which effect is missing").click()
     # other work may be shown: to cancel that would let the search run
-    walk.page.locator("#work", has_text="finding which effect is missing").wait_for()
+    walk.page.locator("#work", has_text=SEARCHING).wait_for()
     walk.button("Cancel").click()
     walk.page.locator("#work").wait_for(state="hidden")
     walk.button("Find which effect is missing").wait_for()
