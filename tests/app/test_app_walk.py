@@ -111,20 +111,25 @@ def test_from_a_hidden_effect_to_the_fmu_that_has_it(walk: Walk, tmp_path: Path)
     assert "Coulomb friction" in report.read_text()
 
 
-def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
-    walk.step("Which effect")
-    walk.settle()
-    before = walk.document()
-    walk.button("Find which effect is missing").click()
-    # other work may be shown: to cancel that would let the search run
-    walk.page.locator("#work", has_text=SEARCHING).wait_for()
-    walk.button("Cancel").click()
-    walk.page.locator("#work").wait_for(state="hidden")
-    walk.button("Find which effect is missing").wait_for()
-    # what was let go does not keep other work from beginning
-    walk.step("Take away")
-    walk.build("Write the model")
-    assert walk.document() == before
+def test_cancel_answers_at_once_and_changes_nothing(chromium) -> None:
+    # a server of its own: what another test has searched is found at once
+    with served("--demo") as url:
+        walk = Walk(chromium, url)
+        walk.step("Which effect")
+        walk.settle()
+        before = walk.document()
+        walk.button("Find which effect is missing").click()
+        # other work may be shown: to cancel that would let the search run
+        walk.page.locator("#work", has_text=SEARCHING).wait_for()
+        walk.button("Cancel").click()
+        walk.page.locator("#work").wait_for(state="hidden")
+        walk.button("Find which effect is missing").wait_for()
+        # what was let go does not keep other work from beginning
+        walk.step("Take away")
+        walk.build("Write the model")
+        assert walk.document() == before
+        walk.close()
+    assert walk.faults == []
 
 
 def test_a_bad_file_is_told_in_its_place_and_costs_nothing_else(walk: Walk) -> None:

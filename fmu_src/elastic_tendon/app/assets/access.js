@@ -10,12 +10,15 @@
     for (const file of all('input[type="file"]:not([aria-label])')) {
       file.setAttribute("aria-label", file.parentElement.textContent.trim());
     }
-    // each holds a radio button, which says all of this by itself
-    for (const option of all('label[class*="dash-radioitems"][aria-selected]')) {
+    // each holds a radio button or a check box, which says all of this by itself
+    for (const option of all('label[aria-selected]')) {
+      if (option.closest('[class*="dash-dropdown"]')) { continue; } // a list to choose from
       option.removeAttribute("role");
       option.removeAttribute("aria-selected");
       const list = option.closest('[role="listbox"]');
-      if (list) { list.setAttribute("role", "radiogroup"); }
+      if (list) {
+        list.setAttribute("role", option.querySelector('[type="radio"]') ? "radiogroup" : "group");
+      }
     }
   };
   new MutationObserver(mend).observe(document.documentElement, {
