@@ -15,7 +15,7 @@ from elastic_tendon.actuator.variables import interface
 from elastic_tendon.effects.units import base_exponents
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu.export import export_fmu
-from elastic_tendon.native.layout import layout, rate_unit
+from elastic_tendon.native.layout import rate_unit
 
 
 def _root(fmu):
@@ -81,15 +81,6 @@ def test_binary_starts_with_the_values_of_the_description(fmus, instances, name)
             assert slave.get(one.name) == (float(one.start) if start is None else start), one.name
         if one.name in values:
             assert slave.get(one.name) == values[one.name]
-
-
-def test_starts_are_short_where_arithmetic_left_digits():
-    """And as they are where the digits are the number's own."""
-    long, third = 0.31265999999999994, 1 / 3
-    model = MODELS["base"].with_values({"link.damping": long, "link.inertia": third})
-    starts = {one.name: one.start for one in layout(interface(()), model.values())}
-    assert long != 0.31266
-    assert (starts["link.damping"], starts["link.inertia"]) == (0.31266, third)
 
 
 @BOTH

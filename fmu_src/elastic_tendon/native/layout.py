@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from math import inf, isnan, nan, ulp
+from math import inf, isnan, nan
 
 from elastic_tendon.actuator.variables import OUTPUTS, Interface, Kind, Mode, Variable
 
@@ -40,7 +40,6 @@ OUTSIDE_VALIDITY = Variable(
 )
 _EVERYWHERE = (-inf, inf)
 _TIME = Variable("time", "s", "simulation time")
-_ROUNDING = 4  # units in the last place that arithmetic leaves on a number
 _TYPICAL_DURATION = 0.1  # s, in which a state moves by its nominal value
 
 
@@ -155,7 +154,7 @@ def layout(
     for i, variable in enumerate(interface.states):
         rows.append((_derivative(variable), Role.DERIVATIVE, i, False, None))
     for i, variable in enumerate(interface.parameters):
-        start = _without_rounding(parameters[variable.name])
+        start = parameters[variable.name]
         rows.append((variable, Role.PARAMETER, i, False, start))
     rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
     if indicators:
@@ -172,15 +171,6 @@ def layout(
         FmuVariable(reference, *row, valid=valid)
         for reference, (row, valid) in enumerate(zip(rows, ranges, strict=True))
     )
-
-
-def _without_rounding(value: float) -> float:
-    """A number without the last digits that arithmetic left on it: 0.31266 for 0.31265999999999994.
-
-    Users see it in dialogs; one of more than 12 digits that are its own stays as it is.
-    """
-    short = float(f"{value:.12g}")
-    return short if abs(short - value) <= _ROUNDING * ulp(value) else value
 
 
 def default_layout(interface: Interface) -> tuple[FmuVariable, ...]:
