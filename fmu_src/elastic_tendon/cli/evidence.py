@@ -21,6 +21,42 @@ from elastic_tendon.cli.shared import (
 )
 from elastic_tendon.progress import Progress
 
+EvidenceDataOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--with-evidence",
+        metavar="DATA",
+        help="Pack proof: this recording (file.csv, or file.csv\\[start:end]), what the model "
+        "makes of it, its error and the range of motion; for verify. Repeatable.",
+    ),
+]
+EvidenceKeptOption = Annotated[
+    Literal["data", "hashes"],
+    typer.Option("--evidence", help="Pack what was measured, or only hashes of it and the errors."),
+]
+EvidenceDiagnosisOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--diagnosis",
+        metavar="F.json",
+        help="With evidence: what diagnose --json wrote when it found this model.",
+    ),
+]
+SignOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--sign", metavar="KEY.pem", help="Sign the evidence with this Ed25519 key (PEM)."
+    ),
+]
+OutsideValidityOption = Annotated[
+    bool,
+    typer.Option(
+        "--outside-validity",
+        help="With evidence: a Boolean output that tells when inputs or motion leave the range of "
+        "the recordings.",
+    ),
+]
+
 
 @app.command()
 @reporting
@@ -58,6 +94,21 @@ def verify(
     save_json(found.to_dict(), json_file, force)
     if not found.passed:
         raise typer.Exit(1)
+
+
+def check_belonging(
+    data: Sequence[str] | None,
+    diagnosis: Path | None,
+    sign: Path | None,
+    *,
+    outside_validity: bool,
+) -> None:
+    """Refuse options that say something of evidence where none was asked for."""
+    given = {"--diagnosis": diagnosis, "--sign": sign, "--outside-validity": outside_validity}
+    for name, value in given.items():
+        if value and not data:
+            fault = "it belongs to evidence; name a recording with --with-evidence too"
+            raise typer.BadParameter(fault, param_hint=name)
 
 
 def gathered(

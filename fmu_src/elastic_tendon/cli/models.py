@@ -6,6 +6,15 @@ from typing import Annotated, Literal
 import typer
 
 import elastic_tendon as et
+from elastic_tendon.cli.evidence import (
+    EvidenceDataOption,
+    EvidenceDiagnosisOption,
+    EvidenceKeptOption,
+    OutsideValidityOption,
+    SignOption,
+    check_belonging,
+    gathered,
+)
 from elastic_tendon.cli.reading import reading
 from elastic_tendon.cli.shared import (
     EffectOption,
@@ -46,43 +55,11 @@ def export(
     source: Annotated[
         bool, typer.Option("--source", help="Pack the C code too, for other platforms.")
     ] = False,
-    with_evidence: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--with-evidence",
-            metavar="DATA",
-            help="Pack proof: this recording (file.csv, or file.csv\\[start:end]), what the model "
-            "makes of it, its error and the range of motion; for verify. Repeatable.",
-        ),
-    ] = None,
-    keep: Annotated[
-        Literal["data", "hashes"],
-        typer.Option(
-            "--evidence", help="Pack what was measured, or only hashes of it and the errors."
-        ),
-    ] = "data",
-    diagnosis: Annotated[
-        Path | None,
-        typer.Option(
-            "--diagnosis",
-            metavar="F.json",
-            help="With evidence: what diagnose --json wrote when it found this model.",
-        ),
-    ] = None,
-    sign: Annotated[
-        Path | None,
-        typer.Option(
-            "--sign", metavar="KEY.pem", help="Sign the evidence with this Ed25519 key (PEM)."
-        ),
-    ] = None,
-    outside_validity: Annotated[
-        bool,
-        typer.Option(
-            "--outside-validity",
-            help="With evidence: a Boolean output that tells when inputs or motion leave the range "
-            "of the recordings.",
-        ),
-    ] = False,
+    with_evidence: EvidenceDataOption = None,
+    keep: EvidenceKeptOption = "data",
+    diagnosis: EvidenceDiagnosisOption = None,
+    sign: SignOption = None,
+    outside_validity: OutsideValidityOption = False,
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
@@ -92,7 +69,6 @@ def export(
 
     A model with many effects of springs and tendons together compiles for minutes.
     """
-    from elastic_tendon.cli.evidence import gathered
     from elastic_tendon.fmu.packing import checked_path
     from elastic_tendon.native.compiler import platforms_named
 
@@ -101,18 +77,8 @@ def export(
         platforms = platforms_named(platform)
     except et.BuildError as error:
         raise typer.BadParameter(str(error), param_hint="--platform") from None
-    belonging = {
-        "--diagnosis": diagnosis,
-        "--sign": sign,
-        "--outside-validity": outside_validity,
-    }
-    for name, given in belonging.items():
-        if given and not with_evidence:
-            fault = "it belongs to evidence; name a recording with --with-evidence too"
-            raise typer.BadParameter(fault, param_hint=name)
-    read = [*(with_evidence or ()), *(str(path) for path in (diagnosis, sign) if path)]
+    check_belonging(with_evidence, diagnosis, sign, outside_validity=outside_validity)
     checked_path(out, overwrite=force)
-    check_outputs(out, picture=None, force=force, read=[model, *read])
     loaded = load(model, own_effects)
     with progress_bar() as progress:
         evidence = (

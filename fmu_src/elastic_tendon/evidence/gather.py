@@ -44,7 +44,6 @@ if TYPE_CHECKING:
 SCHEMA = "elastic-tendon/evidence/1"
 REPORT = f"{FOLDER}evidence.json"
 PARAMETERS = f"{FOLDER}parameters.ssv"
-DIAGNOSIS = "elastic-tendon/diagnosis/2"
 Kept = Literal["data", "hashes"]
 RANGES = ("motor_position", "load_torque", "joint_position", "joint_velocity", "deflection")
 _PACKAGES = ("elastic-tendon", "casadi", "numpy", "ziglang")
@@ -75,12 +74,12 @@ class Evidence(Result):
     def summary(self) -> str:
         """Recordings with their errors, and the verdict."""
         lines = [f"evidence for {self.model.name}"]
-        for one in self.report["recordings"]:
+        for recording in self.report["recordings"]:
             errors = (
                 f"{signal} RMS error {error['rmse']:.3g}, {error['noise_ratio']:.3g} x noise"
-                for signal, error in one["signals"].items()
+                for signal, error in recording["signals"].items()
             )
-            lines.append(f"  {one['name']}: {'; '.join(errors)}")
+            lines.append(f"  {recording['name']}: {'; '.join(errors)}")
         found = self.report["diagnosis"]
         lines.append(f"  verdict: {found['verdict'] if found else 'no diagnosis was given'}")
         return "\n".join(lines)
@@ -167,7 +166,7 @@ def gather_evidence(
         described.append(facts)
     files = {path: content for part in parts for path, content in part.files.items()}
     files[PARAMETERS] = _parameter_set(model, _uncertainty(model, recordings, found))
-    related = (*(one for part in parts for one in part.related), *_ALWAYS)
+    related = (*(file for part in parts for file in part.related), *_ALWAYS)
     report = {
         "schema": SCHEMA,
         "model": model.name,
@@ -296,6 +295,8 @@ def widened(ranges: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, flo
 
 def _diagnosis(given: str | Path | Mapping[str, Any], model: Model) -> dict[str, Any]:
     """What the report keeps of a diagnosis, which has to be that of the model."""
+    from elastic_tendon.diagnosis.diagnosis_json import SCHEMA as DIAGNOSIS  # only here needed
+
     source = "the diagnosis" if isinstance(given, Mapping) else str(given)
     try:
         whole = given if isinstance(given, Mapping) else json.loads(Path(given).read_bytes())
@@ -355,13 +356,13 @@ def _uncertainty(
     if not paths:
         return Uncertainty((), (), (), basis)
     problem = problem_of(model, recordings, paths)
-    told = {one["path"]: one for one in (found or {"parameters": ()})["parameters"]}
-    declared = {one.name: one for one in interface(model.effect_ids).parameters}
+    diagnosed = {row["path"]: row for row in (found or {"parameters": ()})["parameters"]}
+    declared = {variable.name: variable for variable in interface(model.effect_ids).parameters}
     values, sigmas, intervals = model.values(), [], []
     for path, stated in zip(paths, problem.coordinates.sigma.tolist(), strict=True):
         low, high = values[path] - CONFIDENCE * stated, values[path] + CONFIDENCE * stated
-        if path in told:
-            stated, (low, high) = told[path]["sigma"], told[path]["interval"]
+        if path in diagnosed:
+            stated, (low, high) = diagnosed[path]["sigma"], diagnosed[path]["interval"]
         sigmas.append(stated)
         bounds = declared[path]
         intervals.append((max(low, bounds.lower), min(high, bounds.upper)))
@@ -388,7 +389,7 @@ def _correlation(problem: Problem, model: Model) -> Array:
 
 
 def _parameter_set(model: Model, uncertainty: Uncertainty) -> bytes:
-    units = {one.name: one.unit for one in interface(model.effect_ids).parameters}
+    units = {variable.name: variable.unit for variable in interface(model.effect_ids).parameters}
     return parameter_set(model.name, model.values(), units, uncertainty)
 
 

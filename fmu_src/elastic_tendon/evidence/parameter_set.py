@@ -75,7 +75,7 @@ def read_values(content: bytes, source: str) -> dict[str, float]:
     try:
         root = ElementTree.fromstring(content)
         found = root.iter(f"{{{_VALUES}}}Parameter")
-        reals = ((one.get("name", ""), one.find(f"{{{_VALUES}}}Real")) for one in found)
+        reals = ((entry.get("name", ""), entry.find(f"{{{_VALUES}}}Real")) for entry in found)
         values = {name: float(real.get("value", "")) for name, real in reals if real is not None}
     except (ElementTree.ParseError, ValueError):
         raise EvidenceError(f"{source}: it is no parameter set (SSV) of numbers") from None

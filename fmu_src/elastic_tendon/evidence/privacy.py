@@ -37,4 +37,4 @@ def _names() -> list[str]:
     found = {host, host.split(".")[0], Path.home().name}
     with suppress(OSError, KeyError):  # a user without a name
         found.add(getpass.getuser())
-    return sorted((one for one in found if len(one) >= _SHORTEST), key=len, reverse=True)
+    return sorted((name for name in found if len(name) >= _SHORTEST), key=len, reverse=True)

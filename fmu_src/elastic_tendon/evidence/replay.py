@@ -35,16 +35,16 @@ class Slave:
     def __init__(self, folder: str, name: str) -> None:
         self._description = read_model_description(folder)
         self.version = 2 if self._description.fmiVersion.startswith("2") else 3
-        self.variables = {one.name: one for one in self._description.modelVariables}
+        self.variables = {variable.name: variable for variable in self._description.modelVariables}
         self._last_words = ""
         self._name = name
         self._fmu = instantiate_fmu(
             folder, self._description, "CoSimulation", logger=self._listen, debug_logging=True
         )
 
-    def _listen(self, *told: Any) -> None:
+    def _listen(self, *arguments: Any) -> None:
         """A call of the FMU's logger, whose last three arguments are status, category and text."""
-        status, _, text = told[-3:]
+        status, _, text = arguments[-3:]
         if status > 1:  # more than a warning
             self._last_words = text.decode(errors="replace")
 
@@ -132,7 +132,7 @@ def run_held(folder: str, name: str, experiment: Experiment) -> Run:
     ------
     EvidenceError : the FMU cannot be loaded, or stops
     """
-    still = {one: np.zeros(len(experiment.time)) for one in experiment.inputs}
+    still = {input_name: np.zeros(len(experiment.time)) for input_name in experiment.inputs}
     with _opened(folder, name) as slave:
         return Run(_outputs(slave, experiment, still), dict.fromkeys(OUTPUTS, 0.0))
 
@@ -147,7 +147,8 @@ def run_straight(folder: str, name: str, experiment: Experiment) -> Run:
     """
     steps = np.diff(experiment.time)
     slopes = {
-        one: np.append(np.diff(values) / steps, 0.0) for one, values in experiment.inputs.items()
+        input_name: np.append(np.diff(values) / steps, 0.0)
+        for input_name, values in experiment.inputs.items()
     }
     runs = []
     for finest in (_FINEST, _FINEST / 2.0):
@@ -157,7 +158,7 @@ def run_straight(folder: str, name: str, experiment: Experiment) -> Run:
                 return Run(outputs, dict.fromkeys(OUTPUTS, 0.0))
             runs.append(_outputs(slave, experiment, slopes, finest))
     coarse, fine = runs
-    return Run(fine, {one: rms(fine[one] - coarse[one]) for one in OUTPUTS})
+    return Run(fine, {output: rms(fine[output] - coarse[output]) for output in OUTPUTS})
 
 
 def _outputs(
@@ -169,7 +170,7 @@ def _outputs(
     """`OUTPUTS` at each time, with the inputs that begin there; `finest` step, s, where parted."""
     inputs = [*experiment.inputs]
     values = np.column_stack([*experiment.inputs.values()])
-    rates = np.column_stack([slopes[one] for one in inputs])
+    rates = np.column_stack([slopes[name] for name in inputs])
     turning = slopes["motor_position"]
     first = dict(zip((*inputs, _VELOCITY), (*values[0], turning[0]), strict=True))
     slave.begin({**experiment.start, **first, _CONNECTED: 1.0})
@@ -225,7 +226,7 @@ def _libcosim(path: str, experiment: Experiment) -> dict[str, Array]:
     description = read_model_description(path)
     if not description.fmiVersion.startswith("2"):  # it would bring the process down
         raise EvidenceError(f"{Path(path).name}: libcosim runs FMI 2.0 alone")
-    references = {one.name: one.valueReference for one in description.modelVariables}
+    references = {variable.name: variable.valueReference for variable in description.modelVariables}
     execution = CosimExecution.from_step_size(round(1e9 * _step(experiment)))
     index = execution.add_local_slave(CosimLocalSlave(fmu_path=path, instance_name="fmu"))
     observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()

@@ -178,7 +178,7 @@ def check_seal(whole: bytes, files: Mapping[str, bytes]) -> tuple[list[str], str
         faults.append("the seal was changed: it is not as it was written")
     if known is None:
         return faults, None
-    if not all(isinstance(one, str) for one in known) or not _is_signed_by(
+    if not all(isinstance(text, str) for text in known) or not _is_signed_by(
         _canonical(facts), *known
     ):
         return [*faults, "the signature is wrong: it was made for other content"], None

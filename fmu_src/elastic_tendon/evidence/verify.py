@@ -14,6 +14,8 @@ from xml.etree import ElementTree
 import numpy as np
 from fmpy import read_model_description
 
+from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.variables import INPUTS, OUTPUTS
 from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.errors import EvidenceError
 from elastic_tendon.evidence.experiment import (
@@ -37,15 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LARGEST = 2**30  # bytes of an FMU when unpacked; more is no FMU but a way to fill a disk
-_UNITS = {
-    "motor_position": "rad",
-    "joint_position": "rad",
-    "deflection": "rad",
-    "joint_velocity": "rad/s",
-    "load_torque": "N·m",
-    "joint_torque": "N·m",
-    "motor_torque": "N·m",
-}
+_UNITS = {variable.name: unit_text(variable.unit) for variable in (*INPUTS, *OUTPUTS)}
 # of an error that is stated: what rounding and other processors may change of it
 _SAME = 1e-3
 
@@ -159,16 +153,18 @@ def _read(path: Path) -> tuple[bytes, dict[str, bytes]]:
     try:
         whole = path.read_bytes()
         with zipfile.ZipFile(path) as archive:
-            if sum(one.file_size for one in archive.infolist()) > _LARGEST:
+            if sum(entry.file_size for entry in archive.infolist()) > _LARGEST:
                 raise EvidenceError(f"{path.name}: unpacked it is larger than any FMU")
-            files = {one: archive.read(one) for one in archive.namelist() if not one.endswith("/")}
+            files = {
+                name: archive.read(name) for name in archive.namelist() if not name.endswith("/")
+            }
     except OSError as error:
         raise EvidenceError(f"{path}: cannot be read ({error.strerror})") from None
     except (
         zipfile.BadZipFile,
         zipfile.LargeZipFile,
         ValueError,
-        NotImplementedError,
+        NotImplementedError,  # a kind of compression that zipfile does not know
         EOFError,
         RuntimeError,
         zlib.error,
@@ -197,14 +193,17 @@ def _unpacked(files: Mapping[str, bytes]) -> Iterator[str]:
 def _of_another_maker(path: Path, files: Mapping[str, bytes]) -> Verification:
     """What its manifest lists has to be there; parameter sets have to fit its variables."""
     related = read_manifest(files[MANIFEST], path.name)
-    inside = [one for one in related if one.path is not None]
-    faults = [f"{one.source} is listed and missing" for one in inside if one.path not in files]
-    sets = [one for one in inside if one.path in files and one.type.endswith("ssp-parameter-set")]
+    inside = [file for file in related if file.path is not None]
+    faults = [f"{file.source} is listed and missing" for file in inside if file.path not in files]
+    there = [file for file in inside if file.path in files]
+    sets = [file for file in there if file.type.endswith("ssp-parameter-set")]
     names = _variable_names(files["modelDescription.xml"], path.name)
-    for one in sets:
-        unknown = read_values(files[str(one.path)], one.source).keys() - names
+    for file in sets:
+        unknown = read_values(files[str(file.path)], file.source).keys() - names
         if unknown:
-            faults.append(f"{one.source} sets {', '.join(sorted(unknown))}, which it does not have")
+            faults.append(
+                f"{file.source} sets {', '.join(sorted(unknown))}, which it does not have"
+            )
     return Verification(
         *(path.name, tuple(faults), None, None, {}, {}),
         lines=(
@@ -219,8 +218,8 @@ def _of_another_maker(path: Path, files: Mapping[str, bytes]) -> Verification:
 
 def _by_role(related: tuple[Related, ...]) -> str:
     counts: dict[str, int] = {}
-    for one in related:
-        counts[one.role] = counts.get(one.role, 0) + 1
+    for file in related:
+        counts[file.role] = counts.get(file.role, 0) + 1
     return ", ".join(f"{count} {role}" for role, count in counts.items()) or "nothing"
 
 
@@ -229,7 +228,13 @@ def _variable_names(description: bytes, name: str) -> set[str]:
         root = ElementTree.fromstring(description)
     except ElementTree.ParseError as error:
         raise EvidenceError(f"{name}: its modelDescription.xml is no XML ({error})") from None
-    return {one.get("name", "") for group in root.findall("ModelVariables") for one in group}
+    groups = root.findall("ModelVariables")
+    return {variable.get("name", "") for group in groups for variable in group}
+
+
+def _starts(folder: str) -> dict[str, Any]:
+    variables = read_model_description(folder).modelVariables
+    return {variable.name: variable.start for variable in variables}
 
 
 # ---- our own -------------------------------------------------------------------------------
@@ -295,7 +300,7 @@ class _Check:
     def _check_parameters(self, folder: str) -> None:
         """What is stated of the parameters has to be what the FMU starts with."""
         values = read_values(self.files[PARAMETERS], PARAMETERS)
-        starts = {one.name: one.start for one in read_model_description(folder).modelVariables}
+        starts = _starts(folder)
         for name, value in values.items():
             if not np.isclose(float(starts.get(name) or np.nan), value, rtol=1e-9, atol=0.0):
                 self.faults.append(f"{name} is {starts.get(name)} in the FMU, stated is {value!r}")
@@ -314,9 +319,9 @@ class _Check:
         experiments = [(SMOKE_TEST, {}, report["smoke_test"]["tolerances"])]
         if self.importer == "fmpy":
             experiments += [
-                (one["experiment"], one["start"], one["tolerances"])
-                for one in report["recordings"]
-                if one["packed"]
+                (recording["experiment"], recording["start"], recording["tolerances"])
+                for recording in report["recordings"]
+                if recording["packed"]
             ]
         for name, start, tolerances in experiments:
             experiment = self._experiment(name, start)
@@ -338,24 +343,24 @@ class _Check:
 
     def _replay(self, folder: str, report: Mapping[str, Any]) -> None:
         """Run the recordings as they were compared, beside what was measured."""
-        for one in report["recordings"]:
-            stated = {signal: error["rmse"] for signal, error in one["signals"].items()}
-            self.errors[one["name"]] = {signal: (rmse, None) for signal, rmse in stated.items()}
-            if not one["replayed"]:
+        for recording in report["recordings"]:
+            stated = {signal: error["rmse"] for signal, error in recording["signals"].items()}
+            self.errors[recording["name"]] = {
+                signal: (rmse, None) for signal, rmse in stated.items()
+            }
+            if not recording["replayed"]:
                 continue
-            experiment = self._experiment(one["experiment"], one["start"])
-            runner = run_held if one["interpolation"] == "hold" else run_straight
+            experiment = self._experiment(recording["experiment"], recording["start"])
+            runner = run_held if recording["interpolation"] == "hold" else run_straight
             run = runner(folder, self.name, experiment)
-            measured = self._table(f"{one['experiment']}_measured", ("time", *stated))
+            measured = self._table(f"{recording['experiment']}_measured", ("time", *stated))
             for signal, rmse in stated.items():
-                found = rms(run.outputs[signal] - measured[signal])
-                self.errors[one["name"]][signal] = rmse, found
-                allowed = (
-                    _SAME * (rmse + one["signals"][signal]["noise"]["sigma"]) + run.off[signal]
-                )
-                if not abs(found - rmse) <= allowed:
+                replayed = rms(run.outputs[signal] - measured[signal])
+                self.errors[recording["name"]][signal] = rmse, replayed
+                noise = recording["signals"][signal]["noise"]["sigma"]
+                if not abs(replayed - rmse) <= _SAME * (rmse + noise) + run.off[signal]:
                     self.faults.append(
-                        f"{one['name']}: the RMS error of {signal} is {found:.6g} "
+                        f"{recording['name']}: the RMS error of {signal} is {replayed:.6g} "
                         f"{_UNITS[signal]}, stated is {rmse:.6g}"
                     )
 
@@ -364,7 +369,7 @@ class _Check:
     ) -> str:
         """Run a planned motion; whether it leaves the range of validity, in one line."""
         time = inputs.time - inputs.time[0]
-        starts = {one.name: one.start for one in read_model_description(folder).modelVariables}
+        starts = _starts(folder)
         radii = [float(starts[f"transmission.{end}_pulley_radius"]) for end in ("motor", "joint")]
         first = float(inputs.motor_position[0]) * radii[0] / radii[1]  # at rest, (10)
         experiment = Experiment("planned", time, inputs.inputs, {"joint_position": first})
@@ -410,12 +415,12 @@ class _Check:
 
 def _validated(report: Mapping[str, Any]) -> str:
     parts = []
-    for one in report.get("recordings", ()):
+    for recording in report.get("recordings", ()):
         errors = (
             f"{signal} {error['rmse']:.3g} {_UNITS[signal]} RMS, {error['noise_ratio']:.3g} x noise"
-            for signal, error in one["signals"].items()
+            for signal, error in recording["signals"].items()
         )
-        parts.append(f"{one['name']} ({'; '.join(errors)})")
+        parts.append(f"{recording['name']} ({'; '.join(errors)})")
     if not parts:
         return "not told"
     found = report.get("diagnosis")
