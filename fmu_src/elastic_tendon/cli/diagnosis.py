@@ -16,7 +16,7 @@ from elastic_tendon.cli.reading import (
     ValidateOption,
     read_all,
     reading,
-    sizes_of,
+    sizes_by_signal,
     words,
 )
 from elastic_tendon.cli.search_options import (
@@ -141,7 +141,7 @@ def diagnose(
     if step and not _is_terminal():
         fault = "it asks on the terminal, and there is none; leave it out"
         raise typer.BadParameter(fault, param_hint="--step")
-    sigmas = sizes_of("noise", noise)
+    sigmas = sizes_by_signal("noise", noise)
     loaded = load(model, own_effects)
     search = options_of(only, without, relevance, horizon, time_limit)
     from elastic_tendon.reports.diagnosis_tables import Call, next_lines

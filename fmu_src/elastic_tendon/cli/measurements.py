@@ -13,7 +13,7 @@ from elastic_tendon.cli.reading import (
     read_all,
     read_motion,
     reading,
-    sizes_of,
+    sizes_by_signal,
 )
 from elastic_tendon.cli.shared import (
     INTERRUPTED,
@@ -118,7 +118,7 @@ def compare(
     """
     from elastic_tendon.comparison.comparison_json import comparison_json
 
-    tolerances = sizes_of("tolerance", tolerance)
+    tolerances = sizes_by_signal("tolerance", tolerance)
     check_page(page)
     check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
     if figures is not None:

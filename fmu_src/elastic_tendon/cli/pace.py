@@ -14,12 +14,11 @@ _PASSING = "waiting"  # how a note begins that is true for a moment
 
 
 class Pace:
-    """A progress callback that knows how fast it goes.
+    """A progress callback that knows how fast it goes; `runs` : how many there are, once known.
 
     Parameters
     ----------
     show : called with the words and the share, whenever something is told
-    runs : how many there are; 0 where that is not known yet
     clock : gives s
     """
 
@@ -73,17 +72,17 @@ def pace() -> Iterator[Pace]:
         with progress_bar() as bar:
             yield Pace(bar)
         return
-    told = Pace(lambda _text, _share: None)
+    lines_pace = Pace(lambda _text, _share: None)
     ended = threading.Event()
 
     def lines() -> None:
         while not ended.wait(LINE_SECONDS):
-            notice.print(told.words(), markup=False, soft_wrap=True)
+            notice.print(lines_pace.words(), markup=False, soft_wrap=True)
 
     thread = threading.Thread(target=lines, daemon=True)
     thread.start()
     try:
-        yield told
+        yield lines_pace
     finally:
         ended.set()
         thread.join()

@@ -118,7 +118,7 @@ def reading(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def sizes_of(kind: str, given: Sequence[str] | None) -> dict[str, float]:
+def sizes_by_signal(kind: str, given: Sequence[str] | None) -> dict[str, float]:
     """What an option gives by signal, rad or N·m; what cannot be read is wrong usage."""
     from elastic_tendon.measurement import parse_size
 

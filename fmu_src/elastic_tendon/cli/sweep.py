@@ -24,11 +24,10 @@ from elastic_tendon.cli.shared import (
     save_picture,
 )
 from elastic_tendon.progress import Progress
-from elastic_tendon.sweeps import FEWEST_REFITS
+from elastic_tendon.sweeps import FEWEST_REFITS, WAIT
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap
-WAIT = 600.0  # s for a worker of a cluster
 
 
 class Work(StrEnum):
@@ -100,7 +99,9 @@ SchedulerFileOption = Annotated[
 ]
 WaitOption = Annotated[
     float | None,
-    typer.Option(min=0.0, metavar="SECONDS", help="For a worker of the cluster; without: 600."),
+    typer.Option(
+        min=0.0, metavar="SECONDS", help=f"For a worker of the cluster; without: {WAIT:g}."
+    ),
 ]
 PartsOption = Annotated[
     str | None,
@@ -246,8 +247,8 @@ def sweep(
     except KeyboardInterrupt:
         _stopped(out)
     if shard is not None:
-        told = f"Share {shard} is done, {done.failed} failed; when all are, repeat with --join."
-        output.print(told, highlight=False, markup=False)
+        sentence = f"Share {shard} is done, {done.failed} failed; when all are, repeat with --join."
+        output.print(sentence, highlight=False, markup=False)
         return
     _show(work, loaded, task, out, done)
     if plot is not None:

@@ -154,8 +154,7 @@ def layout(
     for i, variable in enumerate(interface.states):
         rows.append((_derivative(variable), Role.DERIVATIVE, i, False, None))
     for i, variable in enumerate(interface.parameters):
-        start = parameters[variable.name]
-        rows.append((variable, Role.PARAMETER, i, False, start))
+        rows.append((variable, Role.PARAMETER, i, False, parameters[variable.name]))
     rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
     if indicators:
         listed = (variable for mode in interface.modes for variable in _indicators(mode))

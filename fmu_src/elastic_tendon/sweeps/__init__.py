@@ -9,3 +9,4 @@ robots); a task of one's own has the members of `task.Task`. `results.read_resul
 # here, and not beside the refits, so that the command line has it without numpy: with as many, a
 # further refit lies beyond either end of their range with 2.5 %
 FEWEST_REFITS = 39
+WAIT = 600.0  # s for a worker of a cluster

@@ -20,6 +20,7 @@ from uuid import uuid4
 
 from elastic_tendon.errors import SweepError
 from elastic_tendon.sweeps.execution import FAULTS, KEPT, TRIES, Cluster, Tell, lost, undone
+from elastic_tendon.sweeps.fingerprint import ADVICE
 from elastic_tendon.sweeps.work import Done, Fault, Order, Piece, Ranges, ready, reason_of, work
 
 CONNECT_SECONDS = 8.0
@@ -118,6 +119,39 @@ class _Worker:
         return any(job.alone for _, job in self.under_way.values())
 
 
+@dataclass
+class _Lengths:
+    """How long runs took of late, and so how long pieces should be.
+
+    `seconds`, `size` : of a run, and bytes of its results, smoothed; 0 before any is done.
+    `piece_seconds` : that the last piece took.
+    """
+
+    seconds: float = 0.0
+    size: float = 0.0
+    piece_seconds: float = float("inf")
+
+    def learn(self, piece: Piece, value: tuple[Any, ...]) -> None:
+        """What `answer` says of a piece that was done."""
+        _, content, _, self.piece_seconds = value
+        count = piece[1] - piece[0]
+        share = 0.2 if self.seconds else 1.0
+        self.seconds += share * (max(self.piece_seconds, 1e-6) / count - self.seconds)
+        self.size += share * (len(content) / count - self.size)
+
+    def tune(self, pieces: Ranges, threads: int) -> None:
+        """Let pieces be long enough for the scheduler, and short enough that all end together."""
+        if not self.seconds:
+            return
+        least, most = PIECE_SECONDS
+        wanted = pieces.left * self.seconds / (threads * PIECES)
+        count = min(max(least, wanted), most) / self.seconds
+        count = min(count, pieces.left / (LAST_PIECES * threads))
+        if self.size:
+            count = min(count, PIECE_BYTES / self.size)
+        pieces.size = max(1, int(count))
+
+
 class _Crew:
     """The workers, what each is doing, and what is still to be done."""
 
@@ -147,9 +181,7 @@ class _Crew:
         self._undone: list[Fault] = []
         self._next_look = 0.0
         self._seen = time.monotonic()
-        self._seconds = 0.0  # of a run, and bytes of its results: of late
-        self._bytes = 0.0
-        self._piece_seconds = float("inf")
+        self._lengths = _Lengths()
         self._counted = 0
         with suppress(Exception):  # not every scheduler has one
             if link := client.dashboard_link:
@@ -288,12 +320,13 @@ class _Crew:
             self._tell("1 worker" if len(able) == 1 else f"{len(able)} workers")
         if not able:
             return
-        self._tune(sum(worker.threads for worker in able))
+        if isinstance(self._pieces, Ranges) and self._pieces.tuned:
+            self._lengths.tune(self._pieces, sum(worker.threads for worker in able))
         kept_free = min(len(self._quarantine), max(1, len(able) // 2))
         for worker in able[:kept_free]:
             if not worker.under_way and (job := self._pick(self._quarantine, worker)):
                 self._send(worker, job)
-        for depth in (1, 2) if self._piece_seconds < SHORT else (1,):
+        for depth in (1, 2) if self._lengths.piece_seconds < SHORT else (1,):
             for worker in able[kept_free:]:
                 while not worker.isolated and len(worker.under_way) < depth * worker.threads:
                     job = self._pick(self._again, worker) or self._fresh()
@@ -303,7 +336,7 @@ class _Crew:
 
     def _pick(self, jobs: deque[_Job], worker: _Worker) -> _Job | None:
         """The first job that this worker has not tried yet, or that all have."""
-        able = {address for address, other in self._workers.items() if other.ready}
+        able = {address for address, known in self._workers.items() if known.ready}
         for job in jobs:
             if worker.address not in job.tried or able <= job.tried:
                 jobs.remove(job)
@@ -332,18 +365,6 @@ class _Crew:
         )
         self._answers.add(future)
         return future
-
-    def _tune(self, threads: int) -> None:
-        """Let pieces be long enough for the scheduler, and short enough that all end together."""
-        if not (isinstance(self._pieces, Ranges) and self._pieces.tuned and self._seconds):
-            return
-        least, most = PIECE_SECONDS
-        wanted = self._pieces.left * self._seconds / (threads * PIECES)
-        size = min(max(least, wanted), most) / self._seconds
-        size = min(size, self._pieces.left / (LAST_PIECES * threads))
-        if self._bytes:
-            size = min(size, PIECE_BYTES / self._bytes)
-        self._pieces.size = max(1, int(size))
 
     # ---- what came of it ----
 
@@ -385,7 +406,7 @@ class _Crew:
             self._fault(worker, job, value)
         else:
             worker.faults = 0
-            self._learn(job.piece, value)
+            self._lengths.learn(job.piece, value)
             self._recorded.append(Done(*job.piece, *value))
 
     def _fault(self, worker: _Worker, job: _Job, reason: str) -> None:
@@ -398,21 +419,15 @@ class _Crew:
         if worker.faults >= FAULTS:
             self._leave_out(worker.address, f"{FAULTS} pieces in a row failed there: {reason}")
 
-    def _learn(self, piece: Piece, value: tuple[Any, ...]) -> None:
-        _, content, _, seconds = value
-        count = piece[1] - piece[0]
-        share = 0.2 if self._seconds else 1.0
-        self._seconds += share * (max(seconds, 1e-6) / count - self._seconds)
-        self._bytes += share * (len(content) / count - self._bytes)
-        self._piece_seconds = seconds
-
 
 def _lacking(error: BaseException) -> str:
     missing = _cause(error, ModuleNotFoundError)
     if isinstance(missing, ModuleNotFoundError):
         return f"it lacks the package {missing.name}; install the same packages on all computers"
-    told = f"it has other code than the computer where the sweep was begun ({reason_of(error)})"
-    return f"{told}; install the same on all computers"
+    return (
+        "it has other code than the computer where the sweep was begun "
+        f"({reason_of(error)}); {ADVICE}"
+    )
 
 
 def _cause(error: BaseException | None, kind: type[BaseException]) -> BaseException | None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from elastic_tendon.errors import SweepError
+from elastic_tendon.sweeps import WAIT
 from elastic_tendon.sweeps.work import Done, Fault, Order, Piece, finished, work
 
 FAULTS = 3  # of the environment in a row, after which a place is given up
@@ -45,7 +46,7 @@ class Cluster:
 
     scheduler: str | None = None
     client: Any = None
-    wait: float = 600.0
+    wait: float = WAIT
 
 
 Place = Local | Cluster

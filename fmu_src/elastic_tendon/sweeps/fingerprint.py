@@ -9,6 +9,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[1]
 USED = ("elastic-tendon", "numpy", "scipy", "pandas", "casadi")  # whose versions change numbers
 CODE = "the code of elastic-tendon"
+ADVICE = "install the same on all computers"
 
 
 @cache
@@ -18,19 +19,20 @@ def fingerprint() -> Mapping[str, str]:
 
 
 def differences(wanted: Mapping[str, str]) -> str:
-    """What is different in this process, in words; "" where nothing is."""
-    return "; ".join(_told(wanted, fingerprint()))
+    """What is different in this process, and what to do, in words; "" where nothing is."""
+    found = "; ".join(_unlike(wanted, fingerprint()))
+    return f"{found}; {ADVICE}" if found else ""
 
 
-def _told(wanted: Mapping[str, str], found: Mapping[str, str]) -> Iterator[str]:
+def _unlike(wanted: Mapping[str, str], found: Mapping[str, str]) -> Iterator[str]:
     for name, value in wanted.items():
-        other = found.get(name, "absent")
-        if other == value:
+        here = found.get(name, "absent")
+        if here == value:
             continue
         if name == CODE:
             yield f"{CODE} is another, although its version may be the same"
         else:
-            yield f"{name} {other} instead of {value}"
+            yield f"{name} {here} instead of {value}"
 
 
 def _version(name: str) -> str:

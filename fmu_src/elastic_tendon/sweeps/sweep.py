@@ -15,6 +15,7 @@ from elastic_tendon.errors import SweepError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.progress import Progress, silent
 from elastic_tendon.result import Result
+from elastic_tendon.sweeps import WAIT
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.fingerprint import fingerprint
 from elastic_tendon.sweeps.finished import drop_failed, runs_in, take_apart
@@ -36,8 +37,6 @@ from elastic_tendon.sweeps.simulations import Motion, Simulations, measured_moti
 from elastic_tendon.sweeps.store import store_of
 from elastic_tendon.sweeps.task import TEXTS, Task
 from elastic_tendon.sweeps.work import Order, Piece, Ranges
-
-WAIT = 600.0  # s for a worker
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -86,7 +86,7 @@ def work(order: Order, start: int, stop: int) -> Done | Fault:
     ValueError : the task's table breaks its promise
     """
     if different := differences(order.fingerprint):
-        return Fault(start, stop, f"{different}; install the same on all computers")
+        return Fault(start, stop, different)
     begin = time.monotonic()
     try:
         table = _rows(order.task, start, stop)
@@ -116,7 +116,7 @@ def finished(
 def ready(order: Order) -> str:
     """What this process lacks for the task, in words; "" where it lacks nothing."""
     if different := differences(order.fingerprint):
-        return f"{different}; install the same on all computers"
+        return different
     try:
         FORMATS[order.suffix].encode(order.task.failed(0, ""))
     except ENVIRONMENT as error:
