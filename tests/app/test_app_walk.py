@@ -27,8 +27,8 @@ COLUMNS = {
     "load_torque": "load_torque_Nm",
 }
 
-# presses Cancel in the browser as soon as the page tells of the search: on a busy machine the search
-# may be over, and other work shown, before a click from here arrives
+# presses Cancel as soon as the page tells of the search: on a busy machine the search
+# may be over, and other work shown, before a click from outside arrives
 CANCEL_THE_SEARCH = """() => {
   const words = document.getElementById("work-words");
   const observer = new MutationObserver(() => {
@@ -130,7 +130,7 @@ def test_cancel_answers_at_once_and_changes_nothing(chromium) -> None:
         before = walk.document()
         walk.page.evaluate(CANCEL_THE_SEARCH)
         walk.button("Find which effect is missing").click()
-        walk.page.wait_for_function("window.cancelled")
+        walk.page.wait_for_function("() => window.cancelled")
         walk.page.locator("#work").wait_for(state="hidden")
         walk.button("Find which effect is missing").wait_for()
         # what was let go does not keep other work from beginning
