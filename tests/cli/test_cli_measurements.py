@@ -201,11 +201,11 @@ def test_series_and_static_curve_are_compared_together_with_all_figures(run, tab
     Path("model.toml").write_text(model.to_toml(), "utf-8")
     table.to_csv("run.csv", index=False)
     static_curve("curve.csv")
-    result = run(
-        "compare", "model.toml", "run.csv", "curve.csv", "--figures", "f", "--json", "c.json"
-    )
-    assert result.exit_code == 0
+    words = ("compare", "model.toml", "run.csv", "curve.csv", "--tolerance", "joint_position=1e-9")
+    result = run(*words, "--figures", "f", "--json", "c.json")
+    assert result.exit_code == 1
     assert "curve.csv beside" in result.stdout
+    assert "curve.csv: deflection exceeds the tolerance of" in " ".join(result.stdout.split())
     assert "deflection, mrad" in result.stdout
     files = json.loads(Path("c.json").read_text())["files"]
     assert [file["static"] for file in files] == [False, True]

@@ -15,6 +15,7 @@ from elastic_tendon.app.numbers import with_minus
 from elastic_tendon.app.offers import Offer, advised, guessed, missing_in_words
 from elastic_tendon.app.preview import COLUMNS, Beginning
 from elastic_tendon.app.results import split_up
+from elastic_tendon.app.tables import scrolling
 from elastic_tendon.app.workspace import Failure
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement
@@ -208,7 +209,7 @@ def _preview(beginnings: Sequence[Beginning]) -> list[Component]:
     ]
     more = [html.P(f"The first {COLUMNS} columns.", className="quiet")]
     return [
-        html.Div(html.Table([head, html.Tbody(rows)]), className="table preview"),
+        scrolling(html.Table([head, html.Tbody(rows)]), "preview"),
         *(more if len(beginnings) >= COLUMNS else []),
     ]
 

@@ -30,6 +30,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = ""
     return scrolling(html.Table([*above, html.Thead(html.Tr(head)), html.Tbody(body)]))
 
 
-def scrolling(wide: html.Table) -> html.Div:
-    """A table in a frame that scrolls, also by the keyboard, where the window is narrow."""
-    return html.Div(wide, className="table", tabIndex="0", role="group", **aria(label="Table"))
+def scrolling(wide: html.Table, looks: str = "") -> html.Div:
+    """A table in a frame that scrolls, also by the keyboard; `looks` : further class of CSS."""
+    named = aria(label="Table")
+    return html.Div(wide, className=f"table {looks}".strip(), tabIndex="0", role="group", **named)

@@ -15,13 +15,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ToleranceCheck:
-    """One signal of one recording held against a tolerance, in the signal's unit.
+    """One signal of one recording, `static` or not, held against a tolerance, in its unit.
 
     `largest` is the largest magnitude of simulated less measured and `time` its place, s;
     `share_beyond` is the share of the samples beyond the tolerance, 0 to 1.
     """
 
     recording: str
+    static: bool
     signal: str
     tolerance: float
     largest: float
@@ -66,6 +67,7 @@ def check_tolerances(
             checks.append(
                 ToleranceCheck(
                     recording=file.measurement.name,
+                    static=file.measurement.static,
                     signal=name,
                     tolerance=tolerances[name],
                     largest=float(error[worst]),

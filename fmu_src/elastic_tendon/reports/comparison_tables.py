@@ -60,7 +60,7 @@ def _figures(error: ErrorFigures, quantity: Shown) -> tuple[str, ...]:
 
 def tolerance_sentence(check: ToleranceCheck) -> str:
     """Whether a signal keeps its tolerance, and by how much it misses."""
-    quantity = shown(check.signal)
+    quantity = shown(check.signal, static=check.static)
     words = f"{check.recording}: {quantity.words} "
     largest = f"largest error {quantity.error(check.largest)} at {number(check.time)} s"
     bound = f"the tolerance of {quantity.error(check.tolerance)}"
