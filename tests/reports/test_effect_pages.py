@@ -45,6 +45,7 @@ def test_page_has_all_that_is_declared(effect, example):
         unit = (
             parameter.unit.replace(".", "·")
             .replace("m2", "m²")
+            .replace("m3", "m³")
             .replace("rad2", "rad²")
             .replace("s2", "s²")
         )

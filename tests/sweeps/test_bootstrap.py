@@ -90,7 +90,7 @@ def test_only_what_is_free_is_refitted(example):
     [
         (["link.dampng"], "did you mean link.damping?"),
         (["transmission.joint_pulley_radius"], "counts as known and cannot be fitted"),
-        ([], "no number is free"),
+        ([], "no parameter is free"),
     ],
 )
 def test_numbers_that_cannot_be_fitted_are_refused(example, free, words):

@@ -169,7 +169,8 @@ def test_a_file_with_two_uses_is_listed_once(tmp_path: Path) -> None:
 
 
 def test_every_figure_is_described_and_drawn_on_demand() -> None:
-    described = [tag for tag in friction().of("div") if tag.get("role") == "img"]
+    described = [tag for tag in friction().of("div") if tag.get("class") == "drawing"]
+    assert {tag["role"] for tag in described} == {"group"}  # it has buttons, which an img has not
     assert len(described) == len(friction().figures()) >= 10
     assert all(tag["aria-label"] for tag in described)
     ladder = next(tag["aria-label"] for tag in described if "noise floor" in tag["aria-label"])
