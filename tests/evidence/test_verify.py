@@ -40,6 +40,16 @@ def test_it_reproduces_what_is_stated(version, sealed, keys) -> None:
     assert found.to_dict()["schema"] == "elastic-tendon/verification/1"
 
 
+def test_other_runs_of_the_process_keep_their_logger(sealed, capfd) -> None:
+    """fmpy has one for all FMUs of FMI 2.0, and called the one of `verify` when it was gone."""
+    assert et.verify(sealed(2)).passed
+    recording = et.Measurement(time=[0.0, 1.0], motor_position=[0.0, 3.0])
+    simulate_fmu(
+        str(sealed(2)), fmi_type="CoSimulation", stop_time=1.0, input=et.fmpy_inputs(recording)
+    )
+    assert "exceeds max_deflection" in capfd.readouterr().out
+
+
 @pytest.mark.parametrize("importer", [one for one in IMPORTERS if one != "fmpy"])
 def test_other_importers_reproduce_it(importer, sealed) -> None:
     if find_spec({"ecos": "ecospy", "libcosim": "libcosimpy"}[importer]) is None:

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 from fmpy import read_model_description
-from fmpy.fmi1 import FMICallException
+from fmpy.fmi1 import FMICallException, printLogMessage
+from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.logging import addLoggerProxy
 from fmpy.simulation import instantiate_fmu
 
 from elastic_tendon.comparison.residuals import rms
@@ -26,6 +28,7 @@ _VELOCITY, _CONNECTED = "motor_velocity", "motor_velocity_connected"
 _FINEST = 1e-3  # s; of a replay whose inputs move, where the importer gives no derivatives
 _MOST_PARTS = 20  # of a step of such a replay
 _REAL = {2: "Real", 3: "Float64"}
+_PRINTED = fmi2CallbackLoggerTYPE(printLogMessage)
 _ENDINGS = {"Boolean": "Boolean", "Real": "Real", "Float64": "Float64"}
 
 
@@ -97,6 +100,9 @@ class Slave:
 def _opened(folder: str, name: str) -> Iterator[Slave]:
     """The FMU unpacked in a folder, which is unloaded at the end.
 
+    For all FMUs of FMI 2.0 fmpy has one logger, the last that was set, and calls it also when it is
+    gone: at the end its own is put back.
+
     Raises
     ------
     EvidenceError : it has no binary for this machine, or that cannot be loaded
@@ -104,12 +110,18 @@ def _opened(folder: str, name: str) -> Iterator[Slave]:
     try:
         slave = Slave(folder, name)
     except Exception as error:
+        _print_again()
         reason = str(error).splitlines()[0].replace(folder, name)
         raise EvidenceError(f"{name}: its binary does not run on this machine ({reason})") from None
     try:
         yield slave
     finally:
         slave.close()
+        _print_again()
+
+
+def _print_again() -> None:
+    addLoggerProxy(ctypes.byref(fmi2CallbackFunctions(logger=_PRINTED)))
 
 
 @dataclass(frozen=True)
