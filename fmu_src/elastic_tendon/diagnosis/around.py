@@ -18,7 +18,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
-from elastic_tendon.diagnosis.evidence import DECISIVE
+from elastic_tendon.diagnosis.evidence import DECISIVE, HELDOUT_AT_NOISE
 from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, Check, Refits
 from elastic_tendon.diagnosis.resonance import swings
 from elastic_tendon.diagnosis.sets import Set, model_with, simpler, size_of, told
@@ -29,7 +29,6 @@ from elastic_tendon.estimation.coordinates import Coordinates
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.simulation.work import AFFORDABLE
 
-HELDOUT_AT_NOISE = 1.5  # `AT_NOISE` on held-out recordings
 # refits from around an answer: how many, how many in vain, how far in standard deviations, and how
 # far at the most, in those of the prior
 HOPS, FRUITLESS, DISTANCES, FARTHEST = 60, 24, (1.0, 10.0, 50.0), 0.5

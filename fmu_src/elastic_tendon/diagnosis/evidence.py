@@ -32,8 +32,11 @@ AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of wh
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
 WORSE = 1.01  # times a held-out mean square that is no worse
+HELDOUT_AT_NOISE = 1.5  # held-out mean square up to which nothing but noise is left
+LASTING = 0.5  # part of the explained share of the fitted errors, at least, of held-out ones too
 IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
 WORSE_ELSEWHERE = "makes the error on held-out data larger"
+FADES = "explains far less on held-out data than on the fitted"
 TOO_LITTLE = "explains too little for anybody to hear of it"
 PLAUSIBLE = 30.0  # times the typical value, up to which one is plausible
 UNKNOWN = 4.0  # facts that the data are worth where something unknown shapes what is left
@@ -94,8 +97,8 @@ class Evidence:
     def allowed(
         self, answers: Sequence[Answer], refused: Container[tuple[str, ...]] = ()
     ) -> list[Answer]:
-        """Answers that may be chosen: none that bring what nobody would hear of, or err more on
-        held-out recordings than with fewer effects.
+        """Answers that may be chosen: none that bring what nobody would hear of, err more on
+        held-out recordings than with fewer effects, or explain far less there.
 
         Parameters
         ----------
@@ -112,7 +115,9 @@ class Evidence:
         """Why an answer may not be chosen among these, "" where it may."""
         if not audible(answer, answers):
             return TOO_LITTLE
-        return "" if self.lasting(answer, answers) else WORSE_ELSEWHERE
+        if not self.lasting(answer, answers):
+            return WORSE_ELSEWHERE
+        return FADES if self.fades(answer, answers) else ""
 
     def best(self, answers: Sequence[Answer]) -> Answer:
         """The simplest of those that cannot be told from the best, plausible ones before others."""
@@ -140,6 +145,16 @@ class Evidence:
             if set(part.added) < set(answer.added)
         )
 
+    def fades(self, answer: Answer, answers: Sequence[Answer]) -> bool:
+        """Whether held-out recordings, of which more than noise is left, lack most of what an
+        answer explains of the fitted ones: its effects then stand for something else."""
+        own = self.heldout_square(answer)
+        base = next((part for part in answers if not part.added), answer)
+        if own <= HELDOUT_AT_NOISE or base is answer:
+            return False
+        fitted = _explained(_mean_square(base.floored), _mean_square(answer.floored))
+        return _explained(self.heldout_square(base), own) < LASTING * fitted
+
 
 def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     """Whether an answer explains so much more than each with fewer of its effects that anybody
@@ -159,6 +174,11 @@ def worth_hearing(before: float, after: float) -> bool:
     noise's."""
     least = AUDIBLE_BESIDE if after > MUCH else AUDIBLE
     return before - after >= least**2 * max(after, 1.0)
+
+
+def _explained(before: float, after: float) -> float:
+    """Share of what a mean square holds beside the noise that another lacks; at most 1."""
+    return (before - after) / max(before - 1.0, before - after)
 
 
 def probabilities(values: Sequence[float]) -> list[float]:

@@ -16,12 +16,13 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.around import HELDOUT_AT_NOISE, POOR, UNSEEN_SHARES, Around
+from elastic_tendon.diagnosis.around import POOR, UNSEEN_SHARES, Around
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
     AUDIBLE,
     DECISIVE,
+    HELDOUT_AT_NOISE,
     MUCH,
     WORSE_ELSEWHERE,
     Evidence,
