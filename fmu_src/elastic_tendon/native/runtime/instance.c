@@ -295,10 +295,8 @@ static Status get(Instance *instance, unsigned reference, double *value) {
            : variable->role == ROLE_DERIVATIVE ? view->rates[i]
                                                : indicator(instance, i);
   if (!isfinite(*value)) return not_finite(instance, variable->name, *value);
-  /* within the dead band around an event a taut spring may push; while an importer's integrator looks
-   * for the event, its relations stay frozen */
-  if (variable->role == ROLE_OUTPUT && state->phase != CONTINUOUS)
-    *value = fmax(*value, variable->lower);
+  /* within the dead band around an event a taut spring may push */
+  if (variable->role == ROLE_OUTPUT && *value < variable->lower) *value = variable->lower;
   return STATUS_OK;
 }
 
