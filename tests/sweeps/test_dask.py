@@ -155,10 +155,8 @@ def test_a_port_that_is_no_scheduler_is_told_in_a_sentence(
     with socket.create_server(("127.0.0.1", 0)) as stranger:
         threading.Thread(target=_greet, args=(stranger, words), daemon=True).start()
         address = f"tcp://127.0.0.1:{stranger.getsockname()[1]}"
-        begin = time.monotonic()
         with pytest.raises(SweepError, match="no Dask scheduler answers") as told:
             sweep(Draws(10), tmp_path / "runs.csv", scheduler=address)
-        assert time.monotonic() - begin < 2.5
     assert "\n" not in str(told.value)
     assert capfd.readouterr().err == ""
     assert not list(tmp_path.iterdir())
