@@ -97,8 +97,8 @@ class Evidence:
     def allowed(
         self, answers: Sequence[Answer], refused: Container[tuple[str, ...]] = ()
     ) -> list[Answer]:
-        """Answers that may be chosen: none that bring what nobody would hear of, err more on
-        held-out recordings than with fewer effects, or explain far less there.
+        """Answers that may be chosen: none that bring what nobody would hear of, or err more on
+        held-out recordings than with fewer effects.
 
         Parameters
         ----------
@@ -115,9 +115,7 @@ class Evidence:
         """Why an answer may not be chosen among these, "" where it may."""
         if not audible(answer, answers):
             return TOO_LITTLE
-        if not self.lasting(answer, answers):
-            return WORSE_ELSEWHERE
-        return FADES if self.fades(answer, answers) else ""
+        return "" if self.lasting(answer, answers) else WORSE_ELSEWHERE
 
     def best(self, answers: Sequence[Answer]) -> Answer:
         """The simplest of those that cannot be told from the best, plausible ones before others."""
@@ -145,12 +143,11 @@ class Evidence:
             if set(part.added) < set(answer.added)
         )
 
-    def fades(self, answer: Answer, answers: Sequence[Answer]) -> bool:
-        """Whether held-out recordings, of which more than noise is left, lack most of what an
-        answer explains of the fitted ones: its effects then stand for something else."""
+    def fades(self, answer: Answer, base: Answer) -> bool:
+        """Whether an answer leaves more than noise on held-out recordings and explains far less
+        there, beside a base, than of the fitted ones: then it stands for something else."""
         own = self.heldout_square(answer)
-        base = next((part for part in answers if not part.added), answer)
-        if own <= HELDOUT_AT_NOISE or base is answer:
+        if own <= HELDOUT_AT_NOISE:
             return False
         fitted = _explained(_mean_square(base.floored), _mean_square(answer.floored))
         return _explained(self.heldout_square(base), own) < LASTING * fitted

@@ -22,6 +22,7 @@ from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
     AUDIBLE,
     DECISIVE,
+    FADES,
     HELDOUT_AT_NOISE,
     MUCH,
     WORSE_ELSEWHERE,
@@ -259,7 +260,8 @@ class Search(Around):
         return self.answer is not answer
 
     def _refuse_one(self) -> bool:
-        """Take out the effect of the answer that is least surely there, if any is in doubt."""
+        """Take out the effect of the answer that is least surely there, if any is in doubt, or
+        refuse the whole if it does not last on held-out recordings."""
         answer = self.answer
         less = [without(answer.added, effect_id) for effect_id in answer.added]
         self._refit(less, "checking what is needed")
@@ -272,6 +274,9 @@ class Search(Around):
             for reason, chance in [found]
         ]
         if self.answer is not answer:
+            return True
+        if self.evidence.fades(answer, self.answers[()]):
+            self.refused[answer.added] = FADES
             return True
         if not doubts:
             return False
