@@ -15,6 +15,7 @@ from elastic_tendon.comparison.residuals import (
     sensitivity,
     simulate_measurement,
 )
+from elastic_tendon.errors import SimulationError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.simulate import simulate
 
@@ -140,3 +141,12 @@ def test_a_static_curve_starts_where_its_first_load_holds_the_joint(damping: flo
     found = estimate_initial_state(model, sweep)
     assert found.position == pytest.approx(held, abs=1e-5)
     assert found.velocity == 0.0
+
+
+def test_what_swings_far_faster_than_the_samples_is_given_up() -> None:
+    """It kept a refit for hours: a spring's mass without damping that tends to none."""
+    model = load_model("biorob_x4_joint_3").with_effect("spring_mass", {"mass": 1e-15})
+    time = np.linspace(0.0, 0.4, 81)
+    recording = Measurement(time=time, motor_position=0.1 * np.sin(7.0 * time), signals={})
+    with pytest.raises(SimulationError, match="far too many steps would be needed"):
+        simulate_measurement(model, recording, InitialState(0.0, 0.0))

@@ -50,7 +50,8 @@ def simulate(
     tolerance : relative, and absolute in units of the states' nominals; 1e-14 to 1e-2
     as_measured : for a model with effects on measured signals: `motor_position` is what the
         encoder reads, and outputs of the joint are what is recorded at the sample times, a delay
-        late. Before the first sample the inputs are as there. Else: true angles, no delay
+        late. Before the first sample the inputs are as there. What swings far faster than the
+        samples is given up. Else: true angles, no delay
 
     Returns
     -------

@@ -17,7 +17,8 @@ OUTCOMES = {  # of the solver; what it says to the user
     "SOLVED": "solved",
     "AT_EVENT": "stopped at an event",  # which is left to the caller
     "STEP_TOO_SMALL": "the step size fell below the resolution of time",
-    "TOO_MANY_STEPS": "more than ten million steps would be needed",
+    "TOO_MANY_STEPS": "far too many steps would be needed: "
+    "something in the model moves much faster than its inputs and samples",
     "TOO_MANY_EVENTS": "more than a hundred thousand events: take shorter steps, or, where slack, "
     "friction or hysteresis change to and fro without end, smaller spring damping or hysteresis",
     "EVENTS_DO_NOT_SETTLE": "the slack or friction states do not settle",
@@ -49,6 +50,7 @@ STRUCTURES: Mapping[str, Fields] = {  # sizes in elements, arrays row by row
         "parameters": "const double *",
         "initial_state": "const double *",
         "tolerance": "double",
+        "most_steps": "long long",  # after which it is given up; 0: the solver's own limit
         "n_directions": "long long",
         "direction": "const int *",  # index in v = [x; u; p]: of an initial state or a parameter
         "states": "double *",  # out: n_samples x N_STATES

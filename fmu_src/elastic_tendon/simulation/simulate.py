@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are tabled and drawn
 _UNITS = {output.name: unit_text(output.unit) for output in (*OUTPUTS, *READINGS)}
 _EVENT_CAPACITY = 4096
+# after which the simulation of a recording is given up: what swings so fast is not in its samples
+_FEWEST_STEPS, _STEPS_PER_SAMPLE = 200_000, 100
 _KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
 
 
@@ -350,6 +352,7 @@ def _run(
     event_time = np.empty(_EVENT_CAPACITY)
     call = motion.call(states, outputs)
     call.parameters = _address(parameters)
+    call.most_steps = _FEWEST_STEPS + _STEPS_PER_SAMPLE * n if as_measured else 0
     call.n_directions = m
     call.direction = _address(direction)
     call.output_derivatives = _address(derivatives)

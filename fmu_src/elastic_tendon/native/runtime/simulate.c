@@ -189,6 +189,7 @@ static Outcome simulate(Simulation *sim, double *memory) {
               .vector = memory,
               .event_time = sim->event_time,
               .event_capacity = sim->event_capacity,
+              .most_steps = sim->most_steps,
               .interrupted = sim->interrupted,
               .second = &sim->second};
   memset(memory, 0, sizeof(double) * memory_of(sim));

@@ -143,7 +143,8 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
     const double remaining = t_end - motion->time;
     const int to_end = motion->step >= remaining;
     const double h = to_end ? remaining : motion->step;
-    if (count > MAX_STEPS) return TOO_MANY_STEPS;
+    if (count > MAX_STEPS || (s->most_steps && s->statistics.steps > s->most_steps))
+      return TOO_MANY_STEPS;
     if (count % STEPS_TO_ASK == 0 && interrupted(s)) return INTERRUPTED;
     if (motion->time + h == motion->time || (!to_end && h < SMALLEST_STEP)) return STEP_TOO_SMALL;
 

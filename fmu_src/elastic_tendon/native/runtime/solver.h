@@ -46,6 +46,7 @@ typedef struct {
   void *who;
   double *event_time;   /* optional record of the first event_capacity events, s */
   long long event_capacity;
+  long long most_steps;      /* optional: in all, after which it is given up */
   Interrupted *interrupted;  /* optional: asked whether to stop, */
   long long *second;         /* and when that was last, s since 1970 */
   Statistics statistics;
