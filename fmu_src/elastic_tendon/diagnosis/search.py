@@ -112,10 +112,12 @@ class Search(Around):
         """From the base to an answer that no neighbour beats."""
         self._climb()
         self.limit = MOST_WORK
-        while self._better_detour() or self._doubted():
-            if self.answer.mean_square > MUCH:
+        changed = True
+        while changed:
+            if self.answer.mean_square > MUCH and not self._disturbed():
                 self._follow_neighbours(np.inf)
                 self._hop()
+            changed = self._better_detour() or self._doubted()
 
     def _climb(self) -> None:
         """From the base to sets whose neighbours do worse, with refits from places around them."""
@@ -196,23 +198,31 @@ class Search(Around):
     def _follow_neighbours(self, most: float = MOST_REFITS) -> None:
         """Refit neighbours of the best until it stays the best, or so many sets are refitted.
 
-        Looks at what swings take long: a neighbour that promises to leave half comes first.
+        Looks at what swings take long, refits of every addition longer: a neighbour that promises
+        to leave half comes first.
         """
         for _ in range(MOST_ROUNDS):
             added = self.answer.added
             shares = self._neighbours(added)
-            untried = (near for near in shares if near not in {*self.answers, *self.failures})
-            if any((shares[near] or 1.0) <= FIRST for near in untried):
-                self._refit_promising(added, shares, most)
-                if self.answer.added != added:
-                    continue
-            if not self._dear(self.answer) and self._better_addition():
+            if self._half_gone(added, shares, most):
                 continue
             if not (self._at_noise() or self._tired):
                 shares |= self._looks(added, filter(swings, self.data.candidates))
+            if self._half_gone(added, shares, most):
+                continue
+            if not self._dear(self.answer) and self._better_addition():
+                continue
             self._refit_promising(added, shares, most)
             if self.answer.added == added:
                 return
+
+    def _half_gone(self, added: Set, shares: Mapping[Set, float | None], most: float) -> bool:
+        """Refit neighbours if one of them promises to leave half; whether the best has changed."""
+        untried = [near for near in shares if near not in {*self.answers, *self.failures}]
+        if not any((shares[near] or 1.0) <= FIRST for near in untried):
+            return False
+        self._refit_promising(added, shares, most)
+        return self.answer.added != added
 
     def _refit_promising(self, added: Set, shares: Mapping[Set, float | None], most: float) -> None:
         """Refit the neighbours of a set that may do better, unless enough was refitted."""
