@@ -17,6 +17,7 @@ import pandas as pd
 import pytest
 
 import elastic_tendon as et
+from elastic_tendon.sweeps.fleet import Robot
 
 ROOT = Path(__file__).parents[1]
 MODEL = "biorob_x4_joint_3"
@@ -165,6 +166,15 @@ def cycles(model) -> et.LimitCycles:
     return et.limit_cycles(describing, loop)
 
 
+def shared(model) -> et.FleetFindings:
+    """Of three robots that differ in their damping."""
+    task = et.fleet(model, [Robot(name, (f"{name}.csv",)) for name in "abc"])
+    table = pd.concat([task.failed(run, "") for run in range(3)]).assign(verdict="adequate")
+    dampings = np.array([0.15, 0.16, 0.17])
+    ends = {f"link.damping{end}": dampings + by for end, by in ((".low", -0.01), (".high", 0.01))}
+    return et.fleet_findings(model, table.assign(**{"link.damping": dampings}, **ends))
+
+
 def verified(model, recording) -> et.Verification:
     with tempfile.TemporaryDirectory() as folder:
         evidence = et.gather_evidence(model, recording)
@@ -180,6 +190,7 @@ RESULTS = {
     "Diagnosis": lambda model, run: et.diagnose(model, run, options=FRICTION_OR_GRAVITY),
     "Evidence": et.gather_evidence,
     "FitResult": et.fit,
+    "FleetFindings": lambda model, _: shared(model),
     "LimitCycles": lambda model, _: cycles(model),
     "LinearModel": lambda model, _: et.linearise(model, "I", inputs=["load_torque"]),
     "Location": lambda model, recording: et.locate(et.compare(model, [recording, recording])),
@@ -430,7 +441,8 @@ def test_a_fleet_is_of_files(model, recording, tmp_path) -> None:
     table = swept.to_dataframe()
     assert list(table["robot"]) == ["007", "NA"]
     assert list(table["verdict"]) == ["missing_effect", ""]
-    assert table["appeared"][0].startswith("coulomb_friction: torque 0.3")
+    assert table["appeared"][0] == "coulomb_friction"
+    assert table["effects.coulomb_friction.torque"][0] == pytest.approx(0.3, abs=0.1)
     assert swept.plot().axes
 
 

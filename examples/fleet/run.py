@@ -71,11 +71,10 @@ def main(folder: Path) -> None:
     model = et.load_model(MODEL)
     task = et.fleet(model, write_logs(model, folder / "logs"))
     swept = et.sweep(task, folder / "fleet.csv", workers=2, force=True)
-    for _, row in swept.to_dataframe().iterrows():
-        print(f"{row['robot']}: {row['verdict'] or 'not diagnosed'}")
-        for kind in ("drifted", "appeared", "failure"):
-            if row[kind]:
-                print(f"  {kind}: {row[kind]}")
+    found = et.fleet_findings(model, swept.to_dataframe())
+    print(found)
+    for robot, reason in found.failed.items():
+        print(f"{robot}: {reason}")
     swept.plot().savefig(folder / "fleet.png")
 
 

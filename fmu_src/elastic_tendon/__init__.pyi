@@ -58,6 +58,8 @@ from .simulation.simulate import Trajectory as Trajectory
 from .simulation.simulate import sensitivities as sensitivities
 from .simulation.simulate import simulate_many as simulate_many
 from .sweeps.fleet import fleet as fleet
+from .sweeps.fleet_findings import FleetFindings as FleetFindings
+from .sweeps.fleet_findings import fleet_findings as fleet_findings
 from .sweeps.points import Points as Points
 from .sweeps.points import vary as vary
 from .sweeps.simulations import Motion as Motion

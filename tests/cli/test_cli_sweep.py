@@ -178,11 +178,17 @@ def test_a_fleet_is_one_table(run):
     rows = Path(RECORDING).read_text().splitlines()[:2001]
     Path("anna.csv").write_text("\n".join(rows) + "\n")
     Path("bert.csv").write_text("time_s,motor_position_rad\n0,0\n")
-    words = ("-o", "fleet.csv", "--do", "diagnose", "--plot", "fleet.png")
+    words = ("-o", "fleet.csv", "--do", "diagnose", "--plot", "fleet.png", "--about", "known.csv")
+    Path("known.csv").write_text("robot,hours\nanna,5\n")
+    refused = run(MODEL, "anna.csv", "bert.csv", *words)
+    assert "no row for bert; add it" in refused.stderr
+    assert not Path("fleet.csv").exists()
+    Path("known.csv").write_text("robot,hours\nanna,5\nbert,\n")
     done = run(MODEL, "anna.csv", "bert.csv", *words)
     assert done.exit_code == 0, done.output
     assert Path("fleet.png").stat().st_size > 10_000
-    assert "coulomb_friction" in done.stdout
+    assert done.stdout.startswith("coulomb_friction appeared: 1 robot (anna), torque 0.")
+    assert "times noise" in done.stdout
     assert "1 of 2 runs failed" in done.stderr
     table = pd.read_csv("fleet.csv", keep_default_na=False)
     assert table["robot"].tolist() == ["anna", "bert"]
@@ -205,6 +211,7 @@ def test_a_fleet_is_one_table(run):
         (["--do", "diagnose"], "needs recordings"),
         ([RECORDING, "--do", "diagnose", "--runs", "3"], "says nothing"),
         ([RECORDING, "--do", "fit", "--vary", INERTIA], "says nothing"),
+        (["--vary", INERTIA, "--about", "known.csv"], "says nothing without a fleet"),
         ([RECORDING, "--do", "fit", "--runs", "10"], "needs 39 refits"),
         ([RECORDING, RECORDING, "--vary", INERTIA], "one motion"),
         (["--vary", INERTIA, "--interpolation", "cubic"], "leave --interpolation out"),

@@ -6,7 +6,13 @@ import pytest
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.reports.comparison_figures import PURPLE
-from elastic_tendon.reports.fleet_figure import LEAST, LIMIT, MOST_NUMBERED, fleet_figure
+from elastic_tendon.reports.fleet_figure import (
+    LEAST,
+    LIMIT,
+    MOST_NUMBERED,
+    MOST_ROWS,
+    fleet_figure,
+)
 from elastic_tendon.sweeps.fleet import Robot, fleet
 
 MODEL = load_model("biorob_x4_joint_3")
@@ -23,8 +29,8 @@ def table_of(rows):
     return pd.concat(tables, ignore_index=True)
 
 
-DRIFTED = {"drifted": f"{DAMPING} 0.16 -> 0.2 N·m·s/rad (0.19 to 0.21)", DAMPING: 0.2}
-APPEARED = {"appeared": "gravity_load: torque 1 N·m; own_effect: size 1"}
+DRIFTED = {"drifted": DAMPING, DAMPING: 0.2}
+APPEARED = {"appeared": "gravity_load; own_effect: indistinguishable from gear_backlash"}
 UNKNOWN = {"appeared": "unknown: no known effect explains the error"}
 FAILED = {
     "failure": "log.csv: the column is_not_there",
@@ -62,13 +68,13 @@ def test_robots_numbers_and_effects_are_where_the_table_says():
 
 def test_a_number_that_was_zero_moves_in_its_sigma():
     moved = 0.1 * MODEL.uncertainty_of(SOFT)
-    row = {"drifted": f"{SOFT} 0 -> {moved} N·s/m (0 to 1)", SOFT: moved}
+    row = {"drifted": SOFT, SOFT: moved}
     numbers = fleet_figure(MODEL, table_of([row])).axes[0]
     assert texts(numbers) == ["+10 %"]
 
 
 def test_the_least_move_has_a_colour():
-    row = {"drifted": f"{DAMPING} 0.16 -> 0.1601 N·m·s/rad (0.16 to 0.17)", DAMPING: 0.1601}
+    row = {"drifted": DAMPING, DAMPING: 0.1601}
     (mesh,) = (
         collection
         for collection in fleet_figure(MODEL, table_of([row])).axes[0].collections
@@ -106,3 +112,21 @@ def test_an_error_of_nothing_is_drawn_at_the_end_of_the_scale():
     figure = fleet_figure(MODEL, table_of([errors]))
     low, high = figure.axes[2].get_xlim()
     assert 0.0 < low < LEAST < 5000.0 < high
+
+
+def test_of_very_many_robots_it_says_how_many_differ_in_what():
+    half = MOST_ROWS // 2
+    table = table_of([DRIFTED] * half + [APPEARED] * half + [FAILED])
+    spread, counts, errors = fleet_figure(MODEL, table).axes
+    shown = dict(
+        zip(
+            (label.get_text() for label in counts.get_yticklabels()),
+            (bar.get_width() for bar in counts.patches),
+            strict=True,
+        )
+    )
+    assert shown["Gravity load"] == shown["own_effect"] == shown[f"{DAMPING} drifted"] == half
+    assert shown["not diagnosed"] == 1
+    (middle,) = (line.get_xdata()[0] for line in spread.lines if line.get_marker() == "o")
+    assert middle == pytest.approx(25.0)
+    assert errors.get_xscale() == "log"

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -25,6 +25,9 @@ from elastic_tendon.cli.shared import (
 )
 from elastic_tendon.progress import Progress
 from elastic_tendon.sweeps import FEWEST_REFITS, WAIT
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 DRAWN_RUNS = 1000  # of simulations, where their number is not given
 REFITS = 200  # of a bootstrap
@@ -120,6 +123,14 @@ JoinOption = Annotated[
 RetryOption = Annotated[
     bool, typer.Option("--retry-failed", help="Do the runs again that failed before.")
 ]
+AboutOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="F.csv",
+        help="What is known of the robots: a column robot, others of numbers or dates; what grows "
+        "with them is told.",
+    ),
+]
 PlotOption = Annotated[
     Path | None,
     typer.Option("--plot", metavar="F", help="Draw the results (.png, .svg...)."),
@@ -192,6 +203,7 @@ def sweep(
     shard: ShardOption = None,
     join: JoinOption = False,
     retry_failed: RetryOption = False,
+    about: AboutOption = None,
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
@@ -217,11 +229,14 @@ def sweep(
         raise typer.BadParameter("give the address or the file", param_hint="--scheduler")
     if wait is not None and not clusters:
         raise typer.BadParameter("says nothing without a cluster", param_hint="--wait")
+    if about is not None and work is not Work.DIAGNOSE:
+        raise typer.BadParameter("says nothing without a fleet", param_hint="--about")
     share = _share(shard)
     if share is not None and (join or plot is not None):
         raise typer.BadParameter("a share has no table yet: leave --join and --plot out")
     goes_on = out.exists() and (retry_failed or runs is not None)
-    check_outputs(out, picture=plot, force=force or goes_on, read=[model, *request.data])
+    told = [] if about is None else [f"{about}"]
+    check_outputs(out, picture=plot, force=force or goes_on, read=[model, *request.data, *told])
     if plot is not None:
         check_outputs(picture=plot, force=force)
     if not request.data and words(options):
@@ -231,6 +246,8 @@ def sweep(
         with pace() as progress:
             task = request.task(loaded, options, progress)
             progress.runs = task.runs
+            if about is not None:
+                _check_about(about, task)
             done = et.sweep(
                 *(task, out),
                 workers=workers,
@@ -250,7 +267,7 @@ def sweep(
         sentence = f"Share {shard} is done, {done.failed} failed; when all are, repeat with --join."
         output.print(sentence, highlight=False, markup=False)
         return
-    _show(work, loaded, task, out, done)
+    _show(work, loaded, task, out, done, about)
     if plot is not None:
         save_picture(done.plot(), plot, force)
     if done.failed == done.runs:
@@ -320,6 +337,15 @@ def _fleet(request: Request, model: "et.Model", options: "et.ReadOptions") -> "e
     return et.fleet(model, robots, options)
 
 
+def _check_about(about: Path, task: "et.Task") -> None:
+    """Before robots are diagnosed, for hours may be."""
+    from elastic_tendon.sweeps.fleet import Fleet
+    from elastic_tendon.sweeps.fleet_findings import known_of
+
+    if isinstance(task, Fleet):
+        known_of([robot.name for robot in task.robots], about)
+
+
 def _stopped(out: Path) -> None:
     """Say where the work is that was done before the user stopped it."""
     from elastic_tendon.sweeps.parts import folder_of
@@ -331,7 +357,25 @@ def _stopped(out: Path) -> None:
     raise typer.Exit(INTERRUPTED)
 
 
-def _show(work: Work, model: "et.Model", task: "et.Task", out: Path, done: "et.Swept") -> None:
+def _show_fleet(model: "et.Model", robots: "pd.DataFrame", about: Path | None) -> None:
+    """The answer in words, robot by robot, and what the robots share."""
+    from elastic_tendon.reports.fleet_tables import pooled_table, robots_table
+
+    found = et.fleet_findings(model, robots, about)
+    output.print(found.summary(), highlight=False, markup=False)
+    output.print(robots_table(model, robots))
+    if found.pooled:
+        output.print(pooled_table(found))
+
+
+def _show(
+    work: Work,
+    model: "et.Model",
+    task: "et.Task",
+    out: Path,
+    done: "et.Swept",
+    about: Path | None,
+) -> None:
     from elastic_tendon.actuator.parameters import quantities
     from elastic_tendon.reports import sweep_tables as words
     from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals
@@ -339,7 +383,7 @@ def _show(work: Work, model: "et.Model", task: "et.Task", out: Path, done: "et.S
 
     summary = summarise(out)
     if work is Work.DIAGNOSE:
-        output.print(words.fleet_summary(done.to_dataframe()))
+        _show_fleet(model, done.to_dataframe(), about)
     elif isinstance(task, Bootstrap):
         output.print(words.bootstrap_table(intervals(task, done.to_dataframe())))
     else:

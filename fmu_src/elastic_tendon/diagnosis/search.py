@@ -198,23 +198,32 @@ class Search(Around):
     def _follow_neighbours(self, most: float = MOST_REFITS) -> None:
         """Refit neighbours of the best until it stays the best, or so many sets are refitted.
 
-        Looks at what swings take long, refits of every addition longer: a neighbour that promises
-        to leave half comes first.
+        A neighbour that promises to leave half comes first: looks at what swings take long, and
+        refits of every addition longer, so before the first of these they come early.
         """
         for _ in range(MOST_ROUNDS):
             added = self.answer.added
             shares = self._neighbours(added)
             if self._half_gone(added, shares, most):
                 continue
-            if not (self._at_noise() or self._tired):
-                shares |= self._looks(added, filter(swings, self.data.candidates))
-            if self._half_gone(added, shares, most):
-                continue
+            first = not self._exhausted
+            if first:
+                shares |= self._swinging(added)
+                if self._half_gone(added, shares, most):
+                    continue
             if not self._dear(self.answer) and self._better_addition():
                 continue
+            if not first:
+                shares |= self._swinging(added)
             self._refit_promising(added, shares, most)
             if self.answer.added == added:
                 return
+
+    def _swinging(self, added: Set) -> dict[Set, float]:
+        """What additions that swing would leave, unless nothing is left or time for it."""
+        if self._at_noise() or self._tired:
+            return {}
+        return self._looks(added, filter(swings, self.data.candidates))
 
     def _half_gone(self, added: Set, shares: Mapping[Set, float | None], most: float) -> bool:
         """Refit neighbours if one of them promises to leave half; whether the best has changed."""

@@ -15,18 +15,23 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.reports.comparison_figures import BLACK, BLUE, PURPLE, SKY, VERMILLION, tidy
 from elastic_tendon.reports.names import shortened, verbatim
+from elastic_tendon.reports.sweep_tables import short
 from elastic_tendon.reports.units import shown
 from elastic_tendon.sweeps.fleet import SIGNALS, UNKNOWN, error_columns, named
-from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT
+from elastic_tendon.sweeps.fleet_findings import FleetFindings
+from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, VERDICT
 
 LIMIT = 30.0  # %, where the colours end
 # from the largest fall to the largest rise; the least move has a colour as well
 COLOURS = ((0.0, BLUE), (0.5, "#D5E7F4"), (0.5, "#FBE6D6"), (1.0, VERMILLION))
 DARK = 0.6 * LIMIT  # from here on white letters are read better
 MOST_NUMBERED = 16  # robots whose cells have room for numbers
+MOST_ROWS = 100  # robots with a row of their own
+MANY = (13.0, 5.0)  # inch, of the figure of more
 ROW, LOW_ROW, CELL = 0.36, 0.2, 0.62  # inch; rows are low where there are many
 ERRORS, NAMES, BAR = 2.6, 2.2, 0.14  # inch: width of the errors, of names; height of the scale
 LETTERS = 13.0  # of a reason in an inch
@@ -39,7 +44,8 @@ def fleet_figure(model: Model, table: pd.DataFrame) -> Figure:
     """Robots down; parameters of the model, effects and errors across.
 
     A number is coloured where it moved significantly, by how far in % of what was given (where that
-    is 0, of its one sigma). Where a robot could not be diagnosed the row says why.
+    is 0, of its one sigma). Where a robot could not be diagnosed the row says why. Of more than
+    `MOST_ROWS` robots, how many differ in what, and how far.
 
     Parameters
     ----------
@@ -50,6 +56,8 @@ def fleet_figure(model: Model, table: pd.DataFrame) -> Figure:
     -------
     matplotlib.figure.Figure
     """
+    if len(table) > MOST_ROWS:
+        return _of_many(model, table)
     paths, appeared = free_parameters(model), _appeared(table)
     rows = len(table) * (ROW if len(table) <= MOST_NUMBERED else LOW_ROW)
     widths = [CELL * len(paths), CELL * max(len(appeared), 1), ERRORS]
@@ -72,6 +80,116 @@ def fleet_figure(model: Model, table: pd.DataFrame) -> Figure:
         axes.set_axis_off()
     spare[-1].legend(handles=_legend(table), loc="center", frameon=False, borderaxespad=0.0)
     return figure
+
+
+def pooled_figure(found: FleetFindings) -> Figure:
+    """What robots share: mean of each parameter with its 95 % interval, and how they spread.
+
+    Parameters
+    ----------
+    found : FleetFindings
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(7.0, 1.5 + ROW * max(len(found.pooled), 1)), layout="constrained")
+    axes = figure.subplots()
+    for row, shared in enumerate(found.pooled):
+        scale = 100.0 / (max(abs(shared.mean), shared.spread) or 1.0)
+        spread, ends = scale * shared.spread, [scale * end for end in shared.interval]
+        middle = scale * shared.mean
+        axes.hlines(row, -spread, spread, color=SKY, linewidth=7.0)
+        axes.hlines(row, ends[0] - middle, ends[1] - middle, color=BLACK, linewidth=1.5)
+        axes.plot(0.0, row, "o", color=BLACK, markersize=4.0)
+    names = [
+        f"{verbatim(short(shared.path))} = {shared.mean:.4g} {unit_text(found.units[shared.path])}"
+        for shared in found.pooled
+    ]
+    axes.set_yticks(range(len(names)), names)
+    axes.invert_yaxis()
+    axes.set_xlabel("around the mean (% of it, or of one sigma where that is more)")
+    axes.set_title(
+        "Mean of the robots, its 95 % interval (line), their one sigma (bar)", fontsize=10
+    )
+    tidy(axes)
+    return figure
+
+
+# ---- many robots -------------------------------------------------------------------------------
+
+
+def _of_many(model: Model, table: pd.DataFrame) -> Figure:
+    figure = Figure(figsize=MANY, layout="constrained")
+    spread, counts, errors = figure.subplots(1, 3)
+    figure.suptitle(f"What {len(table)} robots differ in")
+    _draw_spread(spread, model, table)
+    _draw_counts(counts, table)
+    _draw_distribution(errors, table)
+    for axes in (spread, counts, errors):
+        tidy(axes)
+    return figure
+
+
+def _draw_spread(axes: Axes, model: Model, table: pd.DataFrame) -> None:
+    """Estimates of each parameter in % of what was given: median, middle half, middle 90 %."""
+    paths, values = free_parameters(model), model.values()
+    for row, path in enumerate(paths):
+        scale = abs(values[path]) or model.uncertainty_of(path)
+        changes = 100.0 * (table[path].dropna().to_numpy() - values[path]) / scale
+        if changes.size:
+            ends = np.percentile(changes, (5, 25, 50, 75, 95))
+            axes.hlines(row, ends[0], ends[4], color=BLUE, linewidth=1.0)
+            axes.hlines(row, ends[1], ends[3], color=BLUE, linewidth=5.0)
+            axes.plot(ends[2], row, "o", color=BLACK, markersize=4.0)
+    names = [verbatim(path.removeprefix("transmission.")) for path in paths]
+    axes.set_yticks(range(len(paths)), names)
+    axes.invert_yaxis()
+    axes.axvline(0.0, color="0.4", linestyle="--", linewidth=1.0)
+    axes.set_xlabel("estimate less given (% of given; of one sigma where that is 0)")
+    axes.set_title("parameters: median, half, 90 % of the robots", fontsize="medium")
+
+
+def _draw_counts(axes: Axes, table: pd.DataFrame) -> None:
+    """How many robots show what."""
+    names, counts = [], []
+    for effect_id in _appeared(table):
+        known = effect_id in effects.BY_ID
+        names.append(effects.BY_ID[effect_id].title if known else effect_id)
+        counts.append(sum(effect_id in named(text) for text in table[APPEARED]))
+    drifted = [path for text in table[DRIFTED] for path in named(text)]
+    for path in sorted(set(drifted), key=drifted.count, reverse=True):
+        names.append(f"{path.removeprefix('transmission.')} drifted")
+        counts.append(drifted.count(path))
+    names += ["adequate", "not diagnosed"]
+    counts += [int((table[VERDICT] == "adequate").sum()), int((table[FAILURE] != "").sum())]
+    bars = axes.barh(range(len(names)), counts, color=PURPLE)
+    axes.bar_label(bars, padding=3, fontsize="small")
+    axes.margins(x=0.15)
+    axes.set_yticks(range(len(names)), list(map(verbatim, names)))
+    axes.invert_yaxis()
+    axes.set_xlabel("robots")
+    axes.set_title("what appeared or drifted", fontsize="medium")
+
+
+def _draw_distribution(axes: Axes, table: pd.DataFrame) -> None:
+    """Share of robots with at most so large an error, before and after."""
+    for signal in _measured(table):
+        for when, style in (("before", ":"), ("after", "-")):
+            ratios = np.sort(np.maximum(table[_ratio(signal, when)].dropna().to_numpy(), LEAST))
+            share = 100.0 * np.arange(1, len(ratios) + 1) / len(ratios)
+            words = f"{shown(signal).words}, {'as given' if when == 'before' else 'improved'}"
+            axes.step(
+                *(ratios, share), style, where="post", color=SIGNAL_COLOURS[signal], label=words
+            )
+    axes.axvline(1.0, color="0.4", linestyle="--", linewidth=1.0)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("RMS error (multiples of the noise)")
+    axes.set_ylabel("robots with no more (%)")
+    axes.set_title("error", fontsize="medium")
+    axes.legend(frameon=False, fontsize="small")
 
 
 # ---- numbers and effects -----------------------------------------------------------------------

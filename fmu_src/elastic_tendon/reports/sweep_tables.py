@@ -1,29 +1,22 @@
 """What a sweep gave, for the terminal: tables and sentences; numbers come ready from `sweeps`."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
-import pandas as pd
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.reports.names import at_dots
 from elastic_tendon.reports.tables import SURE, TIGHT, four_digits
-from elastic_tendon.reports.units import noise_ratio
 from elastic_tendon.sweeps.bootstrap import BootstrapInterval
-from elastic_tendon.sweeps.fleet import SIGNALS, error_columns
 from elastic_tendon.sweeps.summary import Summary
 from elastic_tendon.sweeps.sweep import Swept
-from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, VERDICT
 
 EXACT = "exact"  # an interval that no digit would show
 WHICH_INTERVAL = (
     "Refits know bounds and curved dependences, but take the errors as they are: where something "
     "unknown acts on the machine, or springs trade with one another, the fit's own are safer."
 )
-LOUD = 3.0  # times the noise: so much is not left by noise alone
 
 
 def done_sentence(swept: Swept) -> str:
@@ -110,40 +103,3 @@ def _ends(fitted: float, interval: tuple[float, float]) -> str:
     if interval[1] - interval[0] <= 2.0 * SURE * abs(fitted):
         return EXACT
     return " to ".join(map(four_digits, interval))
-
-
-def fleet_summary(robots: pd.DataFrame) -> Table:
-    """Which robot has drifted, in which parameter, and which effect has appeared."""
-    table = Table(title="The fleet", box=SIMPLE_HEAD, show_lines=False)
-    table.add_column("robot", overflow="fold")
-    table.add_column("verdict", overflow="fold")
-    table.add_column("times noise\nbefore, after", justify="right", no_wrap=True)
-    table.add_column("what has drifted or appeared", overflow="fold")
-    for row in robots.to_dict("records"):
-        if row[FAILURE]:
-            table.add_row(row[ROBOT], "failed", "", row[FAILURE])
-            continue
-        before, after, signal = _errors(row)
-        errors = f"{noise_ratio(before)}, {noise_ratio(after)}"
-        if signal != SIGNALS[0]:
-            errors += f"\n({signal.replace('_', ' ')})"
-        changes = [row[DRIFTED].replace("transmission.", ""), row[APPEARED]]
-        words = "\n".join(change.replace("; ", "\n") for change in changes if change)
-        table.add_row(row[ROBOT], row[VERDICT].replace("_", " "), errors, words or "nothing")
-        if after > LOUD:
-            table.caption = (
-                f"Where over {LOUD:g} times the noise remain, something disturbs the machine that "
-                "is not recorded, or recordings contradict one another: diagnose them one by one."
-            )
-    return table
-
-
-def _errors(row: Mapping[Any, float]) -> tuple[float, float, str]:
-    """Times the noise before and after, of the signal where most remains, and its name."""
-    ratios = []
-    for signal in SIGNALS:
-        columns = error_columns(signal)
-        before, after = (row[columns["noise_ratio", when]] for when in ("before", "after"))
-        if not pd.isna(after):
-            ratios.append((before, after, signal))
-    return max(ratios, key=lambda entry: entry[1])

@@ -5,25 +5,21 @@ worker must see them under the same names.
 """
 
 import hashlib
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import floor, log10
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.variables import OUTPUTS
 from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.estimation.coordinates import free_parameters
-from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.measurement import ReadOptions, read_prepared
 from elastic_tendon.measurement.options import DEFAULT
 from elastic_tendon.measurement.reader import split_window
@@ -48,7 +44,8 @@ SUFFIXES_READ = (
     *(".mat", ".mf4", ".mdf", ".mcap", ".db3"),
 )
 BAG = "metadata.yaml"  # of a folder that is one ROS 2 bag
-DIGITS, MOST_DIGITS = 4, 7  # of a number in words; more where an interval is narrow
+DIGITS = 4  # of a number in words
+PARTS, MOST_AT_ONCE = 1000, 20  # about, of a large fleet; robots in one of them
 ABSENT = "absent"
 
 
@@ -67,13 +64,13 @@ class Fleet:
     A row holds, besides the run and its failure,
 
     * `robot`, and the diagnosis' `verdict`;
-    * `drifted`: parameters of the model that moved significantly, each as
-      "link.damping 0.16 -> 0.31 N·m·s/rad (0.29 to 0.33)", joined by "; ";
-    * `appeared`: effects that are missing in the model, each as "coulomb_friction: torque 0.35
-      N·m (0.34 to 0.36), indistinguishable from stribeck_friction", joined by "; ";
+    * `drifted`: parameters of the model that moved significantly, by path, joined by "; ";
+    * `appeared`: effects that are missing in the model, by id, joined by "; ", each with what these
+      data do not tell it from: "coulomb_friction: indistinguishable from stribeck_friction";
     * for each of `SIGNALS` its error with the model as given (`..._before`) and as improved
       (`..._after`): over the noise, and RMS in the signal's SI unit; NaN where not measured;
-    * each free number by its dotted path, and `.low` and `.high`, its 95 % interval.
+    * each free parameter of the model, and each of an effect that is not in it, by its dotted path,
+      and `.low` and `.high`, its 95 % interval; NaN of an effect that did not appear.
 
     `options` : how all files are read. `digests` : SHA-256 of each robot's files.
     """
@@ -110,8 +107,8 @@ class Fleet:
         return False
 
     def batch(self) -> int:
-        """A diagnosis takes seconds."""
-        return 1
+        """A diagnosis takes seconds; of a large fleet some robots share a part."""
+        return int(np.clip(self.runs // PARTS, 1, MOST_AT_ONCE))
 
     def rows(self, start: int, stop: int) -> pd.DataFrame:
         """Diagnoses of some robots.
@@ -311,14 +308,26 @@ def error_columns(signal: str) -> dict[tuple[str, str], str]:
 
 def named(text: str) -> tuple[str, ...]:
     """Dotted paths in a text of `drifted`, or ids of effects in one of `appeared`."""
-    return tuple(re.split(r"[ :]", entry, maxsplit=1)[0] for entry in text.split("; ") if entry)
+    return tuple(entry.partition(":")[0] for entry in text.split("; ") if entry)
+
+
+def units_of(model: Model) -> dict[str, str]:
+    """Unit of each number that a diagnosis may give, by dotted path; the same for all robots."""
+    units = {quantity.path: quantity.unit for quantity in quantities(model.effect_ids)}
+    known = {path: units[path] for path in free_parameters(model)}
+    return known | {
+        f"effects.{effect_id}.{parameter.name}": parameter.unit
+        for effect_id, effect in effects.BY_ID.items()
+        if effect_id not in model.effect_ids
+        for parameter in effect.parameters
+    }
 
 
 def _numbers(model: Model) -> Iterator[str]:
     """Columns of numbers; the same for all robots."""
     for signal in SIGNALS:
         yield from error_columns(signal).values()
-    for path in free_parameters(model):
+    for path in units_of(model):
         yield from (path, path + LOW, path + HIGH)
 
 
@@ -326,47 +335,29 @@ def _summary(diagnosis: Diagnosis) -> dict[str, str | float]:
     estimates = {estimate.path: estimate for estimate in diagnosis.findings.estimates}
     row: dict[str, str | float] = {
         VERDICT: diagnosis.verdict,
-        DRIFTED: "; ".join(_drift(estimates[path]) for path in diagnosis.parameters_changed),
-        APPEARED: "; ".join(_appearances(diagnosis, estimates)),
+        DRIFTED: "; ".join(diagnosis.parameters_changed),
+        APPEARED: "; ".join(_appearances(diagnosis)),
     }
     ends = {"before": diagnosis.ladder[0], "after": diagnosis.ladder[-1]}
     for signal in ends["after"].rmse:
         for (kind, when), column in error_columns(signal).items():
             step = ends[when]
             row[column] = (step.rmse if kind == "rmse" else step.noise_ratio)[signal]
-    for path in free_parameters(diagnosis.given):
+    for effect_id in diagnosis.added:
+        values = diagnosis.model.effects[effect_id]
+        row |= {f"effects.{effect_id}.{name}": value for name, value in values.items()}
+    for path in units_of(diagnosis.given).keys() & estimates.keys():
         estimate = estimates[path]
         low, high = estimate.interval
         row |= {path: estimate.fitted, path + LOW: low, path + HIGH: high}
     return row
 
 
-def _drift(estimate: Estimate) -> str:
-    return f"{estimate.path} {_number(estimate.given)} -> {_with_interval(estimate)}"
-
-
-def _with_interval(estimate: Estimate) -> str:
-    """Fitted number, unit and interval, with as many digits as distinguish its ends."""
-    low, high = estimate.interval
-    size, width = max(abs(low), abs(high)), high - low
-    digits = 2 + floor(log10(size / width)) if 0.0 < width < size else DIGITS
-    digits = min(max(digits, DIGITS), MOST_DIGITS)
-    fitted, *ends = (_number(value, digits) for value in (estimate.fitted, low, high))
-    return f"{fitted}{_unit(estimate)} ({' to '.join(ends)})"
-
-
-def _appearances(diagnosis: Diagnosis, estimates: Mapping[str, Estimate]) -> Iterator[str]:
-    """Effects with their numbers, and what would explain these data as well."""
+def _appearances(diagnosis: Diagnosis) -> Iterator[str]:
+    """Effects, and what would explain these data as well."""
     for effect_id in diagnosis.added:
-        parts = []
-        for name, value in diagnosis.model.effects[effect_id].items():
-            estimate = estimates.get(f"effects.{effect_id}.{name}")
-            parts.append(
-                f"{name} {_number(value) if estimate is None else _with_interval(estimate)}"
-            )
-        if alike := _alike(diagnosis, effect_id):
-            parts.append(f"indistinguishable from {' and '.join(sorted(alike))}")
-        yield f"{effect_id}: {', '.join(parts)}"
+        alike = sorted(_alike(diagnosis, effect_id))
+        yield effect_id + (f": indistinguishable from {' and '.join(alike)}" if alike else "")
     if diagnosis.verdict == "unexplained":
         left = "what remains of the error" if diagnosis.added else "the error"
         text = f"{UNKNOWN}: no known effect explains {left}"
@@ -384,12 +375,8 @@ def _alike(diagnosis: Diagnosis, effect_id: str) -> set[str]:
     return alike
 
 
-def _number(value: float, digits: int = DIGITS) -> str:
+def number(value: float, digits: int = DIGITS) -> str:
     """Some digits without an exponent."""
     return np.format_float_positional(
         value, precision=digits, unique=False, fractional=False, trim="-"
     )
-
-
-def _unit(estimate: Estimate) -> str:
-    return "" if estimate.unit == "1" else f" {unit_text(estimate.unit)}"
