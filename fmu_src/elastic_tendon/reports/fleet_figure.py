@@ -93,7 +93,7 @@ def pooled_figure(found: FleetFindings) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(7.0, 1.5 + ROW * max(len(found.pooled), 1)), layout="constrained")
+    figure = Figure(figsize=(9.0, 1.5 + ROW * max(len(found.pooled), 1)), layout="constrained")
     axes = figure.subplots()
     for row, shared in enumerate(found.pooled):
         scale = 100.0 / (max(abs(shared.mean), shared.spread) or 1.0)
@@ -109,9 +109,7 @@ def pooled_figure(found: FleetFindings) -> Figure:
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xlabel("around the mean (% of it, or of one sigma where that is more)")
-    axes.set_title(
-        "Mean of the robots, its 95 % interval (line), their one sigma (bar)", fontsize=10
-    )
+    figure.suptitle("Mean of the robots, its 95 % interval (line), their one sigma (bar)")
     tidy(axes)
     return figure
 
