@@ -84,7 +84,7 @@ def test_two_effects_are_both_found():
 
 
 def test_an_effect_outside_the_catalogue_is_blamed_on_none_of_it():
-    found = result(Order("outside", ("stiffness drift",), 3.0, seed=SEED))
+    found = result(Order("outside", ("stiffness drift",), 3.0, seed=SEED, duration=SHORT))
     assert found.diagnosis["verdict"] == "unexplained"
     assert found.added == ()
 
