@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import benchmark_cluster
 import benchmark_fit
 import benchmark_fmpy
 import benchmark_fmu
@@ -55,6 +56,7 @@ def groups(quick: bool) -> list[Group]:
             "Sweeps of simulations of 1 s, statistics to CSV",
             partial(benchmark_sweep.sweep_rows, quick),
         ),
+        Group("A thousand cores", partial(benchmark_cluster.rows, quick)),
         Group("Start-up", partial(benchmark_startup.process_rows, 5 if quick else 20)),
     ]
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import benchmark_all
+import benchmark_cluster
 import benchmark_fit
 import benchmark_fmpy
 import benchmark_simulate
@@ -159,3 +160,15 @@ def test_a_word_that_no_heading_has_is_told(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["benchmark_all.py", "--only", "quantum"])
     assert benchmark_all.main() == 1
     assert "no heading has 'quantum' in it" in capsys.readouterr().err
+
+
+def test_cores_are_busy_where_dealing_out_costs_nothing():
+    free = benchmark_cluster.simulated(100_000, 100, 0.0)
+    assert 97.0 < free.busy <= 100.0
+    assert free.total == pytest.approx(1000.0, rel=0.03)
+
+
+def test_a_scheduler_deals_out_so_many_pieces_and_no_more():
+    """Each of at most 60 s, for 0.6 s: a hundred of a thousand cores are busy."""
+    found = benchmark_cluster.simulated(1_000_000, 1000, 0.6)
+    assert found.busy < 11.0

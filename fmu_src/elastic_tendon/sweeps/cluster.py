@@ -30,6 +30,7 @@ POLL_SECONDS = 0.01
 ORDERS = 8  # that a worker remembers
 SHORT = 5.0  # s of a piece, below which the next one waits at its worker already
 PIECE_SECONDS = (10.0, 60.0)  # of a piece at least and at most, where there is enough to do
+DEALING = 0.02  # s of a piece for each worker: one after the other they are dealt out
 PIECES = 500  # for each worker, where pieces may be longer than the least
 LAST_PIECES = 4  # for each worker of what is left, so that all end together
 PIECE_BYTES = 2_000_000  # of results that come back
@@ -120,7 +121,7 @@ class _Worker:
 
 
 @dataclass
-class _Lengths:
+class Lengths:
     """How long runs took of late, and so how long pieces should be.
 
     `seconds`, `size` : of a run, and bytes of its results, smoothed; 0 before any is done.
@@ -145,7 +146,7 @@ class _Lengths:
             return
         least, most = PIECE_SECONDS
         wanted = pieces.left * self.seconds / (threads * PIECES)
-        count = min(max(least, wanted), most) / self.seconds
+        count = min(max(least, DEALING * threads, wanted), most) / self.seconds
         count = min(count, pieces.left / (LAST_PIECES * threads))
         if self.size:
             count = min(count, PIECE_BYTES / self.size)
@@ -181,7 +182,7 @@ class _Crew:
         self._undone: list[Fault] = []
         self._next_look = 0.0
         self._seen = time.monotonic()
-        self._lengths = _Lengths()
+        self._lengths = Lengths()
         self._counted = 0
         with suppress(Exception):  # not every scheduler has one
             if link := client.dashboard_link:
