@@ -84,10 +84,13 @@ def dask_cluster(folder: Path, allowed_failures: int = 1) -> Iterator[DaskCluste
 def _start(
     program: str, folder: Path, options: list[str], **settings: str
 ) -> subprocess.Popen[bytes]:
+    # what was on the path before comes last: another version of distributed, say
+    first = settings.get("PYTHONPATH", _search_path())
+    path = os.pathsep.join(filter(None, [first, os.environ.get("PYTHONPATH")]))
     with (folder / f"{program}.log").open("ab") as log:
         return subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.{program}", *options],
-            env={**os.environ, "PYTHONPATH": _search_path(), **settings},
+            env=os.environ | settings | {"PYTHONPATH": path},
             cwd=folder,
             stdout=log,
             stderr=log,
