@@ -19,7 +19,7 @@ from elastic_tendon.sweeps.task import FAILURE, RUN
 
 QUANTILE_ROWS = 100_000
 QUANTILES = (0.05, 0.5, 0.95)
-PIECE = 500_000  # numbers read at once
+PIECE = 200_000  # numbers read at once
 KINDS_OF_FAILURE = 1000  # distinguished; more differ in words that nobody would read
 MOST_REASONS = 5
 NUMBERS = re.compile(r"(?<![A-Za-z_])[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
