@@ -18,6 +18,7 @@ LONGEST_FIRST = (
     "hidden_effect/test_hidden_effect.py",
     "test_real_data.py",
     "app/test_app_walk.py",
+    "app/test_app_access.py",
     "fmu/test_packing.py",
     "fmu/test_platforms.py",
     "test_examples.py",

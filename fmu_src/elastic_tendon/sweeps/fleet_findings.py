@@ -218,7 +218,10 @@ def fleet_findings(
     ------
     MeasurementError : `about` cannot be read, lacks a robot, or names one twice
     """
-    diagnosed = table[table[FAILURE] == ""]
+    # without the rest, of which there is most
+    wanted = [ROBOT, VERDICT, DRIFTED, APPEARED, *units_of(model)]
+    wanted += [path + end for path in free_parameters(model) for end in (LOW, HIGH)]
+    diagnosed = table.loc[table[FAILURE] == "", [column for column in wanted if column in table]]
     fleet = _Diagnosed(model, diagnosed)
     known = pd.DataFrame() if about is None else known_of(_names(diagnosed), about)
     columns = {f"{column}": _numbers(known[column]) for column in known}

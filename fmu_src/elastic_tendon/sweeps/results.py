@@ -21,7 +21,12 @@ def read_results(path: Path, texts: Sequence[str] = (FAILURE,)) -> pd.DataFrame:
     DataFrame
     """
     if path.suffix.lower() == ".parquet":
-        return pd.read_parquet(path)
+        from pyarrow import parquet
+
+        # column by column, or all of it would be in memory twice
+        read = parquet.read_table(path)
+        table: pd.DataFrame = read.to_pandas(split_blocks=True, self_destruct=True)
+        return table
     # a text may look like a number, or be NA
     table = pd.read_csv(
         path,
