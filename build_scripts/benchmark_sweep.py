@@ -40,6 +40,7 @@ from elastic_tendon.simulation.simulate import simulate, simulate_many
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.factors import Factor, Uniform
 from elastic_tendon.sweeps.fingerprint import fingerprint
+from elastic_tendon.sweeps.formats import NUMBER, ROW_GROUP
 from elastic_tendon.sweeps.points import Points, points
 from elastic_tendon.sweeps.simulations import Motion, Simulations, simulations
 from elastic_tendon.sweeps.sweep import sweep
@@ -54,6 +55,8 @@ SPREAD = 0.2  # of their values, to both sides
 SLOWER = 500.0  # times than us, that scipy is to be
 CALL = 1000  # runs in one call of the library
 MACHINES = 20  # that scipy simulates
+SUMMARISED = 50  # times as many runs as the largest sweep of these, for the summary's memory
+SUMMARY = 300.0  # MB
 BATCH_OF_MEMORY = 1000  # runs, so that all sizes of a sweep have the same batches
 WORK = 0.05  # s of a run on a cluster
 BATCH = 20  # of these
@@ -144,36 +147,47 @@ def peer_rows(count: int = 100_000, machines: int = MACHINES) -> list[Row]:
     ]
 
 
-def peak(count: int) -> float:
-    """Largest memory of this process after a sweep in batches of one size, MB; Linux tells it."""
-    swept(count, batch=BATCH_OF_MEMORY)
-    status = Path("/proc/self/status").read_text().splitlines()
-    [kilobytes] = [line.split()[1] for line in status if line.startswith("VmHWM")]
-    return int(kilobytes) / 1024
-
-
-def fresh_peak(count: int) -> float:
-    """The same of a new process, MB."""
-    command = [
-        sys.executable,
-        "-c",
-        f"import benchmark_sweep; print(benchmark_sweep.peak({count}))",
-    ]
+def fresh_peak(work: str) -> float:
+    """Largest memory of a new process that does some Python, MB; Linux tells it."""
+    told = "[line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')]"
     run = subprocess.run(
-        command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True
+        [sys.executable, "-c", f"{work}\nprint({told}[0])"],
+        cwd=Path(__file__).parent,
+        capture_output=True,
+        text=True,
+        check=True,
     )
-    return float(run.stdout)
+    return int(run.stdout) / 1024
+
+
+def summary_row(count: int) -> Row:
+    """Memory of the summary of so many runs, of which Parquet holds the usual columns."""
+    random = np.random.default_rng(1)
+    with tempfile.TemporaryDirectory() as work:
+        path = Path(work) / "runs.parquet"
+        numbers = [name for name in task(1).rows(0, 1) if name not in (RUN, FAILURE)]
+        table = pd.DataFrame(random.standard_normal((count, len(numbers))), columns=numbers)
+        table.insert(0, RUN, np.arange(count))
+        table[FAILURE] = ""
+        table.to_parquet(path, row_group_size=ROW_GROUP // (NUMBER * table.shape[1]))
+        del table
+        summary = "from pathlib import Path\nfrom elastic_tendon.sweeps.summary import summarise"
+        taken = fresh_peak(f"{summary}\nsummarise(Path({str(path)!r}))")
+    return at_most(f"memory of the summary of {count:.0e} runs", taken, SUMMARY, "MB")
 
 
 def memory_rows(counts: Sequence[int]) -> list[Row]:
     """Whether memory grows with the number of runs, from the first of them to the last."""
     if not Path("/proc/self/status").is_file():
         return [Row("memory of many runs", "not told here")]
-    taken = [fresh_peak(count) for count in counts]
+    sweeping = "import benchmark_sweep as own\nown.swept({}, batch=own.BATCH_OF_MEMORY)"
+    taken = [fresh_peak(sweeping.format(count)) for count in counts]
     name = (
         f"largest memory of {counts[-1]:.0e} runs / {counts[0]:.0e}, batches of {BATCH_OF_MEMORY}"
     )
-    return [at_most(name, taken[-1] / taken[0], 1.1, "", ", ".join(f"{x:.0f} MB" for x in taken))]
+    beside = ", ".join(f"{part:.0f} MB" for part in taken)
+    summary = summary_row(SUMMARISED * counts[-1])
+    return [at_most(name, taken[-1] / taken[0], 1.1, "", beside), summary]
 
 
 def scaling_rows(counts: Sequence[int]) -> list[Row]:

@@ -143,8 +143,9 @@ def test_sweeps_over_runs_and_cores():
 
 
 def test_memory_is_that_of_the_runs():
-    [row] = benchmark_sweep.memory_rows((2, 3))
+    row, *summary = benchmark_sweep.memory_rows((2, 3))
     assert row.beside.count("MB") == 2 or row.figure == "not told here"
+    assert all(row.figure.endswith("MB") for row in summary)
 
 
 def test_processes_are_told_beside_one_that_imports_numpy():

@@ -20,6 +20,7 @@ from elastic_tendon.sweeps.task import FAILURE, RUN
 QUANTILE_ROWS = 100_000
 QUANTILES = (0.05, 0.5, 0.95)
 PIECE = 200_000  # numbers read at once
+BUFFER = 100_000  # bytes of each column of Parquet
 KINDS_OF_FAILURE = 1000  # distinguished; more differ in words that nobody would read
 MOST_REASONS = 5
 NUMBERS = re.compile(r"(?<![A-Za-z_])[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
@@ -105,7 +106,7 @@ def _pieces(path: Path) -> Iterator[pd.DataFrame]:
     if path.suffix.lower() == ".parquet":
         from pyarrow import parquet
 
-        with parquet.ParquetFile(path, pre_buffer=False) as file:
+        with parquet.ParquetFile(path, pre_buffer=False, buffer_size=BUFFER) as file:
             names = file.schema_arrow.names
             _check_columns(names)
             for group in range(file.num_row_groups):
