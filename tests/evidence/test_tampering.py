@@ -107,7 +107,9 @@ TAMPERINGS = {
     "the signature stripped": _stripped,
     "signed by another": _signed_by_another,
     "a seal of another": _taken_from_another,
-    "a signature's digit": _replaced(SEAL, rb'("value": ")(\w)(\w)', rb"\1\3\2"),
+    "a signature's digit": _replaced(
+        SEAL, rb'("value": ")(\w)', lambda found: found[1] + (b"1" if found[2] == b"0" else b"0")
+    ),
     "the seal's layout": _replaced(SEAL, b"\n", b"\n\n"),
     "packed anew": lambda path, files, _: packed(path, files),
     "a file's time": _bytes(lambda whole: _flip(whole, entry(whole, BINARY) + 10)),
