@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 
 import elastic_tendon as et
+from elastic_tendon.estimation.determinability import CONFIDENCE
 from elastic_tendon.sweeps.fleet import HIGH, LOW, Robot
-from elastic_tendon.sweeps.fleet_findings import NORMAL, pooled
+from elastic_tendon.sweeps.fleet_findings import pooled
 
 MODEL = et.load_model("biorob_x4_joint_3")
 DAMPING, INERTIA, TORQUE = "link.damping", "link.inertia", "effects.coulomb_friction.torque"
@@ -21,7 +22,7 @@ def fleet_of(count, **columns):
 
 def estimates(path, values, error):
     """Columns of estimates (n,) with one standard error."""
-    half = NORMAL * error
+    half = CONFIDENCE * error
     return {path: values, path + LOW: values - half, path + HIGH: values + half}
 
 

@@ -17,6 +17,11 @@ def unit_text(unit: str) -> str:
     return powers.replace(".", "·")
 
 
+def unit_suffix(unit: str) -> str:
+    """A unit as it follows a number; nothing for plain numbers."""
+    return "" if unit == "1" else f" {unit_text(unit)}"
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A number of a model, as it stands at `path` in model.toml.

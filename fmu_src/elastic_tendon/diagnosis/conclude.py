@@ -7,7 +7,7 @@ from operator import is_
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model, quantities
-from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.compare import Comparison, compare
 from elastic_tendon.comparison.locate import locate
 from elastic_tendon.diagnosis.answer import Answer, refit
@@ -332,7 +332,7 @@ def doubtful_values(answer: Answer) -> Iterator[str]:
         for parameter in effect.parameters:
             value = answer.values(effect_id)[parameter.name]
             told = f"{effect.title}: {parameter.name.replace('_', ' ')} {value:.3g}"
-            unit = "" if parameter.unit == "1" else f" {unit_text(parameter.unit)}"
+            unit = unit_suffix(parameter.unit)
             if value in (parameter.lower, parameter.upper) and value != parameter.null:
                 yield f"{told}{unit} is at the end of what it may be."
             elif f"effects.{effect_id}.{parameter.name}" in implausible:

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import quantities
-from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.diagnosis.result import (
     Candidate,
     Diagnosis,
@@ -88,7 +88,7 @@ def _sized(diagnosis: Diagnosis, effect_id: str) -> str:
         elif estimate.determined:
             numbers.append(f"{words} {_with_unit(estimate)}")
         else:
-            unit = _unit(estimate.unit)
+            unit = unit_suffix(estimate.unit)
             numbers.append(
                 f"{words} about {estimate.fitted:.3g}{unit}, which these data leave open"
             )
@@ -114,12 +114,7 @@ def _change(estimate: Estimate) -> str:
 
 
 def _with_unit(estimate: Estimate) -> str:
-    return f"{with_interval(estimate.fitted, estimate.interval)}{_unit(estimate.unit)}"
-
-
-def _unit(unit: str) -> str:
-    """A unit as it follows a number; nothing for plain numbers."""
-    return "" if unit == "1" else f" {unit_text(unit)}"
+    return f"{with_interval(estimate.fitted, estimate.interval)}{unit_suffix(estimate.unit)}"
 
 
 def _falls(diagnosis: Diagnosis) -> Iterator[str]:
@@ -393,4 +388,4 @@ def _units(paths: Sequence[str]) -> Mapping[str, str]:
     """Unit of each parameter as it follows a number."""
     present = {path.split(".")[1] for path in paths if path.startswith("effects.")}
     declared = {quantity.path: quantity.unit for quantity in quantities(present)}
-    return {path: _unit(declared[path]) for path in paths}
+    return {path: unit_suffix(declared[path]) for path in paths}

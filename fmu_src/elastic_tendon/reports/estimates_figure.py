@@ -4,7 +4,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.estimation.fit import FitResult
 from elastic_tendon.reports.comparison_figures import BLUE, tidy
@@ -46,6 +46,6 @@ def estimates_figure(fit: FitResult) -> Figure:
 
 
 def _words(estimate: Estimate) -> str:
-    unit = "" if estimate.unit == "1" else f" {unit_text(estimate.unit)}"
+    unit = unit_suffix(estimate.unit)
     values = f"{four_digits(estimate.given)} → {four_digits(estimate.fitted)}{unit}"
     return f"{verbatim(estimate.path)}\n{values}"

@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.reports.comparison_figures import BLACK, BLUE, PURPLE, SKY, VERMILLION, tidy
 from elastic_tendon.reports.names import shortened, verbatim
@@ -103,7 +103,7 @@ def pooled_figure(found: FleetFindings) -> Figure:
         axes.hlines(row, ends[0] - middle, ends[1] - middle, color=BLACK, linewidth=1.5)
         axes.plot(0.0, row, "o", color=BLACK, markersize=4.0)
     names = [
-        f"{verbatim(short(shared.path))} = {shared.mean:.4g} {unit_text(found.units[shared.path])}"
+        f"{verbatim(short(shared.path))} = {shared.mean:.4g}{unit_suffix(found.units[shared.path])}"
         for shared in found.pooled
     ]
     axes.set_yticks(range(len(names)), names)

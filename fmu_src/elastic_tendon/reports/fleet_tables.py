@@ -10,9 +10,8 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.reports.names import at_dots
-from elastic_tendon.reports.sweep_tables import short
+from elastic_tendon.actuator.quantity import unit_suffix
+from elastic_tendon.reports.sweep_tables import short, with_unit
 from elastic_tendon.reports.tables import TIGHT, four_digits
 from elastic_tendon.reports.units import noise_ratio, shown
 from elastic_tendon.sweeps.fleet import (
@@ -78,11 +77,11 @@ def pooled_table(found: FleetFindings) -> Table:
     for heading in ("mean", "95 % interval", "between robots, one sigma"):
         table.add_column(heading, justify="right")
     for pooled in found.pooled:
-        unit = found.units[pooled.path]
-        name = at_dots(short(pooled.path)) + ("" if unit == "1" else f", {unit_text(unit)}")
         interval = " to ".join(map(four_digits, pooled.interval))
         numbers = (four_digits(pooled.mean), interval, four_digits(pooled.spread))
-        table.add_row(name, f"{pooled.robots}", *numbers)
+        table.add_row(
+            with_unit(pooled.path, found.units[pooled.path]), f"{pooled.robots}", *numbers
+        )
     table.caption = "a random-effects average of the robots whose recordings tell it"
     return table
 
@@ -111,7 +110,7 @@ def _changes(model: Model, row: Mapping[Any, Any]) -> Iterator[str]:
 def _with_interval(row: Mapping[Any, Any], path: str, unit: str) -> str:
     """Estimate, unit and interval, with as many digits as distinguish its ends."""
     fitted, low, high = (row[path + end] for end in ("", LOW, HIGH))
-    suffix = "" if unit == "1" else f" {unit_text(unit)}"
+    suffix = unit_suffix(unit)
     if np.isnan(low):
         return number(fitted) + suffix
     size, width = max(abs(low), abs(high)), high - low

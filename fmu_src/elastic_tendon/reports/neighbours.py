@@ -6,7 +6,7 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.diagnosis.evidence import DECISIVE
 from elastic_tendon.diagnosis.result import Diagnosis, Neighbour, WouldShow
 from elastic_tendon.reports.diagnosis_tables import called
@@ -113,6 +113,5 @@ def would_show_table(limits: Sequence[WouldShow]) -> Table | None:
 
 
 def _above(limit: WouldShow, smallest: float) -> str:
-    unit = "" if limit.unit == "1" else f" {unit_text(limit.unit)}"
     name = limit.path.rpartition(".")[2].replace("_", " ")
-    return f"{name} above {number(smallest)}{unit}"
+    return f"{name} above {number(smallest)}{unit_suffix(limit.unit)}"

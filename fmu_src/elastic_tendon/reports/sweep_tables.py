@@ -54,7 +54,7 @@ def statistics_table(summary: Summary, varied: Mapping[str, str]) -> Table:
         numbers = (column.minimum, *column.quantiles, column.maximum)
         name, dot, statistic = column.name.partition(".")
         if column.name in varied:
-            last, words = "", _with_unit(column.name, varied[column.name])
+            last, words = "", with_unit(column.name, varied[column.name])
         else:
             if name != last and dot:
                 table.add_section()
@@ -71,7 +71,8 @@ def short(path: str) -> str:
     return path.removeprefix("transmission.").removeprefix("effects.")
 
 
-def _with_unit(path: str, unit: str) -> str:
+def with_unit(path: str, unit: str) -> str:
+    """A parameter's path, and its unit if it has one."""
     name = at_dots(short(path))
     return name if unit == "1" else f"{name}, {unit_text(unit)}"
 
@@ -93,7 +94,7 @@ def bootstrap_table(intervals: Sequence[BootstrapInterval]) -> Table:
     table.add_column("by refits", no_wrap=True)
     for interval in intervals:
         ends = [_ends(interval.fitted, pair) for pair in (interval.linear, interval.bootstrap)]
-        table.add_row(_with_unit(interval.path, interval.unit), four_digits(interval.fitted), *ends)
+        table.add_row(with_unit(interval.path, interval.unit), four_digits(interval.fitted), *ends)
     table.caption = WHICH_INTERVAL
     return table
 

@@ -9,7 +9,7 @@ from scipy.special import ndtr, ndtri
 
 from elastic_tendon.actuator import problems
 from elastic_tendon.actuator.parameters import Model, quantities
-from elastic_tendon.actuator.quantity import Quantity, unit_text
+from elastic_tendon.actuator.quantity import Quantity, unit_suffix
 from elastic_tendon.errors import SweepError
 
 Array = NDArray[np.float64]
@@ -227,7 +227,7 @@ def _check_continuous(quantity: Quantity) -> None:
 def _check_bounds(quantity: Quantity, values: tuple[float, ...]) -> None:
     outside = [value for value in values if not quantity.lower <= value <= quantity.upper]
     if outside:
-        unit = "" if quantity.unit == "1" else f" {unit_text(quantity.unit)}"
+        unit = unit_suffix(quantity.unit)
         raise SweepError(
             f"{quantity.path}: {outside[0]:g} is outside {quantity.lower:g} to "
             f"{quantity.upper:g}{unit}; write values within"

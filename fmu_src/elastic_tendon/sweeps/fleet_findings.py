@@ -15,10 +15,11 @@ from scipy import stats
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.estimation.coordinates import free_parameters
+from elastic_tendon.estimation.determinability import CONFIDENCE
 from elastic_tendon.result import Result, plain
 from elastic_tendon.sweeps.fleet import HIGH, LOW, UNKNOWN, named, number, units_of
 from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, VERDICT
@@ -27,9 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FEWEST, FEWEST_ALIKE = 3, 5  # robots for an average, and for what all but one have in common
-CHANCE = 0.01  # of telling one trend, or one robot, that is none
+CHANCE = 0.01  # of telling any trend, or any robot, that is none
 KNOWN = 0.7  # of the prior's one sigma: who is not known better says nothing of the fleet
-NORMAL = 1.959964  # standard deviations that make a 95 % interval
 MAD = 1.4826  # median absolute deviation of a normal distribution, in standard deviations
 MOST_COMPARED = 1000  # robots, evenly spread, whose pairs make a slope
 MOST_NAMED = 8  # robots in a sentence
@@ -130,7 +130,7 @@ class FleetFindings(Result):
                 f"{path.rpartition('.')[2]} {self._between(path, *ends)}"
                 for path, ends in effect.sizes.items()
             )
-            yield f"{effect.name} appeared: {_robots(effect.robots)}, {', '.join(sizes)}"
+            yield f"{effect.name} appeared: {', '.join([_robots(effect.robots), *sizes])}"
         for parameter in self.drifted:
             (ends,) = parameter.sizes.values()
             now = self._between(parameter.name, *ends)
@@ -141,9 +141,12 @@ class FleetFindings(Result):
             yield f"adequate: {_robots(self.adequate)}"
         if self.failed:
             yield f"not diagnosed: {_robots(tuple(self.failed))}"
-        for one in self.unlike:
-            estimate, expected = number(one.estimate), self._between(one.path, *one.expected)
-            yield f"{one.robot} is unlike the others: {one.path} {estimate}, by theirs {expected}"
+        for unlike in self.unlike:
+            expected = self._between(unlike.path, *unlike.expected)
+            yield (
+                f"{unlike.robot} is unlike the others: {unlike.path} {number(unlike.estimate)}, "
+                f"by theirs {expected}"
+            )
         for onset in self.onsets:
             side = "more" if onset.present > onset.absent else "less"
             yield (
@@ -151,8 +154,8 @@ class FleetFindings(Result):
                 f"{number(onset.present)} there and {number(onset.absent)} elsewhere"
             )
         for trend in self.trends:
-            verb = "grows" if trend.change > 0.0 else "falls"
-            low, high = sorted(map(abs, trend.interval))
+            sign, verb = (1.0, "grows") if trend.change > 0.0 else (-1.0, "falls")
+            low, high = sorted(sign * end for end in trend.interval)
             change = f"{number(abs(trend.change))}{self._unit(trend.path)}"
             yield (
                 f"{trend.path.removeprefix('effects.')} {verb} with {trend.about}: by {change} "
@@ -190,7 +193,7 @@ class FleetFindings(Result):
         return ends + self._unit(path)
 
     def _unit(self, path: str) -> str:
-        return "" if self.units[path] == "1" else f" {unit_text(self.units[path])}"
+        return unit_suffix(self.units[path])
 
 
 def _robots(names: Sequence[str]) -> str:
@@ -292,7 +295,7 @@ class _Diagnosed:
             centre = np.median(values)
             scatter = (MAD * np.median(np.abs(values - centre))) ** 2
             between = max(scatter - np.median(errors**2), 0.0)
-            chance = CHANCE / len(values)
+            chance = CHANCE / len(values) / len(free_parameters(self.model))
             sigmas = stats.t.ppf(1.0 - chance / 2.0, len(values) - 2)
             half = sigmas * np.sqrt(between + errors**2 + scatter / len(values))
             for i in np.flatnonzero(np.abs(values - centre) > half).tolist():
@@ -307,7 +310,7 @@ class _Diagnosed:
             values, low, high = (
                 self.table[path + end].to_numpy(np.float64) for end in ("", LOW, HIGH)
             )
-            errors = (high - low) / (2.0 * NORMAL)
+            errors = (high - low) / (2.0 * CONFIDENCE)
             told = explained & (errors > 0.0) & (errors < KNOWN * self.model.uncertainty_of(path))
             yield path, (np.flatnonzero(told), values[told], errors[told])
 
