@@ -3,7 +3,7 @@
 import ctypes
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import files
 from importlib.util import find_spec
@@ -107,17 +107,17 @@ def _opened(folder: str, name: str) -> Iterator[Slave]:
     ------
     EvidenceError : it has no binary for this machine, or that cannot be loaded
     """
-    try:
-        slave = Slave(folder, name)
-    except Exception as error:
-        _print_again()
-        reason = str(error).splitlines()[0].replace(folder, name)
-        raise EvidenceError(f"{name}: its binary does not run on this machine ({reason})") from None
-    try:
+    with ExitStack() as ends:
+        ends.callback(_print_again)
+        try:
+            slave = Slave(folder, name)
+        except Exception as error:
+            reason = str(error).splitlines()[0].replace(folder, name)
+            raise EvidenceError(
+                f"{name}: its binary does not run on this machine ({reason})"
+            ) from None
+        ends.callback(slave.close)
         yield slave
-    finally:
-        slave.close()
-        _print_again()
 
 
 def _print_again() -> None:
