@@ -234,3 +234,14 @@ def test_what_errs_more_on_held_out_recordings_is_not_allowed(monkeypatch) -> No
     worse, better = (Made(("coulomb_friction",), 1.0, heldout=square) for square in (30.0, 0.9))
     assert found.allowed([BASE, worse]) == [BASE]
     assert found.allowed([BASE, better]) == [BASE, better]
+
+
+def test_what_held_out_recordings_do_not_share_fades(monkeypatch) -> None:
+    """Of the fitted errors nine tenths are explained: of the others half of that has to be."""
+    found = judge(heldout=True, monkeypatch=monkeypatch)
+    base = Made((), 11.0, heldout=5.0)
+    much, little = (Made(("coulomb_friction",), 2.0, heldout=square) for square in (2.8, 3.6))
+    assert not found.fades(much, base)
+    assert found.fades(little, base)
+    quiet = Made((), 11.0, heldout=1.2)  # where the effect would not show
+    assert not found.fades(Made(("coulomb_friction",), 2.0, heldout=1.2), quiet)

@@ -112,12 +112,12 @@ class Search(Around):
         """From the base to an answer that no neighbour beats."""
         self._climb()
         self.limit = MOST_WORK
-        changed = True
-        while changed:
+        while True:
             if self.answer.mean_square > MUCH and not self._disturbed():
                 self._follow_neighbours(np.inf)
                 self._hop()
-            changed = self._better_detour() or self._doubted()
+            if not (self._better_detour() or self._doubted()):
+                return
 
     def _climb(self) -> None:
         """From the base to sets whose neighbours do worse, with refits from places around them."""
@@ -198,8 +198,8 @@ class Search(Around):
     def _follow_neighbours(self, most: float = MOST_REFITS) -> None:
         """Refit neighbours of the best until it stays the best, or so many sets are refitted.
 
-        A neighbour that promises to leave half comes first: looks at what swings take long, and
-        refits of every addition longer, so before the first of these they come early.
+        What is dear comes last: looks at what swings, and then refits of every addition. After the
+        first of these that order turns: more looks would take all that a search may simulate.
         """
         for _ in range(MOST_ROUNDS):
             added = self.answer.added
