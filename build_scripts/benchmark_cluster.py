@@ -32,7 +32,7 @@ SCATTER = 0.3  # of a run's time, one sigma of its logarithm
 RUNS = 10**8
 BUSY, LONGER = 80.0, 1.3  # %, times the ideal
 MOST_PIECE = 1e3 * DEALING  # ms, which the lengths of pieces count on
-MOST_ROW = 27.0  # µs, as one of CSV took once
+MOST_ROW = 27.0  # µs, what a row of CSV cost the client before workers wrote parts
 
 
 @dataclass(frozen=True)
