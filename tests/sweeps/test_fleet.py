@@ -15,6 +15,7 @@ from elastic_tendon.effects.registry import Registry
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import ReadOptions
 from elastic_tendon.sweeps import fleet as subject
+from elastic_tendon.sweeps import results
 from elastic_tendon.sweeps.fleet import (
     SIGNALS,
     Robot,
@@ -23,7 +24,7 @@ from elastic_tendon.sweeps.fleet import (
     named,
     robots_of,
 )
-from elastic_tendon.sweeps.results import read_results
+from elastic_tendon.sweeps.results import read_fleet, read_results
 from elastic_tendon.sweeps.task import FAILURE, RUN, TEXTS
 from hidden_effect.cases import Order, machine_of, recording_of
 from hidden_effect.machines import get, with_effects, with_numbers
@@ -142,6 +143,20 @@ def test_results_are_read_as_they_were(task, suffix, tmp_path):
     found = read_results(path, TEXTS)
     assert found.iloc[0][["robot", "verdict", "drifted"]].tolist() == ["007", "NA", ""]
     pd.testing.assert_frame_equal(found, row, check_dtype=False)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_fleet_read_in_pieces_is_the_same_table(table, suffix, tmp_path, monkeypatch):
+    if suffix == ".parquet":
+        pytest.importorskip("pyarrow")
+    monkeypatch.setattr(results, "PIECE", table.shape[1])  # a robot at a time
+    path = tmp_path / f"fleet{suffix}"
+    table.to_csv(path, index=False) if suffix == ".csv" else table.to_parquet(path, index=False)
+    found = read_fleet(path)
+    stored = found.memory_usage()
+    assert stored.filter(like="effects.").sum() < 0.1 * stored.sum()
+    dense = found.astype({name: np.float64 for name in found if name.startswith("effects.")})
+    pd.testing.assert_frame_equal(dense, read_results(path, TEXTS), check_dtype=False)
 
 
 # ---- identity ----------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from elastic_tendon.errors import SweepError
+from elastic_tendon.sweeps import results
 from elastic_tendon.sweeps import summary as module
 from elastic_tendon.sweeps.summary import summarise
 
@@ -43,7 +44,7 @@ def _write(table, path):
 
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_statistics_are_those_of_the_whole_table(tmp_path, monkeypatch, suffix):
-    monkeypatch.setattr(module, "PIECE", 2_000)
+    monkeypatch.setattr(results, "PIECE", 2_000)
     table = _table(5_000)
     found = summarise(_write(table, tmp_path / f"runs.{suffix}"))
     assert (found.runs, found.failed, found.rows, found.sampled) == (5_000, 50, 5_000, 5_000)
@@ -64,7 +65,7 @@ def test_statistics_are_those_of_the_whole_table(tmp_path, monkeypatch, suffix):
 
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_failures_are_counted_by_what_they_say(tmp_path, monkeypatch, suffix):
-    monkeypatch.setattr(module, "PIECE", 2_000)
+    monkeypatch.setattr(results, "PIECE", 2_000)
     found = summarise(_write(_table(5_000), tmp_path / f"runs.{suffix}"))
     solver, again = found.reasons
     assert (solver.text, solver.run, solver.count) == ("stopped at 0.07 s: it is too stiff", 7, 49)
@@ -72,7 +73,7 @@ def test_failures_are_counted_by_what_they_say(tmp_path, monkeypatch, suffix):
 
 
 def test_quantiles_of_a_long_table_are_of_rows_spaced_evenly(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "PIECE", 700)
+    monkeypatch.setattr(results, "PIECE", 700)
     monkeypatch.setattr(module, "QUANTILE_ROWS", 1_000)
     count = 9_000
     table = pd.DataFrame({"run": np.arange(count), "x_rad": np.arange(count) / 1.0, "failure": ""})
@@ -85,7 +86,7 @@ def test_quantiles_of_a_long_table_are_of_rows_spaced_evenly(tmp_path, monkeypat
 
 
 def test_trajectories_are_counted_by_run(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "PIECE", 40)
+    monkeypatch.setattr(results, "PIECE", 40)
     table = pd.DataFrame(
         {
             "run": np.repeat([0, 1, 2, 3], [30, 1, 30, 30]),
@@ -107,7 +108,7 @@ def test_table_of_one_row_has_no_deviation(tmp_path):
 
 
 def test_memory_does_not_grow_with_the_number_of_runs(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "PIECE", 3_000)
+    monkeypatch.setattr(results, "PIECE", 3_000)
     monkeypatch.setattr(module, "QUANTILE_ROWS", 1_000)
     peaks = []
     for count in (20_000, 80_000):

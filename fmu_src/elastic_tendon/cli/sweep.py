@@ -379,11 +379,12 @@ def _show(
     from elastic_tendon.actuator.parameters import quantities
     from elastic_tendon.reports import sweep_tables as words
     from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals
+    from elastic_tendon.sweeps.results import read_fleet
     from elastic_tendon.sweeps.summary import summarise
 
     summary = summarise(out)
     if work is Work.DIAGNOSE:
-        _show_fleet(model, done.to_dataframe(), about)
+        _show_fleet(model, read_fleet(out), about)
     elif isinstance(task, Bootstrap):
         output.print(words.bootstrap_table(intervals(task, done.to_dataframe())))
     else:

@@ -31,6 +31,7 @@ COLOURS = ((0.0, BLUE), (0.5, "#D5E7F4"), (0.5, "#FBE6D6"), (1.0, VERMILLION))
 DARK = 0.6 * LIMIT  # from here on white letters are read better
 MOST_NUMBERED = 16  # robots whose cells have room for numbers
 MOST_ROWS = 100  # robots with a row of their own
+MOST_STEPS = 1000  # of a curve over all robots
 MANY = (13.0, 5.0)  # inch, of the figure of more
 ROW, LOW_ROW, CELL = 0.36, 0.2, 0.62  # inch; rows are low where there are many
 ERRORS, NAMES, BAR = 2.6, 2.2, 0.14  # inch: width of the errors, of names; height of the scale
@@ -174,8 +175,9 @@ def _draw_distribution(axes: Axes, table: pd.DataFrame) -> None:
     """Share of robots with at most so large an error, before and after."""
     for signal in _measured(table):
         for when, style in (("before", ":"), ("after", "-")):
-            ratios = np.sort(np.maximum(table[_ratio(signal, when)].dropna().to_numpy(), LEAST))
-            share = 100.0 * np.arange(1, len(ratios) + 1) / len(ratios)
+            ratios = np.maximum(table[_ratio(signal, when)].dropna().to_numpy(), LEAST)
+            share = np.linspace(0.0, 100.0, min(len(ratios), MOST_STEPS))
+            ratios = np.percentile(ratios, share, method="inverted_cdf")
             words = f"{shown(signal).words}, {'as given' if when == 'before' else 'improved'}"
             axes.step(
                 *(ratios, share), style, where="post", color=SIGNAL_COLOURS[signal], label=words

@@ -1,11 +1,16 @@
-"""A whole table of results, as `sweep` has written it."""
+"""A table of results, as `sweep` has written it: whole, or in pieces where it may be large."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
-from elastic_tendon.sweeps.task import FAILURE
+from elastic_tendon.sweeps.task import FAILURE, RUN, TEXTS
+
+PIECE = 200_000  # numbers read at once
+BUFFER = 100_000  # bytes of each column of Parquet
+OF_EFFECTS = "effects."  # how the columns begin that few robots of a fleet have numbers in
 
 
 def read_results(path: Path, texts: Sequence[str] = (FAILURE,)) -> pd.DataFrame:
@@ -20,7 +25,7 @@ def read_results(path: Path, texts: Sequence[str] = (FAILURE,)) -> pd.DataFrame:
     -------
     DataFrame
     """
-    if path.suffix.lower() == ".parquet":
+    if _is_parquet(path):
         from pyarrow import parquet
 
         # column by column, or all of it would be in memory twice
@@ -35,3 +40,77 @@ def read_results(path: Path, texts: Sequence[str] = (FAILURE,)) -> pd.DataFrame:
         na_values=[""],
     )
     return table.fillna(dict.fromkeys(texts, ""))
+
+
+def read_fleet(path: Path) -> pd.DataFrame:
+    """Read the table of a `Fleet` in little memory: numbers of effects are sparse columns.
+
+    Parameters
+    ----------
+    path : of the table, CSV or Parquet
+
+    Returns
+    -------
+    DataFrame
+    """
+    sparse = pd.SparseDtype(np.float64, np.nan)
+    read = []
+    for piece in pieces(path, TEXTS):
+        few = {name: sparse for name in piece if str(name).startswith(OF_EFFECTS)}
+        # a copy, or views of a few columns would keep all of a piece
+        read.append(piece.astype(few).copy())
+    return pd.concat(read, ignore_index=True)
+
+
+def pieces(path: Path, texts: Sequence[str] = (FAILURE,)) -> Iterator[pd.DataFrame]:
+    """Rows of a table, some at a time.
+
+    Parameters
+    ----------
+    path : of the table, CSV or Parquet
+    texts : columns that hold text; where there is none they are ""
+
+    Raises
+    ------
+    ValueError : the file is no table of results
+    """
+    if _is_parquet(path):
+        from pyarrow import parquet
+
+        with parquet.ParquetFile(path, pre_buffer=False, buffer_size=BUFFER) as file:
+            names = file.schema_arrow.names
+            _check_columns(names)
+            for group in range(file.num_row_groups):
+                # what pyarrow reads ahead of several groups would add up to the whole file
+                batches = file.iter_batches(
+                    _rows_of_piece(len(names)), row_groups=[group], use_threads=False
+                )
+                for batch in batches:
+                    yield batch.to_pandas()
+        return
+    names = list(pd.read_csv(path, nrows=0).columns)
+    _check_columns(names)
+    with pd.read_csv(
+        path,
+        chunksize=_rows_of_piece(len(names)),
+        dtype={RUN: np.int64, **dict.fromkeys(texts, str)},
+        keep_default_na=False,
+        na_values=[""],
+        low_memory=False,
+    ) as read:
+        for piece in read:
+            yield piece.fillna(dict.fromkeys(texts, ""))
+
+
+def _is_parquet(path: Path) -> bool:
+    return path.suffix.lower() == ".parquet"
+
+
+def _rows_of_piece(columns: int) -> int:
+    return max(1, PIECE // columns)
+
+
+def _check_columns(names: list[str]) -> None:
+    missing = [name for name in (RUN, FAILURE) if name not in names]
+    if missing:
+        raise ValueError(f"it has no column {missing[0]!r}; give a file that a sweep has written")

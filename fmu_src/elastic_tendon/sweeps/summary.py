@@ -1,12 +1,12 @@
 """Statistics of a table of results, read in pieces: memory does not grow with the number of runs.
 
-Quantiles are those of at most 100 000 rows, evenly spaced over the table; all else is of all rows.
+Quantiles are those of at most 100 000 rows, fewer where there are over 50 columns, evenly spaced
+over the table; all else is of all rows.
 """
 
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,12 +15,12 @@ import pandas as pd
 
 from elastic_tendon.errors import SweepError
 from elastic_tendon.sweeps.factors import Array
+from elastic_tendon.sweeps.results import pieces
 from elastic_tendon.sweeps.task import FAILURE, RUN
 
 QUANTILE_ROWS = 100_000
 QUANTILES = (0.05, 0.5, 0.95)
-PIECE = 200_000  # numbers read at once
-BUFFER = 100_000  # bytes of each column of Parquet
+MOST_SAMPLED = 5_000_000  # numbers in them
 KINDS_OF_FAILURE = 1000  # distinguished; more differ in words that nobody would read
 MOST_REASONS = 5
 NUMBERS = re.compile(r"(?<![A-Za-z_])[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
@@ -89,7 +89,7 @@ def summarise(path: Path) -> Summary:
     """
     table = _Table()
     try:
-        for piece in _pieces(path):
+        for piece in pieces(path):
             table.add(piece)
     except OSError as error:
         raise SweepError(f"{path}: cannot be read: {error.strerror or error}") from None
@@ -97,44 +97,6 @@ def summarise(path: Path) -> Summary:
         reason = str(error).splitlines()[0]
         raise SweepError(f"{path}: is no table of results: {reason}") from None
     return table.summary()
-
-
-# ---- pieces --------------------------------------------------------------------------------
-
-
-def _pieces(path: Path) -> Iterator[pd.DataFrame]:
-    if path.suffix.lower() == ".parquet":
-        from pyarrow import parquet
-
-        with parquet.ParquetFile(path, pre_buffer=False, buffer_size=BUFFER) as file:
-            names = file.schema_arrow.names
-            _check_columns(names)
-            for group in range(file.num_row_groups):
-                # what pyarrow reads ahead of several groups would add up to the whole file
-                batches = file.iter_batches(_rows_of_piece(len(names)), row_groups=[group])
-                for batch in batches:
-                    yield batch.to_pandas()
-        return
-    names = list(pd.read_csv(path, nrows=0).columns)
-    _check_columns(names)
-    with pd.read_csv(
-        path,
-        chunksize=_rows_of_piece(len(names)),
-        dtype={RUN: np.int64, FAILURE: str},
-        low_memory=False,
-    ) as pieces:
-        for piece in pieces:
-            yield piece.fillna({FAILURE: ""})
-
-
-def _rows_of_piece(columns: int) -> int:
-    return max(1, PIECE // columns)
-
-
-def _check_columns(names: list[str]) -> None:
-    missing = [name for name in (RUN, FAILURE) if name not in names]
-    if missing:
-        raise ValueError(f"it has no column {missing[0]!r}; give a file that a sweep has written")
 
 
 # ---- what is known of the rows so far ------------------------------------------------------
@@ -242,7 +204,8 @@ class _Table:
         """Keep every `stride`-th row of the table; half of them once they are too many."""
         kept = numbers.iloc[-self.rows % self.stride :: self.stride]
         self.sample = kept if self.sample is None else pd.concat([self.sample, kept])
-        while len(self.sample) > QUANTILE_ROWS:
+        most = min(QUANTILE_ROWS, MOST_SAMPLED // max(numbers.shape[1], 1))
+        while len(self.sample) > most:
             self.sample = self.sample.iloc[::2]
             self.stride *= 2
 

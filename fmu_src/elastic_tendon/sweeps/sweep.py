@@ -19,6 +19,7 @@ from elastic_tendon.sweeps import WAIT
 from elastic_tendon.sweeps.execution import Cluster, Local, Place, execute
 from elastic_tendon.sweeps.fingerprint import fingerprint
 from elastic_tendon.sweeps.finished import drop_failed, runs_in, take_apart
+from elastic_tendon.sweeps.fleet import Fleet
 from elastic_tendon.sweeps.parts import (
     Parts,
     add,
@@ -32,7 +33,7 @@ from elastic_tendon.sweeps.parts import (
 )
 from elastic_tendon.sweeps.points import Points
 from elastic_tendon.sweeps.points import vary as points_of
-from elastic_tendon.sweeps.results import read_results
+from elastic_tendon.sweeps.results import read_fleet, read_results
 from elastic_tendon.sweeps.simulations import Motion, Simulations, measured_motion, simulations
 from elastic_tendon.sweeps.store import store_of
 from elastic_tendon.sweeps.task import TEXTS, Task
@@ -97,6 +98,8 @@ class Swept(Result):
             raise SweepError("all runs failed: there is nothing to draw; the table says why")
         from elastic_tendon.reports.sweep_figures import sweep_figure
 
+        if self.path is not None and isinstance(self.task, Fleet):
+            return sweep_figure(self.task, read_fleet(self.path))
         return sweep_figure(self.task, self.to_dataframe())
 
 
