@@ -55,7 +55,7 @@ def test_a_tolerance_decides_the_exit_status(run, recording: str) -> None:
     assert not found["met"]
     assert found["value"] == pytest.approx(1e-4)
     assert 0.0 < found["share_beyond"] <= 1.0
-    assert f"{1e3 * signal['max_abs']:.3g} mrad at " in words
+    assert f"{1e3 * signal['max_abs']:#.3g} mrad at " in words
     assert Path("c.png").stat().st_size > 0
 
 

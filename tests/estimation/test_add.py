@@ -128,6 +128,7 @@ def test_recording_that_is_met_exactly_is_no_trouble() -> None:
         motor_position=excitation.motor_position,
         signals={"joint_position": trajectory["joint_position"]},
         load_torque=excitation.load_torque,
+        interpolation="linear",
     )
     ladder = add(believed, "coulomb_friction", [recording]).ladder
     assert ladder[2].rmse["joint_position"] < 1e-7

@@ -22,6 +22,7 @@ from elastic_tendon.evidence.gather import PARAMETERS, REPORT
 from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, read_manifest
 from elastic_tendon.evidence.parameter_set import read_values
 from elastic_tendon.evidence.seal import SEAL
+from elastic_tendon.measurement import with_straight_inputs
 
 ROOT = Path(__file__).parents[2]
 FMPY = Path(fmpy.__file__).parent
@@ -75,7 +76,9 @@ def test_parameters_are_a_set_by_the_standard_with_covariance(files) -> None:
 def test_the_report_has_errors_by_slack_state_and_the_verdict(files, evidence) -> None:
     report = json.loads(files[REPORT])
     demo = et.load_demo()
-    compared = et.compare(friction_model(), [demo.recording, demo.validation])
+    # as importers do, who know no curves
+    straight = with_straight_inputs([demo.recording, demo.validation])
+    compared = et.compare(friction_model(), straight)
     for told, file in zip(report["recordings"], compared.files, strict=True):
         (stated,), (error,) = told["signals"].values(), file.signals.values()
         assert stated["rmse"] == error.rmse

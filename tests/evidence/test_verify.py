@@ -93,7 +93,7 @@ def test_a_spring_that_damps_is_replayed_with_the_motors_velocity(tmp_path, monk
 
 
 def test_what_sensors_do_and_smooth_inputs_are_stated_and_not_replayed() -> None:
-    recording = et.load_demo().recording
+    recording = replace(et.load_demo().recording, interpolation="linear")
     assert replayable(friction_model(), recording)
     late = friction_model().with_effect("measurement_delay", {"delay": 0.01})
     assert not replayable(late, recording)

@@ -143,7 +143,10 @@ def test_command_line_comes_before_the_file() -> None:
         ({"time_shift": {"elbow": 1.0}}, "time_shift: 'elbow' is none of motor_position, joint_p"),
         ({"time_shift": {"load_torque": float("nan")}}, "time_shift: give load_torque a time in"),
         ({"resample": -1.0}, "resample: give a step in s, above 0"),
-        ({"interpolation": "spline"}, "interpolation: 'spline' is none of hold, linear, cubic"),
+        (
+            {"interpolation": "spline"},
+            "'spline' is none of auto, hold, linear, cubic",
+        ),
     ],
 )
 def test_wrong_option_is_told(changes: dict[str, Any], fragment: str) -> None:

@@ -34,7 +34,7 @@ def stepping(time):
 
 
 def test_slow_samples_of_a_smooth_motion_are_told(tmp_path):
-    slow = recording(tmp_path, 50, smooth)
+    slow = replace(recording(tmp_path, 50, smooth), interpolation="linear")
     (told,) = sampling_warnings(MODEL, slow)
     assert "--interpolation cubic" in told
     assert "times the noise" in told

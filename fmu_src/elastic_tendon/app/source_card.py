@@ -30,7 +30,12 @@ ROLES = {
     "split": "split at a time",
     "off": "left out",
 }
-INTERPOLATIONS = {"linear": "straight lines", "cubic": "smooth curves", "hold": "steps"}
+INTERPOLATIONS = {
+    "auto": "as their spectra show",
+    "linear": "straight lines",
+    "cubic": "smooth curves",
+    "hold": "steps",
+}
 GESTURES: Any = CONFIG | {"scrollZoom": False, "displayModeBar": False}
 HEIGHT = 260  # of the preview, pixels
 MOST_NOTES = 12

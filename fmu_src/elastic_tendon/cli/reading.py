@@ -10,7 +10,7 @@ import typer
 
 import elastic_tendon as et
 from elastic_tendon.cli.shared import notice
-from elastic_tendon.native.interpolation import Interpolation
+from elastic_tendon.native.interpolation import AskedInterpolation
 from elastic_tendon.progress import Progress
 
 DataArgument = Annotated[
@@ -55,10 +55,10 @@ AsDeclaredOption = Annotated[
     typer.Option("--as-declared", help="Take data as they are, even if they look read wrongly."),
 ]
 InterpolationOption = Annotated[
-    Interpolation,
+    AskedInterpolation,
     typer.Option(
-        help="Of motor position and load between the samples; cubic suits smooth inputs that are "
-        "sampled slowly."
+        help="Of motor position and load between the samples; auto takes cubic for smooth inputs, "
+        "linear for those that step or are noisy."
     ),
 ]
 
@@ -78,7 +78,7 @@ def read_options(
     shift: ShiftOption = None,
     remove_offset: RemoveOffsetOption = None,
     as_declared: AsDeclaredOption = False,
-    interpolation: InterpolationOption = "linear",
+    interpolation: InterpolationOption = "auto",
 ) -> "et.ReadOptions":
     """The options as they are given; what no file could be read with is wrong usage."""
     from elastic_tendon.measurement.options import ReadOptionError
@@ -141,7 +141,7 @@ def words(options: "et.ReadOptions") -> tuple[str, ...]:
     words += [word for signal in options.remove_offset for word in ("--remove-offset", signal)]
     if options.as_declared:
         words.append("--as-declared")
-    if options.interpolation != "linear":
+    if options.interpolation != "auto":
         words += ["--interpolation", options.interpolation]
     return tuple(words)
 

@@ -18,7 +18,14 @@ from elastic_tendon.comparison.residuals import (
     simulate_measurement,
 )
 from elastic_tendon.comparison.tolerance import ToleranceCheck, check_tolerances
-from elastic_tendon.measurement import Measurement, NoiseFloor, Recordings, listed
+from elastic_tendon.measurement import (
+    BETTER,
+    Measurement,
+    NoiseFloor,
+    Recordings,
+    listed,
+    with_straight_inputs,
+)
 from elastic_tendon.result import Result
 from elastic_tendon.simulation.simulate import Trajectory
 
@@ -31,6 +38,9 @@ THIRD_DIFFERENCES = 20.0  # their variance over that of white noise, binomial(6,
 ROUNDING = 1e-12  # relative: what a sum of equal numbers is off by
 # by the number of `transmission.SlackState`
 SLACK_STATES = {1: "I", 2: "II", 3: "III"}
+
+
+LOOKED_AT = 20_000  # samples, to see how the inputs ran between them
 
 
 @dataclass(frozen=True)
@@ -168,9 +178,26 @@ def compare(
     """
     measurements = listed(measurements)
     if initial_states is None:
+        measurements = [_as_inputs_ran(model, part) for part in measurements]
         initial_states = [estimate_initial_state(model, part) for part in measurements]
     pairs = zip(measurements, initial_states, strict=True)
     return Comparison(model, tuple(_compare_one(model, *pair) for pair in pairs))
+
+
+def _as_inputs_ran(model: Model, measurement: Measurement) -> Measurement:
+    """The recording with straight lines between its samples, if they explain it clearly better."""
+    straight = with_straight_inputs([measurement])
+    if straight is None:
+        return measurement
+    curved, lines = (
+        rms(
+            residuals_of(
+                simulate_measurement(model, part, estimate_initial_state(model, part)), part
+            )["joint_position"]
+        )
+        for part in (one.samples(slice(LOOKED_AT)) for one in (measurement, *straight))
+    )
+    return straight[0] if lines**2 < BETTER * curved**2 else measurement
 
 
 def _compare_one(model: Model, measurement: Measurement, initial: InitialState) -> FileComparison:

@@ -81,7 +81,7 @@ def _motion(measurement: Measurement, initial: InitialState, tolerance: float) -
         "motor_position": measurement.motor_position,
         "load_torque": measurement.load_torque,
         "initial_state": initial.as_dict(),
-        "interpolation": measurement.interpolation,
+        "interpolation": measurement.input_interpolation,
         "tolerance": tolerance,
         "as_measured": True,
     }

@@ -96,7 +96,7 @@ def data_of(
     options = options or Options()
     check_apart(measurements, validation)
     _check_signals(measurements, validation)
-    clean = tuple(map(smoothed, measurements))
+    clean = tuple(smoothed(part).settled() for part in measurements)
     total = sum(len(part.time) for part in clean)
     motions = clean
     if any(part.static for part in clean):
@@ -115,7 +115,7 @@ def data_of(
         ),
         fitted=whole if motions is clean else _windows(motions, options.horizon),
         motions=motions,
-        heldout=tuple(map(smoothed, validation)),
+        heldout=tuple(smoothed(part).settled() for part in validation),
         whole=whole,
         only=options.only,
         without=options.without,

@@ -12,22 +12,33 @@ from threadpoolctl import threadpool_limits
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
-from elastic_tendon.diagnosis.data import data_of
+from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set, model_with
-from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.errors import SimulationError
+from elastic_tendon.estimation.fit import AT_NOISE, Effort
 from elastic_tendon.estimation.ladder import REFIT
-from elastic_tendon.measurement import Measurement, Recordings, listed
+from elastic_tendon.measurement import (
+    BETTER,
+    Measurement,
+    Recordings,
+    listed,
+    with_straight_inputs,
+)
 from elastic_tendon.misreadings.signs import sign_errors
 from elastic_tendon.progress import Progress, silent
 
 Ask = Callable[[Round], bool]
 
+STRAIGHT = (
+    "between the samples the inputs run in straight lines, smooth as they look: with curves more "
+    "of the error is left"
+)
 # of a fit that was stopped before it had begun
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
@@ -84,21 +95,34 @@ def _diagnosed(
     options.check_ids()
     data = data_of(model, measurements, validation, options)
     notes = [finding.sentence for finding in sign_errors(model, measurements)]
-    recordings = (*measurements, *validation)
-    notes += [f"{part.name}: {note}" for part in recordings for note in part.noise_notes]
-    search = Search.of(data, progress)
+    recordings = (measurements, validation)
+    notes += [
+        f"{one.name}: {note}" for some in recordings for one in some for note in one.noise_notes
+    ]
     found = Found()
     complete = True
+    interrupted = Event()
+
+    def begun(data: Data) -> Search:
+        search = Search.of(data, progress)
+        search.progress = _heeding(search, progress, options.time_limit, begin, interrupted)
+        return search
+
+    search = begun(data)
     try:
-        interrupted = Event()
         with _interrupts(interrupted):
-            search.progress = heeding = _heeding(
-                search, progress, options.time_limit, begin, interrupted
-            )
             search.base()
-            search.run()
+            search.climb()
+            straight = _straight_data(search.answer, model, recordings, options)
+            if straight is not None:
+                notes.append(STRAIGHT)
+                data = straight
+                search = begun(data)
+                search.base()
+                search.climb()
+            search.settle()
             _tell(search, found, ask, refit=True)
-            judge(data, search, found, options, heeding)
+            judge(data, search, found, options, search.progress)
     except KeyboardInterrupt:
         complete = False
     with _interrupts(None):
@@ -107,6 +131,24 @@ def _diagnosed(
             found.ladder, found.rounds = [], []
             _tell(search, found, None, refit=False)
         return conclude(data, search, found, options, progress, complete=complete, notes=notes)
+
+
+def _straight_data(
+    answer: Answer,
+    model: Model,
+    recordings: Sequence[Sequence[Measurement]],
+    options: Options,
+) -> Data | None:
+    """The data with straight lines between samples, if an answer then leaves clearly less."""
+    if answer.mean_square <= AT_NOISE or with_straight_inputs(recordings[0]) is None:
+        return None
+    fitted, held_out = (with_straight_inputs(some) or some for some in recordings)
+    data = data_of(model, fitted, held_out, options)
+    try:
+        straight = refit(data.given, answer.added, data.fitted, [answer.result.model])
+    except SimulationError:
+        return None
+    return data if straight.mean_square < BETTER * answer.mean_square else None
 
 
 @contextmanager

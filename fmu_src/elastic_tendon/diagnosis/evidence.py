@@ -36,6 +36,7 @@ HELDOUT_AT_NOISE = 1.5  # held-out mean square up to which nothing but noise is 
 LASTING = 0.5  # part of the explained share of the fitted errors, at least, of held-out ones too
 IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
 WORSE_ELSEWHERE = "makes the error on held-out data larger"
+FADES_IN_TIME = "explains far less on stretches of time that are left out of the fit"
 FADES = "explains far less on held-out data than on the fitted"
 TOO_LITTLE = "explains too little for anybody to hear of it"
 PLAUSIBLE = 30.0  # times the typical value, up to which one is plausible
@@ -149,8 +150,8 @@ class Evidence:
         own = self.heldout_square(answer)
         if own <= HELDOUT_AT_NOISE:
             return False
-        fitted = _explained(_mean_square(base.floored), _mean_square(answer.floored))
-        return _explained(self.heldout_square(base), own) < LASTING * fitted
+        fitted = explained(_mean_square(base.floored), _mean_square(answer.floored))
+        return explained(self.heldout_square(base), own) < LASTING * fitted
 
 
 def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
@@ -173,9 +174,10 @@ def worth_hearing(before: float, after: float) -> bool:
     return before - after >= least**2 * max(after, 1.0)
 
 
-def _explained(before: float, after: float) -> float:
-    """Share of what a mean square holds beside the noise that another lacks; at most 1."""
-    return (before - after) / max(before - 1.0, before - after)
+def explained(before: float, after: float) -> float:
+    """Share, 0 to 1, of what a mean square holds beside the noise that another lacks."""
+    gain = max(before - after, 0.0)
+    return gain / max(before - 1.0, gain) if gain else 0.0
 
 
 def probabilities(values: Sequence[float]) -> list[float]:

@@ -109,7 +109,7 @@ def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
     others = [
         part
         for part in search.allowed
-        if 0 < len(part.added) <= len(answer.added) and part.added != answer.added
+        if 0 < len(part.added) <= len(answer.added) and not set(part.added) <= set(answer.added)
     ]
     values = search.evidence.of([answer, *others])
     alike = tuple(

@@ -18,15 +18,19 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.around import POOR, UNSEEN_SHARES, Around
 from elastic_tendon.diagnosis.candidates import starts
+from elastic_tendon.diagnosis.cross_validation import crossed_square
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
     AUDIBLE,
     DECISIVE,
     FADES,
+    FADES_IN_TIME,
     HELDOUT_AT_NOISE,
+    LASTING,
     MUCH,
     WORSE_ELSEWHERE,
     Evidence,
+    explained,
     worth_hearing,
 )
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, regress
@@ -94,6 +98,8 @@ class Search(Around):
     _shapeless: dict[Set, tuple[Answer, bool]] = field(default_factory=dict)
     # additions that swing, as they were looked at last: beside which answer, and starts
     _looked: dict[Set, tuple[Answer, list[tuple[float, Model]]]] = field(default_factory=dict)
+    # answers, and their mean square errors on stretches that were left out of the fit
+    _across: dict[Set, tuple[Answer, float]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, data: Data, progress: Progress) -> "Search":
@@ -110,16 +116,20 @@ class Search(Around):
 
     def run(self) -> None:
         """From the base to an answer that no neighbour beats."""
-        self._climb()
+        self.climb()
+        self.settle()
+
+    def settle(self) -> None:
+        """From where the climb ended to an answer that no neighbour beats."""
         self.limit = MOST_WORK
         while True:
             if self.answer.mean_square > MUCH and not self._disturbed():
                 self._follow_neighbours(np.inf)
                 self._hop()
-            if not (self._better_detour() or self._doubted()):
+            if not (self._better_detour() or self._doubted() or self._fades_in_time()):
                 return
 
-    def _climb(self) -> None:
+    def climb(self) -> None:
         """From the base to sets whose neighbours do worse, with refits from places around them."""
         ids = self._screened()
         self._screen_singles(ids, None)
@@ -301,6 +311,35 @@ class Search(Around):
             return False
         self.refused[answer.added] = max(doubts, key=lambda doubt: doubt[1])[0]
         return True
+
+    def _fades_in_time(self) -> bool:
+        """Where much is left: refuse an answer of which an effect explains far less on stretches of
+        time that were left out of the fit."""
+        answer = self.answer
+        if answer.mean_square <= MUCH or not answer.added or self.data.heldout:
+            return False
+        fewer = [without(answer.added, effect_id) for effect_id in answer.added]
+        known = [added for added in fewer if added in self.answers]
+        if all(self._lasts(answer.added, added) for added in known):
+            return False
+        self.refused[answer.added] = FADES_IN_TIME
+        return True
+
+    def _lasts(self, more: Set, less: Set) -> bool:
+        """Whether what a set explains beside another is found on stretches left out of the fit."""
+        fitted = explained(self._left(less), self._left(more))
+        crossed = explained(self._crossed(less), self._crossed(more))
+        return not crossed < LASTING * fitted
+
+    def _crossed(self, added: Set) -> float:
+        """Mean square error of a set on stretches that it was not fitted to."""
+        answer = self.answers[added]
+        known, square = self._across.get(added, (None, np.nan))
+        if known is not answer:
+            self.progress("predicting stretches from one another", 0.0)
+            square = crossed_square(self.data.given, answer)
+            self._across[added] = answer, square
+        return square
 
     def _close(self, added: Set, answer: Answer) -> bool:
         """Whether a set leaves not much more than an answer: from there it may do better."""

@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.residuals import Array, InitialState, noise_floors
+from elastic_tendon.comparison.residuals import Array, InitialState, noise_floors, stack
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.estimation.coordinates import Limits, free_parameters
 from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import Findings, findings
 from elastic_tendon.estimation.problem import Problem, Sigmas, problem_of
-from elastic_tendon.measurement import Recordings, listed
+from elastic_tendon.measurement import BETTER, Recordings, listed, with_straight_inputs
 from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.work import worked
 
@@ -72,6 +72,7 @@ class Effort:
 THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
 QUICK = Effort(scouted=3, scouting=6, polished=0, evaluations=20, rounds=2)
 REMEMBERED = 64  # vectors whose errors are kept
+AT_NOISE = 1.05  # mean square, in the noise's, that leaves nothing for other inputs to explain
 
 
 @dataclass(frozen=True, repr=False)
@@ -283,6 +284,34 @@ def fit(
     measurements = listed(measurements)
     paths = free_parameters(given) if free is None else tuple(free)
     problem = problem_of(given, measurements, paths, limits)
+    straight = with_straight_inputs(measurements)
+    if straight is None:
+        return _fitted(problem, given, starts, effort, progress)
+    found = _fitted(problem, given, starts, effort, lambda share: progress(share / 2.0))
+    left = _mean_square(found)
+    if found.interrupted or left <= AT_NOISE:
+        progress(1.0)
+        return found
+    again = _fitted(
+        *(problem_of(given, straight, paths, limits), given, [*starts, found.model], effort),
+        lambda share: progress(0.5 + share / 2.0),
+    )
+    return again if _mean_square(again) < BETTER * left else found
+
+
+def _mean_square(found: FitResult) -> float:
+    """Mean square error, in the noise's."""
+    floors = tuple(noise_floors(measurement) for measurement in found.problem.measurements)
+    return float(np.mean(stack(found.problem.errors(found.vector), floors) ** 2))
+
+
+def _fitted(
+    problem: Problem,
+    given: Model,
+    starts: Sequence[Model],
+    effort: Effort,
+    progress: ShareProgress,
+) -> FitResult:
     remembering = _Remembering(problem.coordinates, problem.measurements)
     vectors = [problem.start(given)]
     for model in starts:

@@ -5,7 +5,7 @@ import json
 import os
 import platform
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -155,7 +155,7 @@ def gather_evidence(
     if keep not in get_args(Kept):
         raise EvidenceError(f'evidence keeps "data" or "hashes", not {keep!r}')
     found = None if diagnosis is None else _diagnosis(diagnosis, model)
-    recordings = listed(recordings)
+    recordings = [_as_importers_do(recording) for recording in listed(recordings)]
     compared = compare(model, recordings)
     parts = [_experiment(_smoke_test(model), model)]
     described = []
@@ -184,13 +184,21 @@ def gather_evidence(
 # ---- experiments ---------------------------------------------------------------------------
 
 
+def _as_importers_do(recording: Measurement) -> Measurement:
+    """The recording with straight lines between its samples, unless curves were asked for."""
+    smooth = recording.interpolation == "auto" and recording.input_interpolation == "cubic"
+    return replace(recording, interpolation="linear") if smooth else recording
+
+
 def replayable(model: Model, measurement: Measurement) -> bool:
     """Whether an FMU can be driven as the recording was simulated.
 
     Effects of sensors act where model and data meet, and are not in an FMU; cubic inputs no
     importer knows.
     """
-    return measurement.interpolation != "cubic" and not interface(model.effect_ids).reads_signals
+    return (
+        measurement.input_interpolation != "cubic" and not interface(model.effect_ids).reads_signals
+    )
 
 
 def _smoke_test(model: Model) -> Experiment:
@@ -247,7 +255,7 @@ def _recording(
         "packed": keep == "data",
         "role": role,
         "replayed": keep == "data" and replayable(model, recording),
-        "interpolation": recording.interpolation,
+        "interpolation": recording.input_interpolation,
         "samples": len(time),
         "duration": float(time[-1]),
         "start": start,

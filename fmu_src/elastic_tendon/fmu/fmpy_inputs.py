@@ -35,7 +35,7 @@ def fmpy_inputs(measurement: Measurement, *, hold: bool | None = None) -> NDArra
         ``motor_velocity_connected`` is true
     """
     if hold is None:
-        hold = measurement.interpolation == "hold"
+        hold = measurement.input_interpolation == "hold"
     time, position = measurement.time, measurement.motor_position
     load = np.zeros_like(time) if measurement.load_torque is None else measurement.load_torque
     inputs = np.empty(2 * len(time) - 1, dtype=[(name, float) for name in _NAMES])

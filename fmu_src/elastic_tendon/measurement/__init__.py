@@ -9,9 +9,16 @@ from elastic_tendon.measurement.reader import (
     read_measurements,
     read_prepared,
 )
-from elastic_tendon.measurement.recording import Measurement, Recordings, listed
+from elastic_tendon.measurement.recording import (
+    BETTER,
+    Measurement,
+    Recordings,
+    listed,
+    with_straight_inputs,
+)
 
 __all__ = [
+    "BETTER",
     "Measurement",
     "NoiseFloor",
     "Preparation",
@@ -23,4 +30,5 @@ __all__ = [
     "read_measurement",
     "read_measurements",
     "read_prepared",
+    "with_straight_inputs",
 ]

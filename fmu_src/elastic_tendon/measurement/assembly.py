@@ -22,7 +22,7 @@ from elastic_tendon.measurement.recording import (
 )
 from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Label, Run
 from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
-from elastic_tendon.native.interpolation import Interpolation
+from elastic_tendon.native.interpolation import AskedInterpolation
 
 # s between the samples of a static curve: the sweep is slow against every motion of a joint
 STATIC_STEP = 1000.0
@@ -60,7 +60,7 @@ class Reading:
     asked: Asked
     layout: Layout
     preparation: Preparation
-    interpolation: Interpolation
+    interpolation: AskedInterpolation
 
     def name(self, run: Run) -> str:
         """Name of the file, with the run where it has some."""

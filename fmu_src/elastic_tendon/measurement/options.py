@@ -17,7 +17,7 @@ from elastic_tendon.measurement.preparation import (
     parse_map,
     preparation_json,
 )
-from elastic_tendon.native.interpolation import Interpolation
+from elastic_tendon.native.interpolation import AskedInterpolation
 
 
 class ReadOptionError(MeasurementError):
@@ -41,7 +41,8 @@ class ReadOptions:
     resample : s between the samples, coarser than recorded; None: as recorded
     remove_offset : signals whose mean over the first 0.1 s becomes 0
     interpolation : of motor position and load between the samples; "cubic" suits smooth inputs,
-        "linear" and "hold" those that step or are coarsely rounded
+        "linear" and "hold" those that step or are coarsely rounded; "auto" chooses cubic or linear
+        by their spectra
     joint_required : false where only the motor's motion and the load are wanted
     as_declared : take data as they are, even if they look read wrongly
 
@@ -54,7 +55,7 @@ class ReadOptions:
     time_shift: Mapping[str, float | Literal["auto"]] = field(default_factory=dict)
     resample: float | None = None
     remove_offset: tuple[str, ...] = ()
-    interpolation: Interpolation = "linear"
+    interpolation: AskedInterpolation = "auto"
     joint_required: bool = True
     as_declared: bool = False
 
@@ -68,7 +69,7 @@ class ReadOptions:
             raise ReadOptionError("resample", "give a step in s, above 0")
         for signal in self.remove_offset:
             _check_known("remove_offset", signal, [name for name in DIMENSIONS if name != "time"])
-        _check_known("interpolation", self.interpolation, get_args(Interpolation))
+        _check_known("interpolation", self.interpolation, get_args(AskedInterpolation))
 
     def _check_mapping(self) -> None:
         try:

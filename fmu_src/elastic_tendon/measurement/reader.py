@@ -19,7 +19,7 @@ from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 from elastic_tendon.measurement.preparation import Preparation, read_preparations
 from elastic_tendon.measurement.recording import Measurement, window_text
 from elastic_tendon.measurement.rows import read_runs
-from elastic_tendon.native.interpolation import Interpolation
+from elastic_tendon.native.interpolation import AskedInterpolation
 from elastic_tendon.progress import Progress, silent
 
 _WINDOW = re.compile(r"(?P<path>.+)\[(?P<start>[^\[\]:]*):(?P<end>[^\[\]:]*)\]")
@@ -36,7 +36,7 @@ def read(
     resample: float | None = None,
     remove_offset: Sequence[str] = (),
     noise: Mapping[str, float] | None = None,
-    interpolation: Interpolation = "linear",
+    interpolation: AskedInterpolation = "auto",
     joint_required: bool = True,
 ) -> Measurement:
     """Read one recording, from a file or a table in memory.
@@ -52,7 +52,8 @@ def read(
     resample : s between the samples, coarser than recorded; None: as recorded
     remove_offset : signals whose mean over the first 0.1 s becomes 0
     noise : signal -> standard deviation of its noise, rad or N·m, where it is known
-    interpolation : of motor position and load between the samples: "hold", "linear" or "cubic"
+    interpolation : of motor position and load between the samples: "hold", "linear", "cubic", or
+        "auto": cubic where their spectra show that they are smooth, else linear
     joint_required : false where only the motor's motion and the load are wanted
 
     Returns

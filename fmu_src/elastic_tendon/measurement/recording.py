@@ -1,5 +1,6 @@
 """One recording as the rest of the program sees it: plain arrays in SI units."""
 
+import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.measurement.between import interpolation_of
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
 from elastic_tendon.measurement.noise_text import check_size, floor_notes, given_note
 from elastic_tendon.measurement.preparation import (
@@ -16,7 +18,7 @@ from elastic_tendon.measurement.preparation import (
     check_preparation,
     preparation_json,
 )
-from elastic_tendon.native.interpolation import Interpolation
+from elastic_tendon.native.interpolation import AskedInterpolation, Interpolation
 from elastic_tendon.result import Result
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ Array = NDArray[np.float64]
 
 # fewer samples than this cannot distinguish an initial state from noise
 MINIMUM_SAMPLES = 10
+BETTER = 0.95  # of the mean square error, which straight inputs have to leave at most
 
 
 def samples_text(count: int) -> str:
@@ -58,7 +61,8 @@ class Measurement(Result):
         Holds ``joint_position`` (rad) wherever it is compared; ``joint_torque`` and
         ``motor_torque`` (N·m) where measured
     load_torque : (n,) array, N·m on the joint, or None: none acts
-    interpolation : of motor position and load between the samples, as of `simulate`
+    interpolation : of motor position and load between the samples, as of `simulate`, or "auto":
+        as their spectra show, see `input_interpolation`
     notes : what was ignored, converted, split or averaged on reading, one sentence each
     static : a static curve: the motor is held at 0 and the load passes through it slowly
     preparation : what made these samples of the file; reading it so gives them again
@@ -72,7 +76,7 @@ class Measurement(Result):
     motor_position: Array
     signals: Mapping[str, Array] = field(default_factory=dict)
     load_torque: Array | None = None
-    interpolation: Interpolation = "linear"
+    interpolation: AskedInterpolation = "auto"
     notes: tuple[str, ...] = field(default=())
     static: bool = False
     preparation: Preparation = field(default_factory=Preparation)
@@ -102,6 +106,21 @@ class Measurement(Result):
         return inputs if self.load_torque is None else inputs | {"load_torque": self.load_torque}
 
     @cached_property
+    def input_interpolation(self) -> Interpolation:
+        """How inputs run between the samples: what was asked for, or what their spectra show.
+
+        A cubic spline where all that move end below the highest frequency that the samples can
+        show, straight lines where they step or are noisy.
+        """
+        if self.interpolation != "auto":
+            return self.interpolation
+        return "linear" if self.static else interpolation_of(self.inputs.values())
+
+    def settled(self) -> "Measurement":
+        """The recording with the interpolation that was chosen as if it were asked for."""
+        return replace(self, interpolation=self.input_interpolation)
+
+    @cached_property
     def noise(self) -> Mapping[str, NoiseFloor]:
         """Noise floor of each signal: what was given, else what the recording shows."""
         floors = noise_floors(self.time, self.inputs, self.signals)
@@ -126,6 +145,8 @@ class Measurement(Result):
         names = ", ".join((*self.inputs, *self.signals))
         kind = "static curve" if self.static else f"{time[-1] - time[0]:.4g} s at {rate:.4g} Hz"
         lines = [f"{self.name}: {samples_text(len(time))}, {kind}; {names}"]
+        if not self.static:
+            lines.append(f"inputs between the samples: {self.input_interpolation}")
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -142,7 +163,7 @@ class Measurement(Result):
             "name": self.name,
             "source": self.source,
             "static": self.static,
-            "interpolation": self.interpolation,
+            "interpolation": self.input_interpolation,
             "preparation": preparation_json(self.preparation),
             "columns": {name: values.tolist() for name, values in columns.items()},
         }
@@ -197,6 +218,7 @@ class Measurement(Result):
         """Some of the samples, all else the same."""
         return replace(
             self,
+            interpolation=self.input_interpolation,
             time=self.time[keep],
             motor_position=self.motor_position[keep],
             signals={name: values[keep] for name, values in self.signals.items()},
@@ -294,3 +316,22 @@ Recordings = Measurement | Sequence[Measurement]  # one, or several
 def listed(recordings: Recordings) -> tuple[Measurement, ...]:
     """One recording or several, as a tuple."""
     return (recordings,) if isinstance(recordings, Measurement) else tuple(recordings)
+
+
+def with_straight_inputs(measurements: Sequence[Measurement]) -> tuple[Measurement, ...] | None:
+    """The recordings with straight lines between their samples where spectra showed curves.
+
+    A spectrum shows what may be between the samples, only a motion what was: inputs of an FMU, and
+    those of many simulators, run in straight lines however smooth they look.
+
+    Returns
+    -------
+    tuple of Measurement; None where all are as they were asked for, or straight already
+    """
+    straight = tuple(
+        replace(part, interpolation="linear")
+        if part.interpolation == "auto" and part.input_interpolation == "cubic"
+        else part
+        for part in measurements
+    )
+    return None if all(map(operator.is_, straight, measurements)) else straight

@@ -41,7 +41,7 @@ def sampling_warnings(model: Model, measurement: Measurement) -> tuple[str, ...]
     -------
     tuple of str; empty, or one sentence
     """
-    if measurement.static or measurement.interpolation != "linear":
+    if measurement.static or measurement.input_interpolation != "linear":
         return ()
     start = measurement.samples(slice(SAMPLES))
     try:

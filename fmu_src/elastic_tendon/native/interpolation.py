@@ -3,4 +3,5 @@
 from typing import Literal, get_args
 
 Interpolation = Literal["hold", "linear", "cubic"]
+AskedInterpolation = Literal["auto", Interpolation]  # of recordings
 INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)

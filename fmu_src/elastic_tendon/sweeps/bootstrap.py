@@ -182,7 +182,8 @@ def bootstrap(
     _go_on(result)
     errors = result.problem.errors(result.vector)
     sigmas = {path: model.uncertainty_of(path) for path in paths}
-    pairs = list(zip(measurements, errors, strict=True))
+    fitted = [part.settled() for part in result.problem.measurements]
+    pairs = list(zip(fitted, errors, strict=True))
     return Bootstrap(
         fitted=ship(_with_sigmas(result.model, sigmas)),
         estimates=result.findings.estimates,
@@ -283,7 +284,7 @@ def _content(
 ) -> Iterator[bytes]:
     for measurement, part in zip(simulated, errors, strict=True):
         inputs, signals = measurement.inputs, measurement.signals
-        kind = f"{measurement.interpolation} {measurement.static}"
+        kind = f"{measurement.input_interpolation} {measurement.static}"
         yield f"{kind} {sorted(inputs)} {list(part)}".encode()
         for values in (measurement.time, *inputs.values(), *signals.values(), *part.values()):
             yield np.ascontiguousarray(values, dtype=np.float64).tobytes()

@@ -93,7 +93,7 @@ def measured_motion(model: Model, measurement: Measurement) -> Motion:
         measurement.time,
         measurement.motor_position,
         measurement.load_torque,
-        measurement.interpolation,
+        measurement.input_interpolation,
         starting_state(model, measurement).as_dict(),
         measurement.signals,
     )

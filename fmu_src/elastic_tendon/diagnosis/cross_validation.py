@@ -1,0 +1,81 @@
+"""What an answer errs on stretches of time that it was not fitted to.
+
+Where more than noise is left, an effect that does not exist may still fit what is left, by chance;
+it then errs more where it was not fitted. Stretches of the same recordings show that without any
+other.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.residuals import (
+    noise_floors,
+    residuals_of,
+    simulate_measurement,
+    stack,
+)
+from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.estimation.fit import QUICK
+from elastic_tendon.estimation.stretches import settling_samples
+from elastic_tendon.measurement import Measurement
+
+STRETCHES = 4  # of all recordings together
+PERIODS = 2.0  # times what the joint needs to settle, in the shortest stretch that tells anything
+FEWEST = 100  # samples in it
+
+
+def crossed_square(given: Model, answer: Answer) -> float:
+    """Mean square error on each stretch of time, predicted from the others; in the noise's.
+
+    Parameters
+    ----------
+    given : Model; centre of the prior
+    answer : Answer, from which the fits to the others begin
+
+    Returns
+    -------
+    float; NaN where recordings are too short, and infinite where a fit fails
+    """
+    measurements = answer.result.problem.measurements
+    if not _long_enough(given, measurements):
+        return np.nan
+    errors = []
+    for left_out, others in _folds(measurements):
+        try:
+            fitted = refit(given, answer.added, others, [answer.result.model], QUICK).result.model
+            residuals = residuals_of(
+                simulate_measurement(fitted, left_out, estimate_initial_state(fitted, left_out)),
+                left_out,
+            )
+        except ElasticTendonError:
+            return np.inf
+        errors.append(stack([residuals], [noise_floors(left_out)]))
+    return float(np.mean(np.concatenate(errors) ** 2))
+
+
+def _long_enough(model: Model, measurements: Sequence[Measurement]) -> bool:
+    return not any(part.static for part in measurements) and all(
+        len(stretch.time) > max(PERIODS * settling_samples(model, part), FEWEST)
+        for part in measurements
+        for stretch in _stretches(part, len(measurements))
+    )
+
+
+def _folds(
+    measurements: Sequence[Measurement],
+) -> Iterator[tuple[Measurement, tuple[Measurement, ...]]]:
+    """Each stretch, and all others."""
+    stretches = [one for part in measurements for one in _stretches(part, len(measurements))]
+    for number, left_out in enumerate(stretches):
+        yield left_out, (*stretches[:number], *stretches[number + 1 :])
+
+
+def _stretches(measurement: Measurement, recordings: int) -> Iterator[Measurement]:
+    """Parts of one recording, of about equal length."""
+    count = max(STRETCHES // recordings, 1)
+    for part in np.array_split(np.arange(len(measurement.time)), count):
+        yield measurement.samples(slice(int(part[0]), int(part[-1]) + 1))
