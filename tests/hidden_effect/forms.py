@@ -94,6 +94,5 @@ def forms(effect: str, tree: Tree, reached: Reached) -> list[Form]:
         "joint_encoder_offset": offsets,
         "motor_encoder_offset": offsets,
         "measurement_delay": [({}, {"delay": 0.005})],
-        "constant_torque": [({}, {"torque": sign * 0.03 * s.torque}) for sign in (-1.0, 1.0)],
     }
     return grids[effect]

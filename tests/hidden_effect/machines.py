@@ -225,7 +225,6 @@ def hidden_numbers(
         "joint_encoder_offset": ({"offset": sign * 0.01}, ("offset",)),
         "motor_encoder_offset": ({"offset": sign * 0.01}, ("offset",)),
         "measurement_delay": ({"delay": 0.005}, ("delay",)),
-        "constant_torque": ({"torque": sign * 0.03 * sizes.torque}, ("torque",)),
     }
     values, strengths = numbers[effect]
     return Hidden(effect, values, strengths, reached.highest - reached.lowest)
@@ -259,7 +258,7 @@ EFFECTS = (
     *("gravity_load", "joint_stop", "overstretch_protection", "spring_hardening"),
     *("spring_hysteresis", "spring_relaxation", "spring_mass", "tendon_guide_friction"),
     *("tendon_compliance", "gear_backlash", "pulley_eccentricity", "joint_encoder_offset"),
-    *("motor_encoder_offset", "measurement_delay", "constant_torque"),
+    *("motor_encoder_offset", "measurement_delay"),
 )
 
 

@@ -231,7 +231,7 @@ PARAMETERS = {
 } | dict.fromkeys(
     ("coulomb_friction", "quadratic_drag", "spring_hardening", "tendon_guide_friction",
      "tendon_compliance", "gear_backlash", "joint_encoder_offset", "motor_encoder_offset",
-     "measurement_delay", "constant_torque"), 1,
+     "measurement_delay"), 1,
 )  # fmt: skip
 OFFSETS = frozenset({"joint_encoder_offset", "motor_encoder_offset"})
 LAWS_OF_FRICTION = {"coulomb_friction", "stribeck_friction", "lugre_friction"}

@@ -77,7 +77,6 @@ def link_of(link: Numbers, effects: Numbers) -> Link:
         friction=friction_of(effects),
         drag=effects.get("quadratic_drag", {}).get("coefficient", 0.0),
         gravity=gravity and Gravity(**gravity),
-        constant=effects.get("constant_torque", {}).get("torque", 0.0),
         stop=stop and Stop(**stop),
     )
 

@@ -16,7 +16,6 @@ EFFECTS = {
     },
     "quadratic_drag": {"coefficient": 0.02},
     "gravity_load": {"torque": 0.8, "angle": 0.4},
-    "constant_torque": {"torque": -0.5},
     "joint_stop": {"lower": -0.3, "upper": 0.4, "stiffness": 200.0, "damping": 1.0},
     "overstretch_protection": {"engagement": 0.45, "stiffness": 9000.0},
     "spring_hardening": {"cubic_stiffness": 2.5e7},

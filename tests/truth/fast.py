@@ -116,7 +116,6 @@ def numbers_of(tree: Numbers, start: tuple[float, float]) -> Vector:
             effect("quadratic_drag", "coefficient"),
             effect("gravity_load", "torque"),
             effect("gravity_load", "angle"),
-            effect("constant_torque", "torque"),
             effect("joint_stop", "lower", -math.inf),
             effect("joint_stop", "upper", math.inf),
             effect("joint_stop", "stiffness"),

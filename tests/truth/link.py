@@ -55,7 +55,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Link:
-    """J q'' = jτ_e + τ_load - b q' - c q' |q'| + gravity + constant + stops + extra - friction."""
+    """J q'' = jτ_e + τ_load - b q' - c q' |q'| + gravity + stops + extra - friction."""
 
     inertia: float  # kg m²
     damping: float = 0.0  # N m s/rad
@@ -64,5 +64,4 @@ class Link:
     extra_torque: Callable[[float, float, float], float] = field(default=no_torque)
     drag: float = 0.0  # c, N·m s²/rad²
     gravity: Gravity | None = None
-    constant: float = 0.0  # N·m
     stop: Stop | None = None

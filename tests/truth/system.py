@@ -187,7 +187,6 @@ class System:
             - link.drag * mode.direction * velocity**2
             + self.stop_torque(state, mode)
         )
-        torque += link.constant
         if link.gravity is not None:
             torque += link.gravity.torque_at(position)
         if link.friction is not None and not link.friction.sticks:

@@ -20,5 +20,4 @@ pulley_eccentricity: Effect
 gear_backlash: Effect
 joint_encoder_offset: Effect
 motor_encoder_offset: Effect
-constant_torque: Effect
 measurement_delay: Effect

@@ -118,6 +118,8 @@ class Measurement(Result):
 
     def settled(self) -> "Measurement":
         """The recording with the interpolation that was chosen as if it were asked for."""
+        if self.static:  # its inputs have no motion between them
+            return self
         return replace(self, interpolation=self.input_interpolation)
 
     @cached_property
