@@ -105,7 +105,6 @@ def recorded(name: str, played: Played, sigma: float, rng: np.random.Generator) 
         motor_position=played.motor_position,
         signals={"joint_position": played.joint_position + noise},
         load_torque=played.load_torque if np.any(played.load_torque) else None,
-        interpolation="cubic",
     )
 
 

@@ -267,7 +267,7 @@ def recording_of(
     """What is recorded of a machine."""
     inputs = cases.recorded_inputs(machine, truth)
     run = Player(inputs).run(truth, machine.start)
-    return recordings.shown(name, inputs, run, run, noise, 0.0, rng)
+    return recordings.shown(name, inputs, run, run, noise, 0.0, rng, "auto")
 
 
 def build_fresh(order: FreshOrder, judge: bool = True) -> FreshCase:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.native.interpolation import Interpolation
+from elastic_tendon.native.interpolation import AskedInterpolation
 from truth.fast import FastRun, Inputs
 from truth.noise import Sensor, counts, measured
 
@@ -80,7 +80,7 @@ def shown(
     noise: Noise,
     torque_sigma: float,
     rng: np.random.Generator,
-    interpolation: Interpolation = "cubic",
+    interpolation: AskedInterpolation = "cubic",
 ) -> Shown:
     """A recording of a run.
 
