@@ -122,7 +122,8 @@ def test_a_measurement_is_made_of_lists() -> None:
 def test_a_recording_is_simulated_as_its_inputs_are(model, recording) -> None:
     run = et.simulate(model, recording)
     start = {name: run[name][0] for name in ("joint_position", "joint_velocity")}
-    same = et.simulate(model, TIME, MOTOR, LOAD, initial_state=start)
+    between = recording.input_interpolation
+    same = et.simulate(model, TIME, MOTOR, LOAD, initial_state=start, interpolation=between)
     assert run["joint_position"] == pytest.approx(same["joint_position"], abs=1e-6)
     with pytest.raises(ValueError, match="the motor position is needed"):
         et.simulate(model, TIME)

@@ -174,7 +174,7 @@ def test_every_figure_is_described_and_drawn_on_demand() -> None:
     assert len(described) == len(friction().figures()) >= 10
     assert all(tag["aria-label"] for tag in described)
     ladder = next(tag["aria-label"] for tag in described if "noise floor" in tag["aria-label"])
-    assert "to 0.230 mrad" in ladder
+    assert "to 0.229 mrad" in ladder
 
 
 def test_tables_and_headings_can_be_heard() -> None:
