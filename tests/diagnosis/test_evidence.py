@@ -15,6 +15,7 @@ from elastic_tendon.diagnosis.evidence import (
     Evidence,
     audible,
     beside_unknown,
+    explained,
     implausible_values,
     is_plausible,
     probabilities,
@@ -245,3 +246,12 @@ def test_what_held_out_recordings_do_not_share_fades(monkeypatch) -> None:
     assert found.fades(little, base)
     quiet = Made((), 11.0, heldout=1.2)  # where the effect would not show
     assert not found.fades(Made(("coulomb_friction",), 2.0, heldout=1.2), quiet)
+    assert not found.fades(base, base)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "share"),
+    [(0.9, 0.9, 0.0), (11.0, 6.0, 0.5), (2.0, 3.0, 0.0), (0.9, 0.5, 1.0)],
+)
+def test_what_is_explained_is_a_share_of_what_lies_beyond_the_noise(before, after, share) -> None:
+    assert explained(before, after) == share

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import elastic_tendon as et
-from elastic_tendon.measurement import with_straight_inputs
 
 MODEL = et.load_model("biorob_x4_joint_3")
 TIME = np.arange(0.0, 8.0, 0.01)
@@ -68,10 +67,9 @@ def test_a_diagnosis_takes_the_inputs_as_they_ran_and_says_so():
 
 
 def test_what_was_asked_for_stays():
-    recordings = recording(smooth, "linear"), recording(smooth, "linear", asked="cubic")
-    kinds = [part.input_interpolation for part in with_straight_inputs(recordings)]
-    assert kinds == ["linear", "cubic"]
-    assert with_straight_inputs(recordings[1:]) is None
+    assumed, asked = (recording(smooth, "linear", asked=kind) for kind in ("auto", "cubic"))
+    assert assumed.with_straight_inputs().input_interpolation == "linear"
+    assert asked.with_straight_inputs() is asked
 
 
 @pytest.mark.parametrize("between", ["linear", "cubic"])

@@ -51,7 +51,7 @@ def searched(sticking, report=silent, options: Options = FEW) -> Search:
     known, recording, _ = sticking
     search = Search.of(data_of(known.model, [recording.window(None, SHORT)], [], options), report)
     search.base()
-    search.run()
+    run(search)
     return search
 
 
@@ -62,6 +62,12 @@ def begun(truth: Model, *only: str) -> Search:
     search = Search.of(data, silent)
     search.base()
     return search
+
+
+def run(search: Search) -> None:
+    """From the base to an answer that no neighbour beats."""
+    search.climb()
+    search.settle()
 
 
 def ignore(_share: float) -> None:
@@ -282,7 +288,7 @@ def test_an_interrupt_within_refits_leaves_what_was_found(sticking) -> None:
     search = Search.of(data_of(known.model, [recording.window(None, SHORT)], [], FEW), report)
     search.base()
     with pytest.raises(KeyboardInterrupt):
-        search.run()
+        run(search)
     assert search.answer.added == COULOMB
     assert set(search.answers) >= {(), COULOMB}
 
@@ -302,7 +308,7 @@ def test_what_the_torque_screen_does_not_see_is_found_by_looks_at_the_motion(hea
     masses = [start.effects["spring_mass"]["mass"] for start in heavy.starts[MASS]]
     assert len({round(mass, 6) for mass in masses}) > 1  # each frequency has a minimum of its own
     assert looks[MASS] < searching.WORTH
-    heavy.run()
+    run(heavy)
     assert MASS not in heavy.estimates
     true = typical_model(*MASS).effects["spring_mass"]
     assert heavy.answer.added == MASS
@@ -319,7 +325,7 @@ def test_a_refit_begins_at_the_looks_beside_what_was_refitted_without(heavy) -> 
 
 def test_a_look_that_fails_is_told_and_gives_no_start(heavy, breaking) -> None:
     breaking("spring_mass", BuildError("the compiler is out of words"), "library")
-    heavy.run()
+    run(heavy)
     assert heavy.failures[MASS] == "the compiler is out of words"
     assert MASS not in heavy.starts
     assert heavy.answer.added == ()
@@ -430,7 +436,7 @@ def test_whoever_has_simulated_enough_comes_to_an_end(monkeypatch) -> None:
     search.limit = 0.0
     monkeypatch.setattr(searching, "MOST_WORK", 0.0)
     hops = counted(search, monkeypatch)
-    search.run()
+    run(search)
     assert hops == []
     assert search.answer.added == DRAG  # the likeliest is refitted whatever it takes
     assert len(search.answers) == 2
@@ -455,6 +461,33 @@ def test_where_much_is_left_every_effect_is_tried(monkeypatch) -> None:
     assert search.answer.added == DRAG
     monkeypatch.setattr(search, "_refit", None)  # nothing is, where nothing is left
     assert not search._better_single()
+
+
+def test_what_is_not_found_on_stretches_left_out_is_refused(monkeypatch) -> None:
+    search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY)
+    search._refit([GRAVITY], "refitting")
+    assert search.answer.added == GRAVITY
+    assert search.answer.mean_square > searching.MUCH
+    monkeypatch.setattr(searching, "crossed_square", lambda _given, answer: answer.mean_square)
+    assert not search._fades_in_time()
+    search._across.clear()
+    monkeypatch.setattr(searching, "crossed_square", lambda _given, _answer: np.nan)
+    assert not search._fades_in_time()  # too short to tell
+    search._across.clear()
+    monkeypatch.setattr(searching, "crossed_square", lambda _given, _answer: 100.0)
+    assert search._fades_in_time()
+    assert search.why_refused(GRAVITY) == searching.FADES_IN_TIME
+    assert search.answer.added == ()
+    assert not search._fades_in_time()
+
+
+def test_fewer_effects_are_no_other_answer(monkeypatch) -> None:
+    search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY)
+    both = in_order((*COULOMB, *GRAVITY))
+    search._refit([COULOMB, GRAVITY, both], "refitting")
+    # as where so much is unknown that nothing decides
+    monkeypatch.setattr(search.evidence, "of", lambda answers: [0.0] * len(answers))
+    assert answers_alike(search, search.answers[both]) == ()
 
 
 def test_where_much_is_left_sets_that_were_passed_by_are_grown(monkeypatch) -> None:
@@ -495,7 +528,7 @@ def test_where_only_a_disturbance_is_left_nothing_else_is_tried(monkeypatch) -> 
     assert search._disturbed()
     for later in ("_hop", "_better_single"):
         monkeypatch.setattr(search, later, None)
-    search.run()
+    run(search)
     assert not search._exhausted  # no addition was tried
     assert search.answer.added == ()
     assert not disturbed(typical_model(*COULOMB))._disturbed()

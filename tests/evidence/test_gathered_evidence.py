@@ -22,7 +22,6 @@ from elastic_tendon.evidence.gather import PARAMETERS, REPORT
 from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, read_manifest
 from elastic_tendon.evidence.parameter_set import read_values
 from elastic_tendon.evidence.seal import SEAL
-from elastic_tendon.measurement import with_straight_inputs
 
 ROOT = Path(__file__).parents[2]
 FMPY = Path(fmpy.__file__).parent
@@ -77,7 +76,7 @@ def test_the_report_has_errors_by_slack_state_and_the_verdict(files, evidence) -
     report = json.loads(files[REPORT])
     demo = et.load_demo()
     # as importers do, who know no curves
-    straight = with_straight_inputs([demo.recording, demo.validation])
+    straight = [part.with_straight_inputs() for part in (demo.recording, demo.validation)]
     compared = et.compare(friction_model(), straight)
     for told, file in zip(report["recordings"], compared.files, strict=True):
         (stated,), (error,) = told["signals"].values(), file.signals.values()

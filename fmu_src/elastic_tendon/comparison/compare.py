@@ -9,7 +9,7 @@ import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState, slack_boundaries
-from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.initial_state import estimate_initial_state, residuals_from_beginning
 from elastic_tendon.comparison.residuals import (
     Array,
     InitialState,
@@ -19,12 +19,11 @@ from elastic_tendon.comparison.residuals import (
 )
 from elastic_tendon.comparison.tolerance import ToleranceCheck, check_tolerances
 from elastic_tendon.measurement import (
-    BETTER,
+    CLEARLY_LESS,
     Measurement,
     NoiseFloor,
     Recordings,
     listed,
-    with_straight_inputs,
 )
 from elastic_tendon.result import Result
 from elastic_tendon.simulation.simulate import Trajectory
@@ -40,7 +39,7 @@ ROUNDING = 1e-12  # relative: what a sum of equal numbers is off by
 SLACK_STATES = {1: "I", 2: "II", 3: "III"}
 
 
-LOOKED_AT = 20_000  # samples, to see how the inputs ran between them
+LOOKED_AT = 20_000  # samples from the start, to see how the inputs ran between them
 
 
 @dataclass(frozen=True)
@@ -186,18 +185,14 @@ def compare(
 
 def _as_inputs_ran(model: Model, measurement: Measurement) -> Measurement:
     """The recording with straight lines between its samples, if they explain it clearly better."""
-    straight = with_straight_inputs([measurement])
-    if straight is None:
+    if not measurement.has_assumed_curves:
         return measurement
-    curved, lines = (
-        rms(
-            residuals_of(
-                simulate_measurement(model, part, estimate_initial_state(model, part)), part
-            )["joint_position"]
-        )
-        for part in (one.samples(slice(LOOKED_AT)) for one in (measurement, *straight))
+    straight = measurement.with_straight_inputs()
+    curved_error, straight_error = (
+        rms(residuals_from_beginning(model, part.samples(slice(LOOKED_AT)))["joint_position"])
+        for part in (measurement, straight)
     )
-    return straight[0] if lines**2 < BETTER * curved**2 else measurement
+    return straight if straight_error**2 < CLEARLY_LESS * curved_error**2 else measurement
 
 
 def _compare_one(model: Model, measurement: Measurement, initial: InitialState) -> FileComparison:

@@ -12,12 +12,14 @@ from elastic_tendon.actuator.variables import interface
 from elastic_tendon.comparison.residuals import (
     Array,
     InitialState,
+    residuals_of,
     sensitivity,
     simulate_measurement,
 )
 from elastic_tendon.effects.base import Contribution, Slot
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.native.library import DEFAULT_TOLERANCE
 
 WINDOW = 0.1  # s; held-out data gives its initial state on this stretch and nothing else
 MINIMUM_SAMPLES = 5  # for slow recordings, where the window would hold fewer
@@ -103,6 +105,29 @@ def _signal_delay(model: Model) -> float:
             assert isinstance(contribution, Contribution)  # as its slot says
             delay += float(contribution.value)
     return delay
+
+
+def residuals_from_beginning(
+    model: Model, measurement: Measurement, tolerance: float = DEFAULT_TOLERANCE
+) -> dict[str, Array]:
+    """Simulated less measured, by signal, from the state that the recording's beginning shows.
+
+    Parameters
+    ----------
+    model : Model
+    measurement : Measurement of n samples
+    tolerance : of the solver, see `simulate`
+
+    Returns
+    -------
+    signal -> (n,) array in its unit
+
+    Raises
+    ------
+    SimulationError : the solver could not go on
+    """
+    initial = estimate_initial_state(model, measurement)
+    return residuals_of(simulate_measurement(model, measurement, initial, tolerance), measurement)
 
 
 def _equilibrium(model: Model, measurement: Measurement) -> InitialState:

@@ -10,21 +10,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.initial_state import estimate_initial_state
-from elastic_tendon.comparison.residuals import (
-    noise_floors,
-    residuals_of,
-    simulate_measurement,
-    stack,
-)
+from elastic_tendon.comparison.initial_state import residuals_from_beginning
+from elastic_tendon.comparison.residuals import noise_floors, stack
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.diagnosis.refits import FAILURES
 from elastic_tendon.estimation.fit import QUICK
 from elastic_tendon.estimation.stretches import settling_samples
 from elastic_tendon.measurement import Measurement
 
 STRETCHES = 4  # of all recordings together
-PERIODS = 2.0  # times what the joint needs to settle, in the shortest stretch that tells anything
+SETTLINGS = 2.0  # times in which the joint settles, in the shortest stretch that tells anything
 FEWEST = 100  # samples in it
 
 
@@ -47,11 +42,8 @@ def crossed_square(given: Model, answer: Answer) -> float:
     for left_out, others in _folds(measurements):
         try:
             fitted = refit(given, answer.added, others, [answer.result.model], QUICK).result.model
-            residuals = residuals_of(
-                simulate_measurement(fitted, left_out, estimate_initial_state(fitted, left_out)),
-                left_out,
-            )
-        except ElasticTendonError:
+            residuals = residuals_from_beginning(fitted, left_out)
+        except FAILURES:
             return np.inf
         errors.append(stack([residuals], [noise_floors(left_out)]))
     return float(np.mean(np.concatenate(errors) ** 2))
@@ -59,7 +51,7 @@ def crossed_square(given: Model, answer: Answer) -> float:
 
 def _long_enough(model: Model, measurements: Sequence[Measurement]) -> bool:
     return not any(part.static for part in measurements) and all(
-        len(stretch.time) > max(PERIODS * settling_samples(model, part), FEWEST)
+        len(stretch.time) > max(SETTLINGS * settling_samples(model, part), FEWEST)
         for part in measurements
         for stretch in _stretches(part, len(measurements))
     )
@@ -69,7 +61,9 @@ def _folds(
     measurements: Sequence[Measurement],
 ) -> Iterator[tuple[Measurement, tuple[Measurement, ...]]]:
     """Each stretch, and all others."""
-    stretches = [one for part in measurements for one in _stretches(part, len(measurements))]
+    stretches = [
+        stretch for part in measurements for stretch in _stretches(part, len(measurements))
+    ]
     for number, left_out in enumerate(stretches):
         yield left_out, (*stretches[:number], *stretches[number + 1 :])
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.compare import compare
-from elastic_tendon.comparison.initial_state import estimate_initial_state
-from elastic_tendon.comparison.residuals import Array, residuals_of, rms, simulate_measurement
+from elastic_tendon.comparison.initial_state import residuals_from_beginning
+from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.diagnosis.options import Options
@@ -227,11 +227,9 @@ def _coarser(model: Model, measurement: Measurement, wanted: int) -> Measurement
 def _error_of(model: Model, measurement: Measurement) -> float:
     """RMS error of the joint position, rad; 0 where the model cannot follow."""
     try:
-        start = estimate_initial_state(model, measurement)
-        run = simulate_measurement(model, measurement, start, TOLERANCE)
+        return rms(residuals_from_beginning(model, measurement, TOLERANCE)["joint_position"])
     except SimulationError:
         return 0.0
-    return rms(residuals_of(run, measurement)["joint_position"])
 
 
 def _missed(measurement: Measurement) -> float:

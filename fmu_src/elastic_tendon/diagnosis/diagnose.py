@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from signal import SIG_IGN, SIGINT, getsignal, signal
 from threading import Event, current_thread, main_thread
 from types import FrameType
@@ -12,9 +12,6 @@ from threadpoolctl import threadpool_limits
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.compare import LOOKED_AT
-from elastic_tendon.comparison.initial_state import estimate_initial_state
-from elastic_tendon.comparison.residuals import rms, simulate_measurement
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data, data_of
@@ -22,27 +19,16 @@ from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
-from elastic_tendon.diagnosis.sets import Set, model_with, without
-from elastic_tendon.errors import SimulationError
-from elastic_tendon.estimation.fit import QUICK, Effort
+from elastic_tendon.diagnosis.sets import Set, model_with
+from elastic_tendon.diagnosis.straight_inputs import STRAIGHT, with_straight_inputs
+from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import REFIT
-from elastic_tendon.measurement import (
-    BETTER,
-    Measurement,
-    Recordings,
-    listed,
-    with_straight_inputs,
-)
+from elastic_tendon.measurement import Measurement, Recordings, listed
 from elastic_tendon.misreadings.signs import sign_errors
 from elastic_tendon.progress import Progress, silent
 
 Ask = Callable[[Round], bool]
 
-SEEN = 0.1  # of the noise: a difference between two motions that matters
-STRAIGHT = (
-    "between the samples the inputs run in straight lines, smooth as they look: with curves more "
-    "of the error is left"
-)
 # of a fit that was stopped before it had begun
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
@@ -99,10 +85,8 @@ def _diagnosed(
     options.check_ids()
     data = data_of(model, measurements, validation, options)
     notes = [finding.sentence for finding in sign_errors(model, measurements)]
-    recordings = (measurements, validation)
-    notes += [
-        f"{one.name}: {note}" for some in recordings for one in some for note in one.noise_notes
-    ]
+    recordings = (*measurements, *validation)
+    notes += [f"{part.name}: {note}" for part in recordings for note in part.noise_notes]
     found = Found()
     complete = True
     interrupted = Event()
@@ -117,7 +101,7 @@ def _diagnosed(
         with _interrupts(interrupted):
             search.base()
             search.climb()
-            straight = _straight_data(search, model, recordings, options)
+            straight = with_straight_inputs(search, model, measurements, validation, options)
             if straight is not None:
                 notes.append(STRAIGHT)
                 data = straight
@@ -135,38 +119,6 @@ def _diagnosed(
             found.ladder, found.rounds = [], []
             _tell(search, found, None, refit=False)
         return conclude(data, search, found, options, progress, complete=complete, notes=notes)
-
-
-def _straight_data(
-    search: Search, model: Model, recordings: Sequence[Sequence[Measurement]], options: Options
-) -> Data | None:
-    """The data with straight lines between samples, if an answer then leaves clearly less, or no
-    more with an effect less, which would stand for the wrong inputs."""
-    answer = search.answer
-    straight = with_straight_inputs(recordings[0])
-    if straight is None or not _differ(answer.result.model, recordings[0], straight):
-        return None
-    fitted, held_out = (with_straight_inputs(some) or some for some in recordings)
-    data = data_of(model, fitted, held_out, options)
-    less = [without(answer.added, effect_id) for effect_id in answer.added]
-    for added in (answer.added, *less):
-        most = answer.mean_square * (BETTER if added == answer.added else 1.0)
-        starts = [search.answers[added].result.model] if added in search.answers else []
-        with suppress(SimulationError):
-            if refit(data.given, added, data.fitted, starts, QUICK).mean_square <= most:
-                return data
-    return None
-
-
-def _differ(model: Model, curved: Sequence[Measurement], straight: Sequence[Measurement]) -> bool:
-    """Whether the noise would let anybody see how the inputs run between the samples."""
-    for pair in zip(curved, straight, strict=True):
-        parts = [part.samples(slice(LOOKED_AT)) for part in pair]
-        start = estimate_initial_state(model, parts[0])
-        runs = [simulate_measurement(model, part, start)["joint_position"] for part in parts]
-        if rms(runs[0] - runs[1]) > SEEN * pair[0].noise["joint_position"].sigma:
-            return True
-    return False
 
 
 @contextmanager

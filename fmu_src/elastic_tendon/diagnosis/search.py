@@ -114,11 +114,6 @@ class Search(Around):
 
     # ---- the loop ----------------------------------------------------------------------------
 
-    def run(self) -> None:
-        """From the base to an answer that no neighbour beats."""
-        self.climb()
-        self.settle()
-
     def settle(self) -> None:
         """From where the climb ended to an answer that no neighbour beats."""
         self.limit = MOST_WORK

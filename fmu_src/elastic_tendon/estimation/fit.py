@@ -24,7 +24,7 @@ from elastic_tendon.estimation.coordinates import Limits, free_parameters
 from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import Findings, findings
 from elastic_tendon.estimation.problem import Problem, Sigmas, problem_of
-from elastic_tendon.measurement import BETTER, Recordings, listed, with_straight_inputs
+from elastic_tendon.measurement import CLEARLY_LESS, Recordings, listed
 from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.work import worked
 
@@ -284,19 +284,18 @@ def fit(
     measurements = listed(measurements)
     paths = free_parameters(given) if free is None else tuple(free)
     problem = problem_of(given, measurements, paths, limits)
-    straight = with_straight_inputs(measurements)
-    if straight is None:
+    if not any(part.has_assumed_curves for part in measurements):
         return _fitted(problem, given, starts, effort, progress)
     found = _fitted(problem, given, starts, effort, lambda share: progress(share / 2.0))
     left = _mean_square(found)
     if found.interrupted or left <= AT_NOISE:
         progress(1.0)
         return found
-    again = _fitted(
-        *(problem_of(given, straight, paths, limits), given, [*starts, found.model], effort),
-        lambda share: progress(0.5 + share / 2.0),
-    )
-    return again if _mean_square(again) < BETTER * left else found
+    straight = [part.with_straight_inputs() for part in measurements]
+    problem = problem_of(given, straight, paths, limits)
+    starts = [*starts, found.model]
+    again = _fitted(problem, given, starts, effort, lambda share: progress(0.5 + share / 2.0))
+    return again if _mean_square(again) < CLEARLY_LESS * left else found
 
 
 def _mean_square(found: FitResult) -> float:

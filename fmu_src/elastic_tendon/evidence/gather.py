@@ -5,7 +5,7 @@ import json
 import os
 import platform
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -155,7 +155,8 @@ def gather_evidence(
     if keep not in get_args(Kept):
         raise EvidenceError(f'evidence keeps "data" or "hashes", not {keep!r}')
     found = None if diagnosis is None else _diagnosis(diagnosis, model)
-    recordings = [_as_importers_do(recording) for recording in listed(recordings)]
+    # as importers do, who know no curves
+    recordings = [recording.with_straight_inputs() for recording in listed(recordings)]
     compared = compare(model, recordings)
     parts = [_experiment(_smoke_test(model), model)]
     described = []
@@ -182,12 +183,6 @@ def gather_evidence(
 
 
 # ---- experiments ---------------------------------------------------------------------------
-
-
-def _as_importers_do(recording: Measurement) -> Measurement:
-    """The recording with straight lines between its samples, unless curves were asked for."""
-    smooth = recording.interpolation == "auto" and recording.input_interpolation == "cubic"
-    return replace(recording, interpolation="linear") if smooth else recording
 
 
 def replayable(model: Model, measurement: Measurement) -> bool:

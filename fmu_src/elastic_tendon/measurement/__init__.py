@@ -10,15 +10,14 @@ from elastic_tendon.measurement.reader import (
     read_prepared,
 )
 from elastic_tendon.measurement.recording import (
-    BETTER,
+    CLEARLY_LESS,
     Measurement,
     Recordings,
     listed,
-    with_straight_inputs,
 )
 
 __all__ = [
-    "BETTER",
+    "CLEARLY_LESS",
     "Measurement",
     "NoiseFloor",
     "Preparation",
@@ -30,5 +29,4 @@ __all__ = [
     "read_measurement",
     "read_measurements",
     "read_prepared",
-    "with_straight_inputs",
 ]

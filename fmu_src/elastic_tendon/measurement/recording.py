@@ -1,6 +1,5 @@
 """One recording as the rest of the program sees it: plain arrays in SI units."""
 
-import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -29,7 +28,7 @@ Array = NDArray[np.float64]
 
 # fewer samples than this cannot distinguish an initial state from noise
 MINIMUM_SAMPLES = 10
-BETTER = 0.95  # of the mean square error, which straight inputs have to leave at most
+CLEARLY_LESS = 0.95  # of a mean square error, which straight inputs have to leave at most
 
 
 def samples_text(count: int) -> str:
@@ -115,6 +114,19 @@ class Measurement(Result):
         if self.interpolation != "auto":
             return self.interpolation
         return "linear" if self.static else interpolation_of(self.inputs.values())
+
+    @property
+    def has_assumed_curves(self) -> bool:
+        """Whether inputs run in curves because their spectra allow it, and nobody has said so."""
+        return self.interpolation == "auto" and self.input_interpolation == "cubic"
+
+    def with_straight_inputs(self) -> "Measurement":
+        """The recording with straight lines where it has assumed curves.
+
+        A spectrum shows what may be between the samples, only a motion what was: inputs of an FMU,
+        and those of many simulators, run in straight lines however smooth they look.
+        """
+        return replace(self, interpolation="linear") if self.has_assumed_curves else self
 
     def settled(self) -> "Measurement":
         """The recording with the interpolation that was chosen as if it were asked for."""
@@ -318,22 +330,3 @@ Recordings = Measurement | Sequence[Measurement]  # one, or several
 def listed(recordings: Recordings) -> tuple[Measurement, ...]:
     """One recording or several, as a tuple."""
     return (recordings,) if isinstance(recordings, Measurement) else tuple(recordings)
-
-
-def with_straight_inputs(measurements: Sequence[Measurement]) -> tuple[Measurement, ...] | None:
-    """The recordings with straight lines between their samples where spectra showed curves.
-
-    A spectrum shows what may be between the samples, only a motion what was: inputs of an FMU, and
-    those of many simulators, run in straight lines however smooth they look.
-
-    Returns
-    -------
-    tuple of Measurement; None where all are as they were asked for, or straight already
-    """
-    straight = tuple(
-        replace(part, interpolation="linear")
-        if part.interpolation == "auto" and part.input_interpolation == "cubic"
-        else part
-        for part in measurements
-    )
-    return None if all(map(operator.is_, straight, measurements)) else straight

@@ -14,13 +14,11 @@ from typing import Literal
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model, sizes_of
-from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.initial_state import residuals_from_beginning
 from elastic_tendon.comparison.residuals import (
     Array,
     noise_floors,
-    residuals_of,
     rms,
-    simulate_measurement,
 )
 from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.measurement import Measurement
@@ -124,8 +122,7 @@ def _sentence(measurement: Measurement, clause: str, before: float, after: float
 
 def _error(model: Model, measurement: Measurement) -> Array:
     """Error in joint position, rad; (n,)."""
-    initial = estimate_initial_state(model, measurement)
-    return residuals_of(simulate_measurement(model, measurement, initial), measurement)[POSITION]
+    return residuals_from_beginning(model, measurement)[POSITION]
 
 
 def _flips(model: Model, measurement: Measurement) -> Iterator[_Trial]:

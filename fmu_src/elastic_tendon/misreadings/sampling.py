@@ -5,18 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.compare import LOOKED_AT
+from elastic_tendon.comparison.initial_state import residuals_from_beginning
 from elastic_tendon.comparison.residuals import (
     Array,
     noise_floors,
-    residuals_of,
-    simulate_measurement,
 )
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.native.interpolation import Interpolation
 
-SAMPLES = 20_000  # from the start, that are looked at
 MATTERS = 1.0  # difference between two interpolations, of the noise
 BETTER = 0.8  # error with another interpolation, of that with linear inputs
 SIGNAL = "joint_position"
@@ -43,7 +41,7 @@ def sampling_warnings(model: Model, measurement: Measurement) -> tuple[str, ...]
     """
     if measurement.static or measurement.input_interpolation != "linear":
         return ()
-    start = measurement.samples(slice(SAMPLES))
+    start = measurement.samples(slice(LOOKED_AT))
     try:
         linear = _residual(model, start)
         left = {kind: _residual(model, replace(start, interpolation=kind)) for kind in OTHERS}
@@ -63,8 +61,7 @@ def sampling_warnings(model: Model, measurement: Measurement) -> tuple[str, ...]
 
 
 def _residual(model: Model, measurement: Measurement) -> Array:
-    initial = estimate_initial_state(model, measurement)
-    return residuals_of(simulate_measurement(model, measurement, initial), measurement)[SIGNAL]
+    return residuals_from_beginning(model, measurement)[SIGNAL]
 
 
 def _rms(values: Array) -> float:

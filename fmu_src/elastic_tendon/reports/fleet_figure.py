@@ -176,7 +176,8 @@ def _draw_distribution(axes: Axes, table: pd.DataFrame) -> None:
     for signal in _measured(table):
         for when, style in (("before", ":"), ("after", "-")):
             ratios = np.maximum(table[_ratio(signal, when)].dropna().to_numpy(), LEAST)
-            share = np.linspace(0.0, 100.0, min(len(ratios), MOST_STEPS))
+            steps = min(len(ratios), MOST_STEPS)
+            share = 100.0 * np.arange(1, steps + 1) / steps
             ratios = np.percentile(ratios, share, method="inverted_cdf")
             words = f"{shown(signal).words}, {'as given' if when == 'before' else 'improved'}"
             axes.step(

@@ -82,9 +82,7 @@ def pieces(path: Path, texts: Sequence[str] = (FAILURE,)) -> Iterator[pd.DataFra
             _check_columns(names)
             for group in range(file.num_row_groups):
                 # what pyarrow reads ahead of several groups would add up to the whole file
-                batches = file.iter_batches(
-                    _rows_of_piece(len(names)), row_groups=[group], use_threads=False
-                )
+                batches = file.iter_batches(_rows_of_piece(len(names)), row_groups=[group])
                 for batch in batches:
                     yield batch.to_pandas()
         return

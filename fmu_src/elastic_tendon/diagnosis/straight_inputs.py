@@ -1,0 +1,68 @@
+"""Whether the inputs ran in straight lines between their samples, smooth as they look.
+
+Wrong inputs leave errors that effects can stand for, so this is asked before an answer stands.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.compare import LOOKED_AT
+from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.residuals import rms, simulate_measurement
+from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.data import Data, data_of
+from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.refits import FAILURES
+from elastic_tendon.diagnosis.search import Search
+from elastic_tendon.diagnosis.sets import without
+from elastic_tendon.estimation.fit import QUICK
+from elastic_tendon.measurement import CLEARLY_LESS, Measurement
+
+SEEN = 0.1  # of the noise: a difference between two motions that matters
+STRAIGHT = (
+    "between the samples the inputs run in straight lines, smooth as they look: with curves more "
+    "of the error is left"
+)
+
+
+def with_straight_inputs(
+    search: Search,
+    model: Model,
+    measurements: Sequence[Measurement],
+    validation: Sequence[Measurement],
+    options: Options,
+) -> Data | None:
+    """The data with straight lines, if the answer of a search then leaves clearly less, or no more
+    with an effect less; None where the curves stay."""
+    answer = search.answer
+    if not any(_would_show(answer.result.model, part) for part in measurements):
+        return None
+    fitted, held_out = (
+        [part.with_straight_inputs() for part in parts] for parts in (measurements, validation)
+    )
+    data = data_of(model, fitted, held_out, options)
+    less = [without(answer.added, effect_id) for effect_id in answer.added]
+    for added in (answer.added, *less):
+        most = answer.mean_square * (CLEARLY_LESS if added == answer.added else 1.0)
+        starts = [search.answers[added].result.model] if added in search.answers else []
+        with suppress(*FAILURES):
+            if refit(data.given, added, data.fitted, starts, QUICK).mean_square <= most:
+                return data
+    return None
+
+
+def _would_show(model: Model, measurement: Measurement) -> bool:
+    """Whether straight lines in the place of assumed curves move the joint visibly."""
+    if not measurement.has_assumed_curves:
+        return False
+    parts = [
+        part.samples(slice(LOOKED_AT)) for part in (measurement, measurement.with_straight_inputs())
+    ]
+    with suppress(*FAILURES):
+        start = estimate_initial_state(model, parts[0])
+        curved, straight = (
+            simulate_measurement(model, part, start)["joint_position"] for part in parts
+        )
+        return rms(curved - straight) > SEEN * measurement.noise["joint_position"].sigma
+    return False
