@@ -68,7 +68,7 @@ BAD_FIELDS: list[tuple[str, Any, str]] = [
     ("name", 3, "3 is not a text"),
     ("name", "", "one line of text"),
     ("nmae", "x", "not known in a model.toml; did you mean name?"),
-    ("zzz", "x", "known are name, transmission, link, effects, motor, uncertainty"),
+    ("zzz", "x", "known are name, interface, transmission, link, effects, motor, uncertainty"),
     ("motor", {}, "missing; a number in kg.m2"),
     ("effects", 3, "3 is not a table; a table [effects] with coulomb_friction"),
     ("effects/coulomb_frictoin", {"torque": 1.0}, "did you mean coulomb_friction?"),

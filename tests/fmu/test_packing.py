@@ -173,7 +173,7 @@ def test_progress_tells_of_a_large_model(size, large, tmp_path, monkeypatch):
         export_fmu(MODELS["base"], tmp_path / "x.fmu", progress=note)
     monkeypatch.setenv("ELASTIC_TENDON_CACHE", str(tmp_path))
     with pytest.raises(BuildError):
-        library_path(MODELS["base"].effect_ids, note)
+        library_path(MODELS["base"].effect_ids, progress=note)
     assert len(told) == 2
     assert all(text.endswith(" (large model: some minutes)") == large for text in told)
 

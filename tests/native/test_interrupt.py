@@ -26,7 +26,7 @@ export_fmu(load_model("biorob_x4_joint_3"), sys.argv[1], platforms="all", progre
 """
 _BUILD = """
 from elastic_tendon.native.library import library_path
-library_path((), lambda text, share: print(text, flush=True))
+library_path((), progress=lambda text, share: print(text, flush=True))
 """
 
 

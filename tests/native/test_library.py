@@ -96,7 +96,9 @@ def test_a_cache_folder_that_cannot_be_used_is_told(tmp_path, monkeypatch):
 
 def test_python_that_writes_the_same_c_does_not_compile_again(cache, monkeypatch):
     path = library.library_path(BASE)
-    monkeypatch.setattr(library, "structure_key", lambda _: "of a file with another comment")
+    monkeypatch.setattr(
+        library, "structure_key", lambda *_structure: "of a file with another comment"
+    )
     monkeypatch.setattr(compiler, "compile_library", None)  # fails where it is called
     again = library.library_path(BASE)
     assert again != path

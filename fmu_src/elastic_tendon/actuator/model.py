@@ -3,63 +3,86 @@
 The chain follows the slots of `effects.base`: motor, its pulley, two tendons, joint pulley, link.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 
 from elastic_tendon.actuator import transmission
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.system import HybridSystem, Symbols, linear_root, total_jacobian
 from elastic_tendon.actuator.tendon import TendonForces, tendon
-from elastic_tendon.actuator.variables import JOINT_MOTION, SPRINGS, interface
+from elastic_tendon.actuator.variables import (
+    JOINT_MOTION,
+    MOTOR_MOTION,
+    POSITION_OF,
+    SPRINGS,
+    interface,
+)
 from elastic_tendon.effects.base import (
     FrictionBounds,
     Joint,
     JointPulley,
+    Motor,
     MotorAngle,
     Signal,
     Slot,
 )
 from elastic_tendon.effects.symbolic import Symbol, both, one_at_a_time, where
 
-VELOCITY_SCALE = 1.0  # rad/s, by which the joint's velocity is judged to have crossed zero
+VELOCITY_SCALE = 1.0  # rad/s, by which a velocity is judged to have crossed zero
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """Symbols of the angles and rates at both ends: true ones, given or computed."""
+
+    motor_position: Symbol
+    motor_velocity: Symbol
+    joint: Joint
 
 
 @one_at_a_time
-def build(effect_ids: tuple[str, ...]) -> HybridSystem:
+def build(
+    effect_ids: tuple[str, ...], kind: InterfaceKind = InterfaceKind.POSITION
+) -> HybridSystem:
     """Equations of the model with the given effects.
 
     Parameters
     ----------
     effect_ids : tuple of catalogue ids, in any order
+    kind : what is given and what is computed
 
     Returns
     -------
     HybridSystem
     """
-    variables = interface(effect_ids)
+    variables = interface(effect_ids, kind)
     s = Symbols(variables)
-    joint = Joint(s.state["joint_position"], s.state["joint_velocity"])
-    motor_position = _motor_position(s)
-    upper, lower = _tendons(s, joint)
-    angle = _pulley_angle(s, motor_position, upper, lower)
+    ends = _ends(s, kind)
+    upper, lower = _tendons(s, ends.joint)
+    angle = _pulley_angle(s, ends, upper, lower)
     outputs = {
-        **_link(s, joint, upper, lower),
-        **_at_motor(s, joint, motor_position, upper, lower),
+        **s.state,
+        **(_link if kind.has_link else _held_joint)(s, ends.joint, upper, lower),
+        **_at_motor(s, ends, angle, upper, lower),
         "slack_state": _slack_state(s.mode["upper_spring.taut"], s.mode["lower_spring.taut"]),
         "overstretched": ca.logic_or(upper.overstretched, lower.overstretched),
     }
+    if kind.has_rotor:
+        _rotor(s, ends, outputs["motor_torque"], upper)
     delay = sum((answer.value for answer in s.fill(Slot.SIGNAL_DELAY, None)), ca.SX(0))
     if variables.reads_signals:
-        outputs |= _readings(s, joint, motor_position, delay)
+        outputs |= _readings(s, ends, delay)
     exact_delay = where(s.as_measured, delay, 0)
     indicators, next_modes = s.relations.in_order()
     columns = {
-        "rates": ca.vertcat(*(s.rate[name] for name in variables.state_names)),
-        "outputs": ca.vertcat(*(outputs[name] for name in variables.output_names)),
+        "rates": _column(s.rate[name] for name in variables.state_names),
+        "outputs": _column(outputs[name] for name in variables.output_names),
         "indicators": indicators,
         "next_modes": next_modes,
         "reset": _reset(s),
-        "starts": ca.vertcat(*(s.state | s.start).values()),
+        "starts": _column((s.state | s.start).values()),
     }
     columns = _with_pulley(s, angle, columns | s.implicit_columns())
     # the guess of one unknown may stand in that of another: a free pulley in the springs' lengths
@@ -68,35 +91,72 @@ def build(effect_ids: tuple[str, ...]) -> HybridSystem:
     return HybridSystem(interface=variables, **symbols, delay=exact_delay, **columns)
 
 
-# ---- motor and its pulley ------------------------------------------------------------------
+def _column(symbols: Iterable[Symbol]) -> ca.SX:
+    return ca.vertcat(ca.SX(0, 1), *symbols)
 
 
-def _motor_position(s: Symbols) -> Symbol:
-    """True motor position, rad: in comparison the input is what the encoder reads."""
-    given, true = s.input["motor_position"], ca.SX.sym("true")
-    errors = s.fill(Slot.MOTOR_SIGNAL, Signal(true))
+# ---- both ends -----------------------------------------------------------------------------
+
+
+def _ends(s: Symbols, kind: InterfaceKind) -> _Ends:
+    known = s.input | s.state
+    joint = known["joint_position"], known["joint_velocity"]
+    motor = known["motor_position"], known["motor_velocity"]
+    if not kind.has_rotor:
+        motor = _true_angle(s, motor[0], Slot.MOTOR_SIGNAL), motor[1]
+    if not kind.has_link:
+        joint = _true_angle(s, joint[0], Slot.JOINT_SIGNAL), joint[1]
+    return _Ends(*motor, Joint(*joint))
+
+
+def _true_angle(s: Symbols, given: Symbol, encoder: Slot) -> Symbol:
+    """True angle, rad, where in comparison the input is what the encoder reads."""
+    true = ca.SX.sym("true")
+    errors = s.fill(encoder, Signal(true))
     if not errors:
         return given
     reading = true + sum(error.value for error in errors)
     return where(s.as_measured, s.root(reading - given, true, given), given)
 
 
-def _pulley_angle(
-    s: Symbols, motor_position: Symbol, upper: TendonForces, lower: TendonForces
-) -> Symbol:
+# ---- motor and its pulley ------------------------------------------------------------------
+
+
+def _rotor(s: Symbols, ends: _Ends, tendon_torque: Symbol, upper: TendonForces) -> None:
+    """Motion of the rotor, ``J_m θ'' = motor torque - tendon torque + friction``."""
+    motor = s.parameters("motor")
+    t = s.parameters("transmission")
+    given = s.input["motor_torque"]
+    at = Motor(ends.motor_position, ends.motor_velocity, given)
+    torque = given - motor.damping * ends.motor_velocity - tendon_torque
+    for added in s.fill(Slot.MOTOR_TORQUE, at):
+        torque += added.value
+    dry = _bounds(s.fill(Slot.MOTOR_FRICTION, at))
+    _accelerate(s, MOVED_ROTOR, torque, dry, motor.inertia, t.motor_pulley_radius * upper.largest)
+
+
+def _pulley_angle(s: Symbols, ends: _Ends, upper: TendonForces, lower: TendonForces) -> Symbol:
     """Angle of the motor pulley after every angle map, rad."""
     maps = list(s.in_slot(Slot.ANGLE_MAP))
     if not maps:
-        return motor_position
+        return ends.motor_position
     t = s.parameters("transmission")
-    undeflected = s.state["joint_position"] * t.joint_pulley_radius / t.motor_pulley_radius
+    undeflected = ends.joint.position * t.joint_pulley_radius / t.motor_pulley_radius
     free = _free_position(s, upper.unbounded - lower.unbounded, undeflected)
-    angle = motor_position
+    angle = ends.motor_position
     for effect in maps:
         answer = s.answer(effect, effect.id, MotorAngle(angle, free))
         s.take(effect.id, answer)
         angle = answer.value
     return angle
+
+
+def _pulley_ratio(s: Symbols, ends: _Ends, angle: Symbol) -> Symbol:
+    """By how much the pulley turns while the motor does; the torques are as the reverse."""
+    if not any(s.in_slot(Slot.ANGLE_MAP)):
+        return 1
+    given = (s.input | s.state)["motor_position"]
+    return ca.jacobian(angle, given) / ca.jacobian(ends.motor_position, given)
 
 
 def _free_position(s: Symbols, pull: ca.SX, guess: Symbol) -> ca.SX:
@@ -119,8 +179,9 @@ def _with_pulley(s: Symbols, angle: Symbol, columns: dict[str, ca.SX]) -> dict[s
     states that depend on it in turn, linearly.
     """
     columns = _substitute(columns, s.pulley_angle, angle)
-    along = ca.vertcat(s.input["motor_position"], s.x)
-    rates = ca.vertcat(s.input["motor_velocity"], columns["rates"])
+    velocities = [name for name in s.input if name in POSITION_OF]
+    along = ca.vertcat(*(s.input[POSITION_OF[name]] for name in velocities), s.x)
+    rates = ca.vertcat(*(s.input[name] for name in velocities), columns["rates"])
     by_along = total_jacobian(angle, along, s.unknowns, columns["residuals"])
     rate = linear_root(s.pulley_rate - by_along @ rates, s.pulley_rate)
     return _substitute(columns, s.pulley_rate, rate)
@@ -157,31 +218,74 @@ def _tendons(s: Symbols, joint: Joint) -> tuple[TendonForces, TendonForces]:
 
 def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) -> dict[str, Symbol]:
     """Motion of the link, ``J q'' = torque + friction``; outputs seen at the joint."""
+    link = s.parameters("link")
     radius = s.parameter["transmission.joint_pulley_radius"]
     tendon_torque = transmission.joint_torque(upper.joint, lower.joint, radius)
-    torque = tendon_torque + s.input["load_torque"] - s.parameter["link.damping"] * joint.velocity
+    torque = tendon_torque + s.input["load_torque"] - link.damping * joint.velocity
     for added in s.fill(Slot.JOINT_TORQUE, joint):
         torque += added.value
     losses = s.fill(Slot.TENDON_LOSS, JointPulley(upper.joint, lower.joint, radius))
     loss = _bounds(losses)
     dry = _bounds(losses + s.fill(Slot.DRY_FRICTION, joint))
-    friction = ca.SX(0)
-    moving: Symbol = 1
-    if JOINT_MOTION.name in s.mode:
-        friction = _dry_friction(s, joint, torque, dry, radius * upper.largest)
-        moving = s.mode[JOINT_MOTION.name]
-    s.rate["joint_position"] = where(moving, joint.velocity, 0)
-    s.rate["joint_velocity"] = where(moving, (torque + friction) / s.parameter["link.inertia"], 0)
+    friction = _accelerate(s, MOVED_LINK, torque, dry, link.inertia, radius * upper.largest)
     width = dry.upper - dry.lower
     share = (friction - dry.lower) / where(width > 0, width, 1)
     return {
         # while the joint sticks, what is lost on the tendons is their share of the friction
         "joint_torque": tendon_torque + loss.lower + share * (loss.upper - loss.lower),
-        "joint_position": joint.position,
-        "joint_velocity": joint.velocity,
         "upper_spring_force": upper.joint,
         "lower_spring_force": lower.joint,
     }
+
+
+def _held_joint(
+    s: Symbols, _joint: Joint, upper: TendonForces, lower: TendonForces
+) -> dict[str, Symbol]:
+    """Outputs seen at a joint that another simulator moves."""
+    radius = s.parameter["transmission.joint_pulley_radius"]
+    torque = transmission.joint_torque(upper.joint, lower.joint, radius)
+    return {
+        "joint_torque": torque,
+        "load_torque": -torque,
+        "upper_spring_force": upper.joint,
+        "lower_spring_force": lower.joint,
+    }
+
+
+# ---- motion under dry friction -------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """Names of what a torque moves, and the mode that tells whether it sticks."""
+
+    position: str
+    velocity: str
+    motion: str
+
+
+MOVED_LINK = _Moved("joint_position", "joint_velocity", JOINT_MOTION.name)
+MOVED_ROTOR = _Moved("motor_position", "motor_velocity", MOTOR_MOTION.name)
+
+
+def _accelerate(
+    s: Symbols,
+    moved: _Moved,
+    torque: Symbol,
+    dry: FrictionBounds,
+    inertia: Symbol,
+    torque_scale: Symbol,
+) -> Symbol:
+    """Set the rates of what is moved by a torque (N·m); returns the dry friction on it, N·m."""
+    velocity = s.state[moved.velocity]
+    friction = ca.SX(0)
+    moving: Symbol = 1
+    if moved.motion in s.mode:
+        friction = _dry_friction(s, moved.motion, velocity, torque, dry, torque_scale)
+        moving = s.mode[moved.motion]
+    s.rate[moved.position] = where(moving, velocity, 0)
+    s.rate[moved.velocity] = where(moving, (torque + friction) / inertia, 0)
+    return friction
 
 
 def _bounds(frictions: Sequence[FrictionBounds]) -> FrictionBounds:
@@ -193,19 +297,22 @@ def _bounds(frictions: Sequence[FrictionBounds]) -> FrictionBounds:
 
 
 def _dry_friction(
-    s: Symbols, joint: Joint, torque: Symbol, bounds: FrictionBounds, torque_scale: Symbol
+    s: Symbols,
+    motion: str,
+    velocity: Symbol,
+    torque: Symbol,
+    bounds: FrictionBounds,
+    torque_scale: Symbol,
 ) -> Symbol:
-    """Dry friction torque: a bound while the joint slides, what holds it while it sticks."""
-    at_rest = ca.substitute(
-        ca.vertcat(torque + bounds.lower, torque + bounds.upper), joint.velocity, 0
-    )
+    """Dry friction torque: a bound while it slides, what holds it while it sticks."""
+    at_rest = ca.substitute(ca.vertcat(torque + bounds.lower, torque + bounds.upper), velocity, 0)
     s.relations.motion(
-        JOINT_MOTION.name,
-        joint.velocity / VELOCITY_SCALE,
+        motion,
+        velocity / VELOCITY_SCALE,
         push_up=at_rest[0] / torque_scale,
         push_down=-at_rest[1] / torque_scale,
     )
-    mode = s.mode[JOINT_MOTION.name]
+    mode = s.mode[motion]
     return where(mode, where(mode > 0, bounds.lower, bounds.upper), -torque)
 
 
@@ -223,31 +330,28 @@ def _slack_state(upper_taut: Symbol, lower_taut: Symbol) -> Symbol:
 
 
 def _at_motor(
-    s: Symbols, joint: Joint, motor_position: Symbol, upper: TendonForces, lower: TendonForces
+    s: Symbols, ends: _Ends, angle: Symbol, upper: TendonForces, lower: TendonForces
 ) -> dict[str, Symbol]:
     """Outputs that need the motor: deflection (11) and torque (8)."""
     t = s.parameters("transmission")
     radii = (t.joint_pulley_radius, t.motor_pulley_radius)
     pull = transmission.joint_torque(upper.motor, lower.motor, t.joint_pulley_radius)
     return {
-        "deflection": joint.position
-        - transmission.reflected_motor_position(motor_position, *radii),
-        "motor_torque": transmission.motor_torque(pull, *radii),
+        "deflection": ends.joint.position
+        - transmission.reflected_motor_position(ends.motor_position, *radii),
+        "motor_torque": transmission.motor_torque(pull, *radii) * _pulley_ratio(s, ends, angle),
     }
 
 
-def _readings(s: Symbols, joint: Joint, motor_position: Symbol, delay: Symbol) -> dict[str, Symbol]:
+def _readings(s: Symbols, ends: _Ends, delay: Symbol) -> dict[str, Symbol]:
     """What the encoders read. A delay is linearised, except in comparison, where it is exact."""
-    late = joint.position - where(s.as_measured, 0, delay * joint.velocity)
-    error = sum((answer.value for answer in s.fill(Slot.JOINT_SIGNAL, Signal(late))), ca.SX(0))
-    motor = [
-        s.answer(effect, effect.id, Signal(motor_position))
-        for effect in s.in_slot(Slot.MOTOR_SIGNAL)
-    ]
+    late = ends.joint.position - where(s.as_measured, 0, delay * ends.joint.velocity)
+    joint = s.fill(Slot.JOINT_SIGNAL, Signal(late))
+    motor = s.fill(Slot.MOTOR_SIGNAL, Signal(ends.motor_position))
     return {
-        "measured_joint_position": late + error,
-        "measured_motor_position": motor_position
-        + sum((answer.value for answer in motor), ca.SX(0)),
+        "measured_joint_position": late + sum((error.value for error in joint), ca.SX(0)),
+        "measured_motor_position": ends.motor_position
+        + sum((error.value for error in motor), ca.SX(0)),
     }
 
 
@@ -255,11 +359,9 @@ def _readings(s: Symbols, joint: Joint, motor_position: Symbol, delay: Symbol) -
 
 
 def _reset(s: Symbols) -> ca.SX:
-    """States after an event: a joint that now sticks has no velocity."""
+    """States after an event: what now sticks has no velocity."""
     after = dict(s.state)
-    if JOINT_MOTION.name in s.mode:
-        after["joint_velocity"] = where(
-            s.mode_next[JOINT_MOTION.name], s.state["joint_velocity"], 0
-        )
-    column: ca.SX = ca.vertcat(*after.values())
-    return column
+    for moved in (MOVED_LINK, MOVED_ROTOR):
+        if moved.motion in s.mode:
+            after[moved.velocity] = where(s.mode_next[moved.motion], s.state[moved.velocity], 0)
+    return _column(after.values())

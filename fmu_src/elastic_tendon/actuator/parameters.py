@@ -34,8 +34,9 @@ from elastic_tendon.actuator.effect_numbers import (
     effect_quantities,
     effects_schema,
 )
+from elastic_tendon.actuator.interfaces import InterfaceKind, kinds_with
 from elastic_tendon.actuator.quantity import STRICT, Quantity, declared_in
-from elastic_tendon.actuator.sections import Link, Motor, Spring, Transmission
+from elastic_tendon.actuator.sections import InterfaceSection, Link, Motor, Spring, Transmission
 from elastic_tendon.effects.base import Effect, Parameter, Sizes, Slot
 from elastic_tendon.errors import ModelError
 
@@ -50,11 +51,12 @@ class Model(BaseModel):
     model_config = STRICT
 
     name: str
+    interface: InterfaceSection | None = None
     transmission: Transmission
     link: Link
     # id -> parameter -> value; complete, in catalogue order
     effects: dict[str, dict[str, float]] = Field(default_factory=dict)
-    motor: Motor | None = None
+    motor: Motor | None = Field(default=None, validate_default=True)
     # dotted path -> one sigma, relative to the value, absolute where the value is 0
     uncertainty: dict[str, float] = Field(default_factory=dict)
 
@@ -74,12 +76,42 @@ class Model(BaseModel):
         present = tuple(effect for effect in effects.BY_ID.values() if effect.id in listed)
         return effects_schema(present).model_validate(value).model_dump(by_alias=True)
 
+    @field_validator("effects")
+    @classmethod
+    def _with_a_place(
+        cls, value: dict[str, dict[str, float]], info: ValidationInfo
+    ) -> dict[str, dict[str, float]]:
+        kind = _kind_of(info.data.get("interface"))
+        for effect_id in value:
+            slot = effects.BY_ID[effect_id].slot
+            if not kind.has_slot(slot):
+                raise _refused(_no_place(effect_id, slot, kind))
+        return value
+
+    @field_validator("motor")
+    @classmethod
+    def _moved_by_torque(cls, value: Motor | None, info: ValidationInfo) -> Motor | None:
+        kind = _kind_of(info.data.get("interface"))
+        if not kind.has_rotor:
+            return value
+        if value is None:
+            raise _refused(
+                f"missing; interface {kind} moves the rotor: give a table [motor] with its inertia"
+            )
+        if value.friction_torque > 0.0:
+            raise _refused(
+                f"friction_torque = {value.friction_torque:g} N.m is for designs only; at "
+                f"interface {kind} give it as torque of [effects.motor_friction]"
+            )
+        return value
+
     @field_validator("uncertainty", mode="before")
     @classmethod
     def _known_paths(cls, value: object, info: ValidationInfo) -> dict[str, Any]:
         # with broken effects every declared path is let pass: their own problem is reported
         effect_ids = info.data.get("effects", effects.BY_ID)
-        paths = tuple(quantity.path for quantity in quantities(effect_ids))
+        kind = _kind_of(info.data.get("interface"))
+        paths = tuple(quantity.path for quantity in quantities(effect_ids, kind))
         listed = _uncertainty_schema(paths).model_validate(value)
         return listed.model_dump(by_alias=True, exclude_unset=True)
 
@@ -88,12 +120,25 @@ class Model(BaseModel):
         """Ids of the effects present, in the catalogue's order."""
         return tuple(self.effects)
 
+    @property
+    def kind(self) -> InterfaceKind:
+        """What is given and what is computed."""
+        return _kind_of(self.interface)
+
+    @property
+    def structure(self) -> tuple[tuple[str, ...], InterfaceKind]:
+        """What decides the equations, but no number: effects and interface."""
+        return self.effect_ids, self.kind
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Run-time parameters of this model, in the order of their declaration."""
+        return quantities(*self.structure)
+
     def values(self) -> dict[str, float]:
         """Run-time numbers by dotted path (SI), in the order of `quantities`."""
         tree = self.model_dump()
         return {
-            quantity.path: float(_descend(tree, quantity.path))
-            for quantity in quantities(self.effect_ids)
+            quantity.path: float(_descend(tree, quantity.path)) for quantity in self.quantities()
         }
 
     def with_values(self, values: Mapping[str, float]) -> "Model":
@@ -104,7 +149,7 @@ class Model(BaseModel):
         ModelError
             for a path that is no run-time number of this model, or a value not allowed
         """
-        known = {quantity.path: quantity for quantity in quantities(self.effect_ids)}
+        known = {quantity.path: quantity for quantity in self.quantities()}
         unknown = [
             problems.unknown_key(path, path, known, "this model")
             for path in values
@@ -153,7 +198,7 @@ class Model(BaseModel):
         ten typical values, whatever its value; a damping of 0 by what gives the joint a
         damping ratio of 0.3 in state III.
         """
-        quantity = {known.path: known for known in quantities(self.effect_ids)}[path]
+        quantity = {known.path: known for known in self.quantities()}[path]
         value = self.values()[path]
         if path in self.uncertainty:
             return self.uncertainty[path] * (abs(value) if value else 1.0)
@@ -211,19 +256,43 @@ class Model(BaseModel):
         return tomli_w.dumps({key: value for key, value in tree.items() if value != {}})
 
 
-def quantities(effect_ids: Iterable[str]) -> tuple[Quantity, ...]:
-    """Run-time parameters of a model with these effects: transmission, link, effects.
+def _kind_of(section: InterfaceSection | None) -> InterfaceKind:
+    return InterfaceKind(section.kind) if section else InterfaceKind.POSITION
 
-    The order is that of the declarations and of the catalogue, not of `effect_ids`.
+
+def _refused(sentence: str) -> PydanticCustomError:
+    return PydanticCustomError(problems.REFUSED, "{sentence}", {"sentence": sentence})
+
+
+def _no_place(effect_id: str, slot: Slot, kind: InterfaceKind) -> str:
+    moved = "link" if not kind.has_link and InterfaceKind.POSITION.has_slot(slot) else "rotor"
+    there = " or ".join(kinds_with(slot))
+    return (
+        f"{effect_id} acts on the motion of the {moved}, which interface {kind} does not compute; "
+        f"leave it out, or choose interface {there}"
+    )
+
+
+def quantities(
+    effect_ids: Iterable[str], kind: InterfaceKind = InterfaceKind.POSITION
+) -> tuple[Quantity, ...]:
+    """Run-time parameters of a model with these effects: transmission, link, motor, effects.
+
+    The order is that of the declarations and of the catalogue, not of `effect_ids`. Link and motor
+    have some where they are moved.
     """
-    return _quantities(frozenset(effect_ids))
+    return _quantities(frozenset(effect_ids), kind)
 
 
 @lru_cache
-def _quantities(wanted: frozenset[str]) -> tuple[Quantity, ...]:
+def _quantities(wanted: frozenset[str], kind: InterfaceKind) -> tuple[Quantity, ...]:
     if unknown := sorted(wanted - effects.BY_ID.keys()):
         raise KeyError(f"no effect named {', '.join(unknown)}")
-    base = declared_in(Model, run_time_only=True)
+    base = (
+        quantity
+        for quantity in declared_in(Model, run_time_only=True)
+        if kind.has_quantity(quantity.path)
+    )
     added = (
         quantity
         for effect in effects.BY_ID.values()

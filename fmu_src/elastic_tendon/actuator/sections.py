@@ -5,6 +5,7 @@ uncertainty; everything said of it elsewhere is derived from that.
 """
 
 import math
+from typing import Literal
 
 from pydantic import BaseModel, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
@@ -120,25 +121,31 @@ class Link(BaseModel):
 
 
 class Motor(BaseModel):
-    """Rotor and gear at the motor pulley; only for designs with a torque-driven rotor."""
+    """Rotor and gear at the motor pulley: what a motor torque moves."""
 
     model_config = STRICT
 
     inertia: float = declare(
-        "kg.m2",
-        "moment of inertia of rotor and gear at the motor pulley",
-        (1e-10, 1e3),
-        1e-3,
-        run_time=False,
+        *("kg.m2", "moment of inertia of rotor and gear at the motor pulley", (1e-10, 1e3), 1e-3),
+        uncertainty=0.3,
+        tunable=True,
     )
     damping: float = declare(
-        "N.m.s/rad",
-        "viscous damping at the motor pulley",
-        (0.0, 1e4),
-        1e-2,
+        *("N.m.s/rad", "viscous damping at the motor pulley", (0.0, 1e4), 1e-2),
+        uncertainty=1.0,
+        default=0.0,
+        tunable=True,
+    )
+    friction_torque: float = declare(
+        *("N.m", "dry friction at the motor pulley, only for designs", (0.0, 1e4), 0.1),
         default=0.0,
         run_time=False,
     )
-    friction_torque: float = declare(
-        "N.m", "dry friction at the motor pulley", (0.0, 1e4), 0.1, default=0.0, run_time=False
-    )
+
+
+class InterfaceSection(BaseModel):
+    """What is given and what is computed."""
+
+    model_config = STRICT
+
+    kind: Literal["position", "torque", "joint", "torque_joint"] = "position"

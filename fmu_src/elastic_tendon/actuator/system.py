@@ -136,7 +136,7 @@ class Symbols:
         self.pulley_rate = ca.SX.sym("pulley_rate")
         self.as_measured = self.p[-1] if variables.reads_signals else ca.SX(0)
         self.state = _named(variables.state_names, self.x)
-        self.input = _named((variable.name for variable in variables.inputs), self.u)
+        self.input = _named(variables.input_names, self.u)
         self.parameter = _named(variables.parameter_names, self.p[: len(variables.parameters)])
         self.mode = _named((mode.name for mode in variables.modes), self.r)
         self.mode_next = dict(zip(self.mode, ca.vertsplit(self.r_next), strict=True))

@@ -5,12 +5,13 @@ Nothing here needs CasADi, so a cached library is used without importing it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, lru_cache
 from math import inf
 
 from elastic_tendon import effects as catalogue
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import quantities
 from elastic_tendon.effects.base import Effect, Slot
 
@@ -72,8 +73,9 @@ class Mode:
 
 @dataclass(frozen=True)
 class Interface:
-    """Ordered variables of a structure (a set of effects)."""
+    """Ordered variables of a structure: an interface with a set of effects."""
 
+    kind: InterfaceKind
     effects: tuple[Effect, ...]
     states: tuple[Variable, ...]
     inputs: tuple[Variable, ...]
@@ -101,23 +103,46 @@ class Interface:
         return tuple(output.name for output in self.outputs)
 
     @cached_property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs, in the order in which the library takes them."""
+        return tuple(variable.name for variable in self.inputs)
+
+    @cached_property
     def parameter_names(self) -> tuple[str, ...]:
         """Dotted paths of the parameters, in the order in which the library takes them."""
         return tuple(parameter.name for parameter in self.parameters)
 
 
-INPUTS = (
-    Variable("motor_position", "rad", "angle of the motor at the motor pulley"),
-    Variable(
-        "motor_velocity",
-        "rad/s",
-        "rate of motor_position; used by spring damping and effects that need the rate",
-        nominal=10.0,
-    ),
-    Variable("load_torque", "N.m", "external torque on the joint, positive with joint_position"),
+MOTOR_POSITION = Variable("motor_position", "rad", "angle of the motor at the motor pulley")
+MOTOR_VELOCITY = Variable(
+    "motor_velocity",
+    "rad/s",
+    "rate of motor_position; used by spring damping and effects that need the rate",
+    nominal=10.0,
 )
+LOAD_TORQUE = Variable(
+    "load_torque", "N.m", "external torque on the joint, positive with joint_position"
+)
+JOINT_POSITION = Variable("joint_position", "rad", "angle of the joint, q", nominal=0.1)
+JOINT_VELOCITY = Variable("joint_velocity", "rad/s", "angular velocity of the joint")
+MOTOR_TORQUE = Variable(
+    "motor_torque",
+    "N.m",
+    "torque that the motor has to exert on its pulley against the tendons, paper (8)",
+    at_motor=True,
+)
+HOLDING_TORQUE = replace(
+    LOAD_TORQUE,
+    meaning="torque that holds the joint against the tendons from outside, -joint_torque",
+)
+DRIVING_TORQUE = replace(
+    MOTOR_TORQUE, meaning="torque that the motor exerts on its rotor, counted at the motor pulley"
+)
+INPUTS = (MOTOR_POSITION, MOTOR_VELOCITY, LOAD_TORQUE)  # of InterfaceKind.POSITION
+# inputs that are the rate of another one: the position by the velocity's name
+POSITION_OF = {"motor_velocity": "motor_position", "joint_velocity": "joint_position"}
 
-OUTPUTS = (
+OUTPUTS = (  # of InterfaceKind.POSITION
     Variable("joint_torque", "N.m", "torque of the tendons on the joint, paper (7)"),
     Variable(
         "slack_state",
@@ -128,15 +153,10 @@ OUTPUTS = (
         lower=1.0,
         upper=4.0,
     ),
-    Variable("joint_position", "rad", "angle of the joint, q", nominal=0.1),
-    Variable("joint_velocity", "rad/s", "angular velocity of the joint"),
+    JOINT_POSITION,
+    JOINT_VELOCITY,
     Variable("deflection", "rad", "joint position less reflected motor position, paper (11)"),
-    Variable(
-        "motor_torque",
-        "N.m",
-        "torque that the motor has to exert on its pulley against the tendons, paper (8)",
-        at_motor=True,
-    ),
+    MOTOR_TORQUE,
     Variable("upper_spring_force", "N", "tension of the upper tendon", nominal=100.0, lower=0.0),
     Variable("lower_spring_force", "N", "tension of the lower tendon", nominal=100.0, lower=0.0),
     Variable(
@@ -160,12 +180,21 @@ READINGS = (
     Variable("measured_motor_position", "rad", "what the motor encoder reads", at_motor=True),
 )
 
-_BASE_STATES = OUTPUTS[2:4]  # joint position and velocity are outputs and states alike
+# rotor and link, whose position and velocity are outputs and states alike
+_ROTOR = (
+    replace(MOTOR_POSITION, at_motor=True),
+    replace(MOTOR_VELOCITY, at_motor=True, meaning="rate of motor_position"),
+)
+_LINK = (JOINT_POSITION, JOINT_VELOCITY)
+
+# everything that is measured, driven or computed at some interface, by name
+SIGNALS = {variable.name: variable for variable in (*INPUTS, *_ROTOR, *OUTPUTS, *READINGS)}
 
 SIGNAL_SLOTS = (Slot.MOTOR_SIGNAL, Slot.JOINT_SIGNAL, Slot.SIGNAL_DELAY)
 STICTION_SLOTS = (Slot.TENDON_LOSS, Slot.DRY_FRICTION)
 
 JOINT_MOTION = Mode("joint_motion", "sign of the motion; 0 while the joint sticks", 0.0, (-1, 0, 1))
+MOTOR_MOTION = Mode("motor_motion", "sign of the motion; 0 while the motor sticks", 0.0, (-1, 0, 1))
 
 
 def catalogue_order(effect_ids: Sequence[str]) -> tuple[Effect, ...]:
@@ -202,7 +231,35 @@ def places(effect: Effect, effects: tuple[Effect, ...]) -> tuple[str, ...]:
     return (effect.id,)
 
 
-def _states(effects: tuple[Effect, ...]) -> tuple[Variable, ...]:
+def _inputs(kind: InterfaceKind) -> tuple[Variable, ...]:
+    at_motor = (DRIVING_TORQUE,) if kind.has_rotor else (MOTOR_POSITION, MOTOR_VELOCITY)
+    return (*at_motor, *((LOAD_TORQUE,) if kind.has_link else _LINK))
+
+
+def _outputs(kind: InterfaceKind, effects: tuple[Effect, ...]) -> tuple[Variable, ...]:
+    """Outputs in the order of `OUTPUTS`, what is moved in place of the link; no input is one."""
+    torque_and_slack, rest = OUTPUTS[:2], OUTPUTS[4:]
+    read = _has(effects, *SIGNAL_SLOTS)
+    return (
+        *torque_and_slack,
+        *_moved(kind),
+        *(output for output in rest if not (kind.has_rotor and output is MOTOR_TORQUE)),
+        *(() if kind.has_link else (HOLDING_TORQUE,)),
+        *(reading for reading in READINGS if read and (kind.has_link or reading.at_motor)),
+    )
+
+
+def _moved(kind: InterfaceKind) -> tuple[Variable, ...]:
+    """States of link and rotor."""
+    return (*(_LINK if kind.has_link else ()), *(_ROTOR if kind.has_rotor else ()))
+
+
+def moved_states(kind: InterfaceKind) -> tuple[str, ...]:
+    """Names of position and velocity of what is moved: the link, the rotor, both or nothing."""
+    return tuple(state.name for state in _moved(kind))
+
+
+def _states(kind: InterfaceKind, effects: tuple[Effect, ...]) -> tuple[Variable, ...]:
     series = [
         Variable(
             series_elongation(strand), "m", "elongation of one spring", start=None, nominal=1e-2
@@ -211,7 +268,7 @@ def _states(effects: tuple[Effect, ...]) -> tuple[Variable, ...]:
         if _has(effects, Slot.SERIES_ELEMENT)
     ]
     return (
-        *_BASE_STATES,
+        *_moved(kind),
         *series,
         *(s for effect in effects for s in _effect_states(effect, effects)),
     )
@@ -250,16 +307,20 @@ def _modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
         for relation in effect.relations
     ]
     sticks = [JOINT_MOTION] if _has(effects, *STICTION_SLOTS) else []
+    sticks += [MOTOR_MOTION] if _has(effects, Slot.MOTOR_FRICTION) else []
     return (*taut, *stretched, *of_effects, *sticks)
 
 
 @lru_cache
-def interface(effect_ids: tuple[str, ...]) -> Interface:
+def interface(
+    effect_ids: tuple[str, ...], kind: InterfaceKind = InterfaceKind.POSITION
+) -> Interface:
     """Variables of the model with these effects.
 
     Parameters
     ----------
     effect_ids : tuple of catalogue ids, in any order
+    kind : what is given and what is computed
 
     Returns
     -------
@@ -278,13 +339,14 @@ def interface(effect_ids: tuple[str, ...]) -> Interface:
             quantity.upper,
             tunable=quantity.tunable,
         )
-        for quantity in quantities(tuple(effect.id for effect in effects))
+        for quantity in quantities(tuple(effect.id for effect in effects), kind)
     )
     return Interface(
+        kind=kind,
         effects=effects,
-        states=_states(effects),
-        inputs=INPUTS,
-        outputs=OUTPUTS + (READINGS if _has(effects, *SIGNAL_SLOTS) else ()),
+        states=_states(kind, effects),
+        inputs=_inputs(kind),
+        outputs=_outputs(kind, effects),
         parameters=parameters,
         modes=_modes(effects),
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import Quantity, unit_text
 from elastic_tendon.errors import ModelError
 
@@ -73,10 +73,8 @@ def _by_table(model: Model) -> list[tuple[str, list[Quantity]]]:
         return quantity.path.rpartition(".")[0]
 
     # the pretension stands behind the springs, and belongs to the transmission
-    order = list(dict.fromkeys(map(table, quantities(model.effect_ids))))
-    ordered = sorted(
-        quantities(model.effect_ids), key=lambda quantity: order.index(table(quantity))
-    )
+    order = list(dict.fromkeys(map(table, model.quantities())))
+    ordered = sorted(model.quantities(), key=lambda quantity: order.index(table(quantity)))
     return [(name, list(group)) for name, group in groupby(ordered, key=table)]
 
 

@@ -161,7 +161,7 @@ def compared(document: Document, version: Version, files: Files) -> Result[Compa
     def compute(cache: Cache, progress: Progress) -> Compared:
         measurements = cache.obtain(data(document, files), progress)
         model = version.loaded()
-        library_path(model.effect_ids, progress)
+        library_path(*model.structure, progress)
         progress(f"comparing {version.title}", 0.5)
         heldout = et.compare(model, measurements.heldout) if measurements.heldout else None
         return Compared(et.compare(model, measurements.fitted), heldout)

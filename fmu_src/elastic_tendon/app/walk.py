@@ -89,7 +89,7 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
         before = cache.obtain(results.compared(shown, version, files), progress)
         search = cache.obtain(outcome(document, version, files), progress)
         model = by_hand.preview(version.loaded(), search, effect_id)
-        library_path(model.effect_ids, progress)
+        library_path(*model.structure, progress)
         progress(f"trying {title}", 0.5)
         data = cache.obtain(results.data(shown, files), progress)
         heldout = et.compare(model, data.heldout) if data.heldout else None
@@ -111,7 +111,7 @@ def shows(effect_id: str) -> Result[Signature]:
     effect = et.effects.BY_ID[effect_id]
 
     def compute(_cache: Cache, progress: Progress) -> Signature:
-        library_path((effect_id,), progress)
+        library_path((effect_id,), progress=progress)
         progress(f"drawing how {effect.title} shows", 0.5)
         return signature(effect, et.load_model(EXAMPLE))
 

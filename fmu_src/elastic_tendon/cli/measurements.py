@@ -75,7 +75,7 @@ def simulate(
     check_outputs(out, picture=None, force=force, read=[model, *([data] if data else [])])
     loaded = load(model, own_effects)
     with progress_bar() as progress:
-        library_path(loaded.effect_ids, progress)
+        library_path(*loaded.structure, progress)
         if data is None:
             table = simulated.default_table(loaded)
         else:

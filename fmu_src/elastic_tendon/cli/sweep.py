@@ -307,7 +307,7 @@ def _simulations(
     from elastic_tendon.sweeps import simulations as module
 
     points = _points(request, model)
-    library_path(model.effect_ids, progress)
+    library_path(*model.structure, progress)
     motion = module.default_motion(model)
     if request.data:
         motion = module.measured_motion(
@@ -376,7 +376,6 @@ def _show(
     done: "et.Swept",
     about: Path | None,
 ) -> None:
-    from elastic_tendon.actuator.parameters import quantities
     from elastic_tendon.reports import sweep_tables as words
     from elastic_tendon.sweeps.bootstrap import Bootstrap, intervals
     from elastic_tendon.sweeps.results import read_fleet
@@ -388,7 +387,7 @@ def _show(
     elif isinstance(task, Bootstrap):
         output.print(words.bootstrap_table(intervals(task, done.to_dataframe())))
     else:
-        units = {quantity.path: quantity.unit for quantity in quantities(model.effect_ids)}
+        units = {quantity.path: quantity.unit for quantity in model.quantities()}
         output.print(words.statistics_table(summary, units))
     output.print(words.done_sentence(done), highlight=False, markup=False)
     for sentence in words.failure_sentences(summary, reasons=work is not Work.DIAGNOSE):

@@ -175,7 +175,7 @@ def compare(
     ------
     SimulationError : the solver could not go on
     """
-    measurements = listed(measurements)
+    measurements = [part.at(model.kind) for part in listed(measurements)]
     if initial_states is None:
         measurements = [_as_inputs_ran(model, part) for part in measurements]
         initial_states = [estimate_initial_state(model, part) for part in measurements]
@@ -188,8 +188,9 @@ def _as_inputs_ran(model: Model, measurement: Measurement) -> Measurement:
     if not measurement.has_assumed_curves:
         return measurement
     straight = measurement.with_straight_inputs()
+    signal = next(iter(measurement.signals))
     curved_error, straight_error = (
-        rms(residuals_from_beginning(model, part.samples(slice(LOOKED_AT)))["joint_position"])
+        rms(residuals_from_beginning(model, part.samples(slice(LOOKED_AT)))[signal])
         for part in (measurement, straight)
     )
     return straight if straight_error**2 < CLEARLY_LESS * curved_error**2 else measurement
@@ -221,11 +222,13 @@ def slack_states_measured(model: Model, trajectory: Trajectory, measurement: Mea
     ----------
     model : Model
     trajectory : Trajectory of n samples
-    measurement : Measurement; its error in joint position, taken from the simulated deflection,
-        leaves the measured one, whatever offsets the model knows
+    measurement : Measurement; its errors of position, taken from the simulated deflection, leave
+        the measured one, whatever offsets the model knows
     """
-    error = residuals_of(trajectory, measurement)["joint_position"]
-    deflection = trajectory["deflection"] - error
+    errors = residuals_of(trajectory, measurement)
+    ratio = model.transmission.motor_pulley_radius / model.transmission.joint_pulley_radius
+    motor_error = ratio * errors.get("motor_position", 0.0)  # reflected, (10)
+    deflection = trajectory["deflection"] - (errors.get("joint_position", 0.0) - motor_error)
     lower_end, upper_end = slack_boundaries(model.transmission)
     states = np.full(len(deflection), float(SlackState.III))
     # beyond its end the upper spring is shorter than at rest, and so on the other side

@@ -55,7 +55,7 @@ def _file(
         "notes": list(measurement.notes),
         "static": measurement.static,
         "preparation": measurement.preparation.model_dump(mode="json", exclude_none=True),
-        "initial_state": compared.initial_state.as_dict(),
+        "initial_state": compared.initial_state.as_dict(measurement.kind),
         "missing_torque": _missing_torque(located.missing_torque),
         "signals": {
             name: {

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import characteristic_stiffness
-from elastic_tendon.actuator.variables import interface
+from elastic_tendon.actuator.variables import interface, moved_states
 from elastic_tendon.comparison.residuals import (
     Array,
     InitialState,
@@ -27,10 +27,10 @@ SETTLING = 10.0  # s in which a joint that is damped critically comes to rest
 
 
 def estimate_initial_state(model: Model, measurement: Measurement) -> InitialState:
-    """Least squares on the joint position over the first 0.1 s.
+    """Least squares on the positions of what is moved, joint or motor, over the first 0.1 s.
 
-    Where the sensor is late these are the first 0.1 s after the delay: before, it shows what
-    followed from inputs that were not recorded.
+    Where the joint's sensor is late these are the first 0.1 s after the delay: before, it shows
+    what followed from inputs that were not recorded.
 
     The start is a parabola through the samples; the model then says which position and velocity
     fit best. Where it cannot tell (a sticking joint hides its velocity) the parabola's answer
@@ -51,16 +51,18 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
     """
     if measurement.static:
         return _equilibrium(model, measurement)
+    positions = moved_states(model.kind)[::2]
+    if not positions:
+        return InitialState()
     beginning, late = _beginning(model, measurement)
-    measured = beginning.signals["joint_position"]
-    fit = np.polynomial.Polynomial.fit(beginning.time - beginning.time[0], measured, 2).convert()
-    # a parabola through samples that all agree comes back shorter
-    start = np.append(fit.coef, [0.0, 0.0])[:2]
+    start = np.concatenate([_parabola(beginning, name) for name in positions])
 
     def evaluate(x: Array) -> tuple[Array, Array]:
-        result = sensitivity(model, beginning, InitialState(x[0], x[1]), ())
-        name = "joint_position"
-        return result.residuals[name][late:], result.derivatives[name][late:]
+        result = sensitivity(model, beginning, InitialState.of(model.kind, x), ())
+        return (
+            np.concatenate([result.residuals[name][late:] for name in positions]),
+            np.concatenate([result.derivatives[name][late:] for name in positions]),
+        )
 
     def jacobian(x: Array) -> Array:
         return evaluate(x)[1]
@@ -69,7 +71,7 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
         try:
             return evaluate(x)[0]
         except SimulationError:
-            return np.full(len(measured) - late, np.inf)
+            return np.full(len(positions) * (len(beginning.time) - late), np.inf)
 
     evaluate(start)  # let a model that cannot be simulated say so itself
     span = float(beginning.time[-1] - beginning.time[0])
@@ -77,11 +79,19 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
         residual,
         start,
         jac=jacobian,
-        # a position and a velocity that move the joint by like amounts
-        x_scale=[1.0, 1.0 / span],
+        # positions and velocities that move joint or motor by like amounts
+        x_scale=[1.0, 1.0 / span] * len(positions),
         max_nfev=20,
     )
-    return InitialState(float(solution.x[0]), float(solution.x[1]))
+    return InitialState.of(model.kind, solution.x)
+
+
+def _parabola(beginning: Measurement, signal: str) -> Array:
+    """Position and velocity at the first sample of a parabola through all, rad and rad/s."""
+    elapsed = beginning.time - beginning.time[0]
+    fit = np.polynomial.Polynomial.fit(elapsed, beginning.signals[signal], 2).convert()
+    # a parabola through samples that all agree comes back shorter
+    return np.append(fit.coef, [0.0, 0.0])[:2]
 
 
 def _beginning(model: Model, measurement: Measurement) -> tuple[Measurement, int]:
@@ -98,7 +108,7 @@ def _signal_delay(model: Model) -> float:
     """By how much the signals of the joint are late, s."""
     none = SimpleNamespace()
     delay = 0.0
-    for effect in interface(model.effect_ids).effects:
+    for effect in interface(*model.structure).effects:
         if effect.slot is Slot.SIGNAL_DELAY:
             numbers = SimpleNamespace(**model.effects[effect.id])
             contribution = effect.equations(None, numbers, none, none)

@@ -1,14 +1,15 @@
 """Simulated less measured signals, their derivatives, and how much information they hold."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.variables import interface
+from elastic_tendon.actuator.variables import interface, moved_states
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
 from elastic_tendon.simulation.simulate import Trajectory, sensitivities, simulate
@@ -18,19 +19,38 @@ Array = NDArray[np.float64]
 
 # the long steps of a static curve are solved for, with a Jacobian and its inverse each
 STATIC = 4
-INITIAL_STATES = ("joint_position", "joint_velocity")
 
 
 @dataclass(frozen=True)
 class InitialState:
-    """State of the joint at the first sample: position (rad) and velocity (rad/s)."""
+    """State at the first sample: positions (rad) and velocities (rad/s).
 
-    position: float
-    velocity: float
+    `position` and `velocity` of the joint, the others of the motor; what an interface does not
+    compute stays 0.
+    """
 
-    def as_dict(self) -> dict[str, float]:
-        """By the names of the states."""
-        return dict(zip(INITIAL_STATES, (self.position, self.velocity), strict=True))
+    position: float = 0.0
+    velocity: float = 0.0
+    motor_position: float = 0.0
+    motor_velocity: float = 0.0
+
+    @classmethod
+    def of(cls, kind: InterfaceKind, numbers: Iterable[float]) -> "InitialState":
+        """From the numbers in the order of `moved_states`."""
+        names = (_FIELDS[name] for name in moved_states(kind))
+        return cls(**{name: float(number) for name, number in zip(names, numbers, strict=True)})
+
+    def as_dict(self, kind: InterfaceKind = InterfaceKind.POSITION) -> dict[str, float]:
+        """By the names of the states that an interface has."""
+        return {name: getattr(self, _FIELDS[name]) for name in moved_states(kind)}
+
+
+_FIELDS = {  # of `InitialState`, by the state's name
+    "joint_position": "position",
+    "joint_velocity": "velocity",
+    "motor_position": "motor_position",
+    "motor_velocity": "motor_velocity",
+}
 
 
 @dataclass(frozen=True)
@@ -39,7 +59,7 @@ class Sensitivity:
 
     `residuals` : signal -> (n,) array, simulated less measured, the signal's unit.
     `derivatives` : signal -> (n, m) array; columns are the parameters asked for, then the initial
-    position and velocity.
+    states as of `moved_states`.
     """
 
     residuals: dict[str, Array]
@@ -57,7 +77,7 @@ def simulate_measurement(
     Parameters
     ----------
     model : Model
-    measurement : Measurement; gives time (n,) s, motor position (n,) rad and load (n,) N·m
+    measurement : Measurement at the model's interface; gives time (n,) s and inputs (n,)
     initial : InitialState, rad and rad/s
     tolerance : of the solver, see `simulate`
 
@@ -78,9 +98,8 @@ def _motion(measurement: Measurement, initial: InitialState, tolerance: float) -
     """What is simulated of a recording, as arguments of `simulate`."""
     return {
         "time": measurement.time,
-        "motor_position": measurement.motor_position,
-        "load_torque": measurement.load_torque,
-        "initial_state": initial.as_dict(),
+        **measurement.inputs,
+        "initial_state": initial.as_dict(measurement.kind),
         "interpolation": measurement.input_interpolation,
         "tolerance": tolerance,
         "as_measured": True,
@@ -114,7 +133,7 @@ def sensitivity(
     model : Model
     measurement : Measurement
     initial : InitialState, rad and rad/s
-    parameters : dotted paths, m - 2 of them
+    parameters : dotted paths
     tolerance : of the solver, see `simulate`
 
     Returns
@@ -125,13 +144,14 @@ def sensitivity(
     ------
     SimulationError : the solver could not go on
     """
+    initial_states = moved_states(model.kind)
     result = sensitivities(
         model,
         parameters=tuple(parameters),
-        initial_states=INITIAL_STATES,
+        initial_states=initial_states,
         **_motion(measurement, initial, tolerance),
     )
-    columns = (len(parameters) + len(INITIAL_STATES)) * len(interface(model.effect_ids).states)
+    columns = (len(parameters) + len(initial_states)) * len(interface(*model.structure).states)
     count(_weight(measurement) * result.trajectory.statistics["rates"], columns)
     return Sensitivity(
         residuals=residuals_of(result.trajectory, measurement),

@@ -145,12 +145,12 @@ def _table(
 ) -> pd.DataFrame:
     inputs = {"motor_position": motor_position, "load_torque": load_torque}
     columns = {"time_s": trajectory.time}
-    for variable in (*INPUTS, *interface(model.effect_ids).outputs):
+    for variable in (*INPUTS, *interface(*model.structure).outputs):
         name = variable.name + SUFFIXES[variable.unit]
         if variable.name in trajectory.output_names:
             columns[name] = trajectory[variable.name]
         elif (values := inputs.get(variable.name)) is not None:
             columns[name] = values
     return pd.DataFrame(columns).astype(
-        {output.name: int for output in interface(model.effect_ids).outputs if output.discrete}
+        {output.name: int for output in interface(*model.structure).outputs if output.discrete}
     )

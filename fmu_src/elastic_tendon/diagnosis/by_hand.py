@@ -134,7 +134,7 @@ def _refitted(
     data: Data, added: Sequence[str], starts: Sequence[Model], words: str, progress: Progress
 ) -> Answer:
     progress(words, 0.0)
-    library_path((*data.given.effect_ids, *added), progress)
+    library_path((*data.given.effect_ids, *added), data.given.kind, progress)
     return refit(
         data.given, added, data.fitted, starts, THOROUGH, lambda share: progress(words, share)
     )

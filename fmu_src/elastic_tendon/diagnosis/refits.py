@@ -149,7 +149,7 @@ class Refits:
 
     def _refitted(self, added: Set, check: Check) -> Answer:
         given, fitted = self.data.given, self.data.fitted
-        library_path((*given.effect_ids, *added))
+        library_path((*given.effect_ids, *added), given.kind)
         starts = list(self._starts(added))
         smaller = sorted(self._smaller(added), key=self._left)[:1]
         nothing = [self._with_nothing(added, part) for part in smaller]
@@ -206,7 +206,7 @@ class Refits:
         if base is None:
             return 0.0
         with suppress(*FAILURES):
-            columns = len(free_parameters(model)) * len(interface(model.effect_ids).states)
+            columns = len(free_parameters(model)) * len(interface(*model.structure).states)
             return _evaluations(model, base) * (1.0 + columns)
         return 0.0
 

@@ -551,7 +551,7 @@ class Search(Around):
     ) -> list[tuple[float, Model]]:
         """The best starts of one more effect, and what share of the mean square each leaves."""
         near = in_order((*added, effect_id))
-        library_path((*self.data.given.effect_ids, *near))
+        library_path((*self.data.given.effect_ids, *near), self.data.given.kind)
         answer = self.answers[added]
         if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
             return found

@@ -33,6 +33,8 @@ class Slot(IntEnum):
     DRY_FRICTION = 8  # Joint -> FrictionBounds, with the losses one stick relation of the joint
     JOINT_SIGNAL = 9  # Signal -> error of the joint encoder, rad
     SIGNAL_DELAY = 10  # None -> delay of the signals measured at the joint, s
+    MOTOR_TORQUE = 11  # Motor -> smooth torque added on the rotor, N·m
+    MOTOR_FRICTION = 12  # Motor -> FrictionBounds, one stick relation of the rotor
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,18 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class Motor:
+    """Where the rotor is moved: position (rad), velocity (rad/s), the torque that is given (N·m).
+
+    All count at the motor pulley.
+    """
+
+    position: Symbol
+    velocity: Symbol
+    torque: Symbol
+
+
+@dataclass(frozen=True)
 class MotorAngle:
     """Where an angle map acts: angles at the motor pulley, rad."""
 
@@ -224,7 +238,7 @@ class Contribution:
 
 @dataclass(frozen=True)
 class FrictionBounds:
-    """Range of dry friction torque on the joint at this velocity, N·m; ``lower <= 0 <= upper``."""
+    """Range of dry friction torque at this velocity, N·m; ``lower <= 0 <= upper``."""
 
     lower: Symbol
     upper: Symbol

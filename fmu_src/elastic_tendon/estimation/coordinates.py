@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import Quantity
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.measurement import Measurement
@@ -29,14 +29,14 @@ def free_parameters(model: Model) -> tuple[str, ...]:
     """Dotted paths of the parameters that the prior does not call known."""
     return tuple(
         quantity.path
-        for quantity in quantities(model.effect_ids)
+        for quantity in model.quantities()
         if not quantity.integer and model.uncertainty_of(quantity.path) > 0.0
     )
 
 
 def declared_quantities(model: Model) -> dict[str, Quantity]:
     """What each parameter of a model may be, by dotted path."""
-    return {quantity.path: quantity for quantity in quantities(model.effect_ids)}
+    return {quantity.path: quantity for quantity in model.quantities()}
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,7 @@ def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
     Parameters
     ----------
     problem : Problem with m free parameters
-    vector : (m + 2 f,) array, the optimum
+    vector : (m + s f,) array, the optimum
     sigmas : weights of the errors at the optimum
 
     Returns
@@ -196,7 +196,7 @@ def _inverse(data: Array) -> Array:
 def _project_out(columns: Array, nuisance: Array) -> Array:
     """Part of each column (N, m) that no combination of the nuisance columns can imitate."""
     basis, singular, _ = np.linalg.svd(nuisance, full_matrices=False)
-    basis = basis[:, singular > 1e-10 * max(float(singular[0]), 1e-300)]
+    basis = basis[:, singular > 1e-10 * singular.max(initial=1e-300)]
     return columns - basis @ (basis.T @ columns)
 
 

@@ -96,7 +96,7 @@ class FitResult(Result):
 
     @cached_property
     def derivatives(self) -> Array:
-        """Of the residuals, errors and prior, by the vector, (N + m, m + 2 f).
+        """Of the residuals, errors and prior, by the vector, (N + m, m + s f).
 
         Raises
         ------
@@ -128,7 +128,7 @@ class FitResult(Result):
 
     @property
     def off_bounds(self) -> NDArray[np.bool_]:
-        """Which entries of the vector are on none of their bounds, (m + 2 f,)."""
+        """Which entries of the vector are on none of their bounds, (m + s f,)."""
         lower, upper = self.problem.bounds()
         return (self.vector > lower + ON_BOUND) & (self.vector < upper - ON_BOUND)
 

@@ -1,8 +1,8 @@
 """The least-squares problem of a fit: one vector in, whitened residuals and derivatives out.
 
-The vector holds the fit's variables of the free parameters (see `coordinates`), then position and
-velocity at the first sample of each recording. The residual vector holds every recording and
-signal divided by its sigma, then the prior of each free parameter.
+The vector holds the fit's variables of the free parameters (see `coordinates`), then the state at
+the first sample of each recording: position and velocity of what the interface moves. The residual
+vector holds every recording and signal divided by its sigma, then the prior of each free parameter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.variables import moved_states
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import (
-    INITIAL_STATES,
     Array,
     InitialState,
     effective_sigma,
@@ -34,18 +35,28 @@ Sigmas = tuple[Mapping[str, float], ...]
 # dynamics, of bristles or of masses on springs, take half the time
 TOLERANCE = 1e-6
 STEEPEST = 1e100  # derivative of an error beyond which there is nothing to descend along
-_STATES = len(INITIAL_STATES)
 
 
 @dataclass(frozen=True)
 class Problem:
     """Fit of a model's free parameters and every recording's initial state.
 
-    m free parameters, f recordings; vectors have m + 2 f entries.
+    m free parameters, f recordings with s initial states each (2 at interface position); vectors
+    have m + s f entries.
     """
 
     coordinates: Coordinates
     measurements: tuple[Measurement, ...]
+
+    @property
+    def kind(self) -> InterfaceKind:
+        """What is given and what is computed."""
+        return self.coordinates.given.kind
+
+    @property
+    def states(self) -> int:
+        """Number of initial states of a recording."""
+        return len(moved_states(self.kind))
 
     def start(self, model: Model) -> Array:
         """Vector at a model of the same effects, initial states estimated with it.
@@ -58,13 +69,14 @@ class Problem:
         free = np.array([values[path] for path in self.coordinates.paths])
         states = [estimate_initial_state(model, measurement) for measurement in self.measurements]
         return np.concatenate(
-            [self.coordinates.variables(free)] + [[s.position, s.velocity] for s in states]
+            [self.coordinates.variables(free)]
+            + [list(state.as_dict(self.kind).values()) for state in states]
         )
 
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest vector; initial states are free."""
         lower, upper = self.coordinates.bounds()
-        free = np.full(_STATES * len(self.measurements), np.inf)
+        free = np.full(self.states * len(self.measurements), np.inf)
         return np.concatenate([lower, -free]), np.concatenate([upper, free])
 
     def numbers(self, vector: Array) -> Array:
@@ -82,8 +94,8 @@ class Problem:
 
     def initial_states(self, vector: Array) -> list[InitialState]:
         """State at the first sample of each recording, rad and rad/s."""
-        states = vector[len(self.coordinates.paths) :].reshape(-1, _STATES)
-        return [InitialState(float(position), float(velocity)) for position, velocity in states]
+        states = vector[len(self.coordinates.paths) :].reshape(len(self.measurements), self.states)
+        return [InitialState.of(self.kind, row) for row in states]
 
     def errors(self, vector: Array) -> list[dict[str, Array]]:
         """For each recording, signal -> (n,) simulated less measured, the signal's unit.
@@ -104,7 +116,7 @@ class Problem:
 
         Parameters
         ----------
-        vector : (m + 2 f,) array
+        vector : (m + s f,) array
         independent : take the errors of samples as independent
         """
         return tuple(
@@ -134,7 +146,7 @@ class Problem:
         return np.concatenate([data, self._prior(vector)])
 
     def jacobian(self, vector: Array, sigmas: Sigmas) -> Array:
-        """Derivatives of `residuals` to the vector, (N + m, m + 2 f).
+        """Derivatives of `residuals` to the vector, (N + m, m + s f).
 
         Raises
         ------
@@ -156,7 +168,7 @@ class Problem:
 
         Returns
         -------
-        (N, m + 2 f) array
+        (N, m + s f) array
         """
         model = self.model(vector)
         states = self.initial_states(vector)
@@ -165,10 +177,10 @@ class Problem:
         for index, measurement in enumerate(self.measurements):
             found = sensitivity(model, measurement, states[index], paths, TOLERANCE)
             own = stack([found.derivatives], [sigmas[index]])
-            block = np.zeros((len(own), count + _STATES * len(self.measurements)))
+            block = np.zeros((len(own), count + self.states * len(self.measurements)))
             block[:, :count] = own[:, :count]
-            first = count + _STATES * index
-            block[:, first : first + _STATES] = own[:, count:]
+            first = count + self.states * index
+            block[:, first : first + self.states] = own[:, count:]
             if measurement.static:
                 # long forgotten by the second row; a trace of it would scale its steps to infinity
                 block[:, first + 1] = 0.0
@@ -189,6 +201,11 @@ def problem_of(
     """Problem of fitting some parameters of a model, the prior centred on the model as given.
 
     `limits` are bounds beside those of the quantities.
+
+    Raises
+    ------
+    MeasurementError : a recording does not hold what the model's interface needs
     """
+    measurements = tuple(part.at(given.kind) for part in measurements)
     coordinates = Coordinates.of(given, paths, limits, measurements)
-    return Problem(coordinates, tuple(measurements))
+    return Problem(coordinates, measurements)

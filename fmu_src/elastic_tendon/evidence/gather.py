@@ -192,7 +192,7 @@ def replayable(model: Model, measurement: Measurement) -> bool:
     importer knows.
     """
     return (
-        measurement.input_interpolation != "cubic" and not interface(model.effect_ids).reads_signals
+        measurement.input_interpolation != "cubic" and not interface(*model.structure).reads_signals
     )
 
 
@@ -360,7 +360,7 @@ def _uncertainty(
         return Uncertainty((), (), (), basis)
     problem = problem_of(model, recordings, paths)
     diagnosed = {row["path"]: row for row in (found or {"parameters": ()})["parameters"]}
-    declared = {variable.name: variable for variable in interface(model.effect_ids).parameters}
+    declared = {variable.name: variable for variable in interface(*model.structure).parameters}
     values, sigmas, intervals = model.values(), [], []
     for path, stated in zip(paths, problem.coordinates.sigma.tolist(), strict=True):
         low, high = values[path] - CONFIDENCE * stated, values[path] + CONFIDENCE * stated
@@ -392,7 +392,7 @@ def _correlation(problem: Problem, model: Model) -> Array:
 
 
 def _parameter_set(model: Model, uncertainty: Uncertainty) -> bytes:
-    units = {variable.name: variable.unit for variable in interface(model.effect_ids).parameters}
+    units = {variable.name: variable.unit for variable in interface(*model.structure).parameters}
     return parameter_set(model.name, model.values(), units, uncertainty)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.system import HybridSystem
+from elastic_tendon.actuator.variables import MOTOR_VELOCITY
 from elastic_tendon.effects.symbolic import one_at_a_time
 
 _Pattern = NDArray[np.bool_]
@@ -33,8 +34,9 @@ class Dependence(IntEnum):
 class Dependencies:
     """How outputs, state derivatives, event indicators and calculated starts depend on knowns.
 
-    A row for each of these, in it a `Dependence` on each of v = [x; u; p] and, last, on whether
-    motor_velocity is connected. Rows of `starts` hold no calculated start but what it comes from.
+    A row for each of these, in it a `Dependence` on each of v = [x; u; p] and, last, where the
+    motor velocity is an input, on whether it is connected. Rows of `starts` hold no calculated
+    start but what it comes from.
     `jumps` tells of each state whether an event may change it.
     """
 
@@ -63,8 +65,8 @@ def _seen(system: HybridSystem) -> _Seen:
     interface, x, u, w, r = system.interface, system.x, system.u, system.w, system.r
     n = len(interface.parameters)
     p, as_measured = system.p[:n], system.p[n:]
-    connected = ca.SX.sym("connected")
-    rate = u[[variable.name for variable in interface.inputs].index("motor_velocity")]
+    optional = [i for i, variable in enumerate(interface.inputs) if variable is MOTOR_VELOCITY]
+    connected, rate = ca.SX.sym("connected", len(optional)), u[optional]
     names = ("outputs", "rates", "indicators", "starts", "next_modes", "residuals")
     columns = ca.substitute(
         [getattr(system, name) for name in names],

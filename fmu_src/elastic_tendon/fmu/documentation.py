@@ -245,7 +245,7 @@ def _index(
     fmi_version: Literal[2, 3],
     library: str | None,
 ) -> str:
-    structure = interface(model.effect_ids)
+    structure = interface(*model.structure)
     parameters = [
         variable for variable in variables if variable.role in (Role.PARAMETER, Role.OPTION)
     ]

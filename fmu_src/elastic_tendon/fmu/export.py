@@ -93,7 +93,7 @@ def _contents(
     progress: Progress,
 ) -> dict[str, bytes]:
     """Files of the FMU by their path in it."""
-    system = build(model.effect_ids)
+    system = build(*model.structure)
     described = describe(model, system, fmi_version, validity)
     root = _DESCRIPTIONS[fmi_version].model_description(described)
     if source and fmi_version == 2:

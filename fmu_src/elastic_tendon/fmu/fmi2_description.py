@@ -85,10 +85,12 @@ def _add_structure(root: Element, description: Description) -> None:
         ("Derivatives", _without_parameters(structure.derivatives)),
         ("InitialUnknowns", structure.initial_unknowns),
     ):
-        group = SubElement(element, name)
+        group = Element(name)
         for unknown in unknowns:
             knowns = " ".join(_index(known) for known, _ in unknown.knowns)
             SubElement(group, "Unknown", index=_index(unknown.variable), dependencies=knowns)
+        if len(group):  # the standard allows no empty one
+            element.append(group)
 
 
 def _without_parameters(unknowns: Iterable[Unknown]) -> Iterable[Unknown]:

@@ -48,7 +48,7 @@ def needs() -> str:
 
 def _write_resources(model: Model, folder: Path) -> list[Path]:
     """Description and library of the model."""
-    system = build(model.effect_ids)
+    system = build(*model.structure)
     described = replace(
         describe(model, system, 2), co_simulation=CO_SIMULATION, model_exchange=None
     )

@@ -34,7 +34,7 @@ class Equations:
     def __init__(self, model: Model) -> None:
         self.name = model.name
         self.transmission = model.transmission
-        self._interface = interface(model.effect_ids)
+        self._interface = interface(*model.structure)
         self.states = self._interface.state_names
         # what is discrete has no derivative
         kept = [i for i, output in enumerate(self._interface.outputs) if not output.discrete]
@@ -42,7 +42,7 @@ class Equations:
         self.nominal = np.array([state.nominal for state in self._interface.states])
         self.mode_names = tuple(mode.name for mode in self._interface.modes)
         self._kept = kept
-        self._functions = _functions(model.effect_ids)
+        self._functions = _functions(*model.structure)
         setting = [0.0] if self._interface.reads_signals else []  # the true motor position is given
         self._p = np.array([*model.values().values(), *setting])
 

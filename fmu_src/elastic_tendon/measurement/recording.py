@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.between import interpolation_of
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
@@ -69,6 +70,8 @@ class Measurement(Result):
     given_noise : name of a signal -> standard deviation in its SI unit, of the user's word; see
         `with_noise`
     name : what tables and figures call it
+    kind : interface of the model for which `at` sorted inputs from signals
+    driving : inputs of that interface beside motor position and load torque, by name, (n,) SI
     """
 
     time: Array
@@ -82,6 +85,8 @@ class Measurement(Result):
     source: str = ""
     given_noise: Mapping[str, float] = field(default_factory=dict)
     name: str = "recording"
+    kind: InterfaceKind = InterfaceKind.POSITION
+    driving: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Lists become arrays; all have one value for each sample."""
@@ -100,9 +105,51 @@ class Measurement(Result):
 
     @cached_property
     def inputs(self) -> dict[str, Array]:
-        """What drives the model: motor position and, where one acts, load torque."""
-        inputs = {"motor_position": self.motor_position}
-        return inputs if self.load_torque is None else inputs | {"load_torque": self.load_torque}
+        """What drives the model, by name: at interface position the motor position and, where one
+        acts, the load torque."""
+        inputs = {} if self.kind.has_rotor else {"motor_position": self.motor_position}
+        inputs |= self.driving
+        if self.kind.has_link and self.load_torque is not None:
+            inputs["load_torque"] = self.load_torque
+        return inputs
+
+    def at(self, kind: InterfaceKind) -> "Measurement":
+        """The recording with inputs and signals as of an interface.
+
+        Parameters
+        ----------
+        kind : what is given and what is computed
+
+        Raises
+        ------
+        MeasurementError : what drives this interface was not measured, or nothing is left to
+            compare
+        """
+        if kind is self.kind:
+            return self
+        if self.static:
+            raise MeasurementError(
+                f"{self.name}: a static curve is compared at interface position, not {kind}"
+            )
+        measured = {**self.signals, **self.driving, "motor_position": self.motor_position}
+        driving: dict[str, Array] = {}
+        for name in (
+            *(("motor_torque",) if kind.has_rotor else ("motor_position",)),
+            *(() if kind.has_link else ("joint_position",)),
+        ):
+            if name not in measured:
+                raise MeasurementError(
+                    f"{self.name}: interface {kind} is driven by {name}, which was not measured; "
+                    f"name its column with --map {name}=COLUMN"
+                )
+            driving[name] = measured.pop(name)
+        driving.pop("motor_position", None)  # has a field of its own
+        if not measured:
+            raise MeasurementError(
+                f"{self.name}: interface {kind} computes joint_torque and motor_torque, of which "
+                "none was measured, so there is nothing to compare"
+            )
+        return replace(self, signals=measured, kind=kind, driving=driving)
 
     @cached_property
     def input_interpolation(self) -> Interpolation:
@@ -236,6 +283,7 @@ class Measurement(Result):
             time=self.time[keep],
             motor_position=self.motor_position[keep],
             signals={name: values[keep] for name, values in self.signals.items()},
+            driving={name: values[keep] for name, values in self.driving.items()},
             load_torque=None if self.load_torque is None else self.load_torque[keep],
         )
 
@@ -288,9 +336,10 @@ class Measurement(Result):
         return replace(
             self,
             time=at - reference,
-            motor_position=moved["motor_position"],
+            motor_position=moved.get("motor_position", self.motor_position[keep]),
             load_torque=moved.get("load_torque"),
             signals={name: moved[name] for name in self.signals},
+            driving={name: moved[name] for name in self.driving},
             preparation=check_preparation(tree, self.name),
         )
 

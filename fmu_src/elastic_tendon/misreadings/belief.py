@@ -39,7 +39,7 @@ def believed(
     if not all("joint_position" in measurement.signals for measurement in measurements):
         return list(measurements)
     # simulating comes next, and a library that has yet to be compiled takes a while
-    library_path(model.effect_ids, progress)
+    library_path(*model.structure, progress)
     progress("looking at the data", 0.0)
     if as_declared:
         measurements = [

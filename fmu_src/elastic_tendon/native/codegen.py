@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import casadi as ca
 
 from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
+from elastic_tendon.actuator.variables import POSITION_OF
 from elastic_tendon.effects.symbolic import one_at_a_time
 
 _PATTERN = """\
@@ -161,6 +162,7 @@ def _sizes(system: HybridSystem, functions: dict[str, ca.Function]) -> str:
     sizes = {
         "N_STATES": system.x.numel(),
         "N_INPUTS": system.u.numel(),
+        "N_GIVEN": sum(name not in POSITION_OF for name in system.interface.input_names),
         "N_PARAMETERS": system.p.numel(),
         "N_PREPARED": system.p.numel() + functions["prepare"].numel_out(0),
         "N_MODES": system.r.numel(),
@@ -176,16 +178,20 @@ def _sizes(system: HybridSystem, functions: dict[str, ca.Function]) -> str:
 
 
 def _tables(system: HybridSystem) -> str:
-    """Start values and scales that the solver needs."""
+    """Start values and scales that the solver needs; of which input each input is the rate."""
     interface = system.interface
+    inputs = interface.input_names
+    positions = [POSITION_OF.get(name) for name in inputs]
     rows = {
         "state_nominal": (repr(state.nominal) for state in interface.states),
         "mode_start": (repr(mode.start) for mode in interface.modes),
         "output_at_motor": (repr(float(output.at_motor)) for output in interface.outputs),
     }
-    return "".join(
+    tables = [
         f"static const double {name}[] = {{{_c_list(values)}}};\n" for name, values in rows.items()
-    )
+    ]
+    rate_of = _c_list(inputs.index(name) if name else -1 for name in positions)
+    return "".join([*tables, f"static const int rate_of[] = {{{rate_of}}};\n"])
 
 
 @one_at_a_time

@@ -10,7 +10,14 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from math import inf, isnan, nan
 
-from elastic_tendon.actuator.variables import OUTPUTS, Interface, Kind, Mode, Variable
+from elastic_tendon.actuator.variables import (
+    MOTOR_VELOCITY,
+    OUTPUTS,
+    Interface,
+    Kind,
+    Mode,
+    Variable,
+)
 
 MOTOR_VELOCITY_CONNECTED = Variable(
     "motor_velocity_connected",
@@ -155,7 +162,9 @@ def layout(
         rows.append((_derivative(variable), Role.DERIVATIVE, i, False, None))
     for i, variable in enumerate(interface.parameters):
         rows.append((variable, Role.PARAMETER, i, False, parameters[variable.name]))
-    rows.append((MOTOR_VELOCITY_CONNECTED, Role.OPTION, 0, False, MOTOR_VELOCITY_CONNECTED.start))
+    if MOTOR_VELOCITY in interface.inputs:
+        option, velocity = MOTOR_VELOCITY_CONNECTED, interface.inputs.index(MOTOR_VELOCITY)
+        rows.append((option, Role.OPTION, velocity, False, option.start))
     if indicators:
         listed = (variable for mode in interface.modes for variable in _indicators(mode))
         rows.extend(

@@ -1,8 +1,8 @@
 """The compiled library of a structure: built once, cached, loaded.
 
-A structure is a set of effects. Every number of a model is a run-time argument, so fitting and
-screening never compile. A library's name in the cache begins with a key that needs no CasADi, so
-that it loads at once; a second one is of what went into it.
+A structure is an interface with a set of effects. Every number of a model is a run-time argument,
+so fitting and screening never compile. A library's name in the cache begins with a key that needs
+no CasADi, so that it loads at once; a second one is of what went into it.
 """
 
 import ctypes
@@ -16,6 +16,7 @@ from pathlib import Path
 import platformdirs
 
 from elastic_tendon import effects as catalogue
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.errors import BuildError
 from elastic_tendon.native import compiler
@@ -52,12 +53,12 @@ def clear_cache() -> int:
     return len(libraries)
 
 
-def structure_key(effect_ids: tuple[str, ...]) -> str:
+def structure_key(effect_ids: tuple[str, ...], kind: InterfaceKind = InterfaceKind.POSITION) -> str:
     """Hash of the files and tools that make the library of a structure: known without CasADi."""
-    effects = interface(effect_ids).effects
+    effects = interface(effect_ids, kind).effects
     sources = [path for pattern in _SOURCES for path in sorted(_PACKAGE.glob(pattern))]
     digest = hashlib.sha256(compiler.toolchain().encode())
-    digest.update(" ".join(effect.id for effect in effects).encode())
+    digest.update(" ".join((kind, *(effect.id for effect in effects))).encode())
     for source in sources:
         digest.update(source.read_bytes())
     for effect in effects:
@@ -85,7 +86,7 @@ def _cached(name: str) -> Path | None:
     return None
 
 
-def _build(effect_ids: tuple[str, ...], key: str, progress: Progress) -> Path:
+def _build(effect_ids: tuple[str, ...], kind: InterfaceKind, key: str, progress: Progress) -> Path:
     """Put the structure's library into the cache; a rename makes it appear whole or not at all.
 
     Where Python changed but not the C that it writes, an earlier library of the same C serves.
@@ -95,13 +96,15 @@ def _build(effect_ids: tuple[str, ...], key: str, progress: Progress) -> Path:
 
     target = compiler.host_platform()
     folder = cache_folder()
-    variables = default_layout(interface(effect_ids))
+    variables = default_layout(interface(effect_ids, kind))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as work:
             sources, library = Path(work), Path(work) / f"library{target.suffix}"
             of_sources = _for_this_machine(
-                write_sources(sources, build(effect_ids), variables, tolerance=DEFAULT_TOLERANCE)
+                write_sources(
+                    sources, build(effect_ids, kind), variables, tolerance=DEFAULT_TOLERANCE
+                )
             )
             if same := _cached(f"*-{of_sources}-*"):
                 shutil.copyfile(same, library)
@@ -118,12 +121,16 @@ def _build(effect_ids: tuple[str, ...], key: str, progress: Progress) -> Path:
     return path
 
 
-def library_path(effect_ids: tuple[str, ...], progress: Progress = silent) -> Path:
+def library_path(
+    effect_ids: tuple[str, ...],
+    kind: InterfaceKind = InterfaceKind.POSITION,
+    progress: Progress = silent,
+) -> Path:
     """Path of the shared library of a structure, compiled if it is not in the cache.
 
     Parameters
     ----------
-    effect_ids : of the structure
+    effect_ids, kind : of the structure
     progress : told what is being built, if it is not in the cache
 
     Raises
@@ -131,14 +138,14 @@ def library_path(effect_ids: tuple[str, ...], progress: Progress = silent) -> Pa
     BuildError
         where the compiler refuses or the cache folder cannot be written
     """
-    key = _for_this_machine(structure_key(effect_ids))
-    return _cached(f"{key}-*") or _build(effect_ids, key, progress)
+    key = _for_this_machine(structure_key(effect_ids, kind))
+    return _cached(f"{key}-*") or _build(effect_ids, kind, key, progress)
 
 
 @lru_cache
-def load(effect_ids: tuple[str, ...]) -> ctypes.CDLL:
+def load(effect_ids: tuple[str, ...], kind: InterfaceKind = InterfaceKind.POSITION) -> ctypes.CDLL:
     """The library of a structure, ready to be called."""
-    library = ctypes.CDLL(str(library_path(effect_ids)))
+    library = ctypes.CDLL(str(library_path(effect_ids, kind)))
     library.elastic_tendon_simulate.argtypes = [ctypes.POINTER(Simulation)]
     library.elastic_tendon_simulate_many.argtypes = [
         ctypes.POINTER(Simulation),

@@ -6,7 +6,7 @@
 import ctypes
 from collections.abc import Iterable, Mapping
 
-from elastic_tendon.actuator.variables import INPUTS, Kind
+from elastic_tendon.actuator.variables import Kind
 from elastic_tendon.native.interpolation import INTERPOLATIONS
 from elastic_tendon.native.layout import Role, structure, text_table
 
@@ -42,10 +42,9 @@ STRUCTURES: Mapping[str, Fields] = {  # sizes in elements, arrays row by row
     "Simulation": {
         "n_samples": "long long",
         "time": "const double *",  # s, increasing
-        "motor_position": "const double *",  # rad at the samples
-        "load_torque": "const double *",  # N.m at the samples
-        "position_slope": "const double *",  # rad/s at the samples, for CUBIC
-        "load_slope": "const double *",  # N.m/s at the samples, for CUBIC
+        # inputs but those that are rates of others: N_GIVEN x n_samples
+        "input": "const double *",
+        "input_slope": "const double *",  # per second, the same, for CUBIC
         "interpolation": "long long",
         "parameters": "const double *",
         "initial_state": "const double *",
@@ -75,7 +74,6 @@ STRUCTURES: Mapping[str, Fields] = {  # sizes in elements, arrays row by row
 }
 _TOLERANCES = tuple(zip(("SMALLEST", "LARGEST"), TOLERANCES, strict=True))
 _ENUMERATIONS: Mapping[str, Iterable[str]] = {
-    "Input": [variable.name.upper() for variable in INPUTS],
     "Interpolation": [name.upper() for name in INTERPOLATIONS],
     "Outcome": OUTCOMES,
     "Type": [f"TYPE_{kind.value.upper()} = {1 << i}" for i, kind in enumerate(Kind)],  # bits

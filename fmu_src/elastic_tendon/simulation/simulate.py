@@ -11,7 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.actuator.variables import OUTPUTS, READINGS, interface
+from elastic_tendon.actuator.variables import (
+    LOAD_TORQUE,
+    POSITION_OF,
+    SIGNALS,
+    interface,
+)
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.native import interrupt
 from elastic_tendon.native.interpolation import INTERPOLATIONS, Interpolation
@@ -26,7 +31,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are tabled and drawn
-_UNITS = {output.name: unit_text(output.unit) for output in (*OUTPUTS, *READINGS)}
+_UNITS = {name: unit_text(signal.unit) for name, signal in SIGNALS.items()}
 _EVENT_CAPACITY = 4096
 # after which the simulation of a recording is given up: what swings so fast is not in its samples
 _FEWEST_STEPS, _STEPS_PER_SAMPLE = 200_000, 100
@@ -253,7 +258,7 @@ def _address(array: Array | NDArray[np.int32] | None) -> int | None:
 
 
 def _initial_state(model: Model, given: Mapping[str, float] | None) -> Array:
-    states = interface(model.effect_ids).states
+    states = interface(*model.structure).states
     unknown = set(given or {}) - {state.name for state in states}
     if unknown:
         raise ValueError(
@@ -267,14 +272,30 @@ def _initial_state(model: Model, given: Mapping[str, float] | None) -> Array:
     return np.array([np.nan if value is None else value for value in start])  # NaN: calculated
 
 
+def _given_inputs(model: Model, inputs: Mapping[str, ArrayLike | None], n: int) -> Array:
+    """What drives the model, (k, n) in the library's order; raises ValueError."""
+    names = [name for name in interface(*model.structure).input_names if name not in POSITION_OF]
+    for name, values in inputs.items():
+        if values is not None and name not in names:
+            raise ValueError(
+                f"{name} is given, but {model.name} has interface {model.kind}, where it is "
+                f"calculated or not used; its inputs are {', '.join(names)}"
+            )
+    for name in names:
+        if inputs.get(name) is None and name != LOAD_TORQUE.name:
+            raise ValueError(
+                f"{model.name} has interface {model.kind}, so beside the time {name} is needed"
+            )
+    return np.array([_samples(name, inputs.get(name), n) for name in names])
+
+
 @dataclass(frozen=True)
 class _Motion:
     """What drives a simulation, as the library takes it; the arrays stay alive with it."""
 
     time: Array
-    position: Array
-    load: Array
-    slopes: tuple[Array | None, ...]
+    inputs: Array  # (k, n), those that are given, in the library's order
+    slopes: Array | None
     interpolation: int
     start: Array
     tolerance: float
@@ -284,16 +305,14 @@ class _Motion:
         cls,
         model: Model,
         time: ArrayLike,
-        motor_position: ArrayLike,
-        load_torque: ArrayLike | None,
+        inputs: Mapping[str, ArrayLike | None],
         initial_state: Mapping[str, float] | None,
         interpolation: Interpolation,
         tolerance: float,
     ) -> "_Motion":
         """Checked arguments of `simulate`; raises ValueError."""
         time = _time(time)
-        position = _samples("motor_position", motor_position, time.size)
-        load = _samples("load_torque", load_torque, time.size)
+        given = _given_inputs(model, inputs, time.size)
         if interpolation not in INTERPOLATIONS:
             raise ValueError(
                 f"interpolation {interpolation!r} is none of {', '.join(INTERPOLATIONS)}"
@@ -303,9 +322,8 @@ class _Motion:
         cubic = interpolation == "cubic"
         return cls(
             time=time,
-            position=position,
-            load=load,
-            slopes=tuple(_slopes(time, samples) if cubic else None for samples in (position, load)),
+            inputs=given,
+            slopes=np.array([_slopes(time, samples) for samples in given]) if cubic else None,
             interpolation=INTERPOLATIONS.index(interpolation),
             start=_initial_state(model, initial_state),
             tolerance=tolerance,
@@ -316,10 +334,8 @@ class _Motion:
         return Simulation(
             n_samples=self.time.size,
             time=_address(self.time),
-            motor_position=_address(self.position),
-            load_torque=_address(self.load),
-            position_slope=_address(self.slopes[0]),
-            load_slope=_address(self.slopes[1]),
+            input=_address(self.inputs),
+            input_slope=_address(self.slopes),
             interpolation=self.interpolation,
             initial_state=_address(self.start),
             tolerance=self.tolerance,
@@ -330,7 +346,7 @@ class _Motion:
 
 def _parameters(model: Model, as_measured: bool) -> Array:
     """Parameters of the library: the model's parameters, and the settings of a call."""
-    settings = [float(as_measured)] if interface(model.effect_ids).reads_signals else []
+    settings = [float(as_measured)] if interface(*model.structure).reads_signals else []
     return np.array([*model.values().values(), *settings])
 
 
@@ -342,7 +358,7 @@ def _reason(outcome: int, time: float) -> str:
 def _run(
     model: Model, motion: _Motion, directions: Sequence[int], as_measured: bool
 ) -> tuple[Trajectory, Array]:
-    variables = interface(model.effect_ids)
+    variables = interface(*model.structure)
     n, m = motion.time.size, len(directions)
     parameters = _parameters(model, as_measured)
     direction = np.array(directions, dtype=np.int32)
@@ -358,7 +374,7 @@ def _run(
     call.output_derivatives = _address(derivatives)
     call.event_time = _address(event_time)
     call.event_capacity = _EVENT_CAPACITY
-    library = load(model.effect_ids)
+    library = load(*model.structure)
     outcome = interrupt.call(library.elastic_tendon_simulate, call)
     if outcome != 0:
         raise SimulationError(f"{model.name}: {_reason(outcome, call.failure_time)}")
@@ -371,17 +387,24 @@ def _run(
 def simulate(
     model: Model,
     time: ArrayLike,
-    motor_position: ArrayLike,
+    motor_position: ArrayLike | None = None,
     load_torque: ArrayLike | None = None,
     *,
+    motor_torque: ArrayLike | None = None,
+    joint_position: ArrayLike | None = None,
     initial_state: Mapping[str, float] | None = None,
     interpolation: Interpolation = "linear",
     tolerance: float = DEFAULT_TOLERANCE,
     as_measured: bool = False,
 ) -> Trajectory:
     """Simulate a motion that is given; `elastic_tendon.simulate` tells the arguments and errors."""
-    inputs = (time, motor_position, load_torque)
-    motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
+    inputs = {
+        "motor_position": motor_position,
+        "load_torque": load_torque,
+        "motor_torque": motor_torque,
+        "joint_position": joint_position,
+    }
+    motion = _Motion.of(model, time, inputs, initial_state, interpolation, tolerance)
     trajectory, _ = _run(model, motion, (), as_measured)
     return trajectory
 
@@ -389,9 +412,11 @@ def simulate(
 def sensitivities(
     model: Model,
     time: ArrayLike,
-    motor_position: ArrayLike,
+    motor_position: ArrayLike | None = None,
     load_torque: ArrayLike | None = None,
     *,
+    motor_torque: ArrayLike | None = None,
+    joint_position: ArrayLike | None = None,
     parameters: Sequence[str],
     initial_states: Sequence[str] = (),
     initial_state: Mapping[str, float] | None = None,
@@ -405,8 +430,8 @@ def sensitivities(
     ----------
     parameters : dotted paths of the parameters to derive by
     initial_states : names of the states by whose initial values to derive
-    model, time, motor_position, load_torque, initial_state, interpolation, tolerance,
-    as_measured : as in `simulate`
+    model, time, motor_position, load_torque, motor_torque, joint_position, initial_state,
+    interpolation, tolerance, as_measured : as in `simulate`
 
     Returns
     -------
@@ -417,7 +442,7 @@ def sensitivities(
     SimulationError, ValueError
         as `simulate`; ValueError also for a name that the model does not have or that stands twice
     """
-    variables = interface(model.effect_ids)
+    variables = interface(*model.structure)
     offset = len(variables.states) + len(variables.inputs)
     index = {path: offset + i for i, path in enumerate(variables.parameter_names)}
     states = {name: i for i, name in enumerate(variables.state_names)}
@@ -430,8 +455,13 @@ def sensitivities(
     if len(set(names)) < len(names):
         raise ValueError(f"a name stands twice among {', '.join(names)}")
     directions = [index[p] for p in parameters] + [states[s] for s in initial_states]
-    inputs = (time, motor_position, load_torque)
-    motion = _Motion.of(model, *inputs, initial_state, interpolation, tolerance)
+    inputs = {
+        "motor_position": motor_position,
+        "load_torque": load_torque,
+        "motor_torque": motor_torque,
+        "joint_position": joint_position,
+    }
+    motion = _Motion.of(model, time, inputs, initial_state, interpolation, tolerance)
     trajectory, derivatives = _run(model, motion, directions, as_measured)
     known = (*variables.parameters, *variables.states)
     units = {variable.name: variable.unit for variable in known}
@@ -442,9 +472,11 @@ def simulate_many(
     model: Model,
     parameters: Mapping[str, ArrayLike],
     time: ArrayLike,
-    motor_position: ArrayLike,
+    motor_position: ArrayLike | None = None,
     load_torque: ArrayLike | None = None,
     *,
+    motor_torque: ArrayLike | None = None,
+    joint_position: ArrayLike | None = None,
     outputs: Sequence[str],
     initial_state: Mapping[str, float] | None = None,
     interpolation: Interpolation = "linear",
@@ -460,8 +492,8 @@ def simulate_many(
     ----------
     parameters : dotted path -> (k,) values of each that varies, SI; the others are the model's
     outputs : names of the outputs to keep; 8 n k bytes each
-    model, time, motor_position, load_torque, initial_state, interpolation, tolerance,
-    as_measured : as in `simulate`
+    model, time, motor_position, load_torque, motor_torque, joint_position, initial_state,
+    interpolation, tolerance, as_measured : as in `simulate`
 
     Returns
     -------
@@ -473,10 +505,14 @@ def simulate_many(
         as `simulate`; also for a path or output that the model does not have, and for arrays of
         different lengths
     """
-    variables = interface(model.effect_ids)
-    motion = _Motion.of(
-        *(model, time, motor_position, load_torque, initial_state, interpolation, tolerance)
-    )
+    variables = interface(*model.structure)
+    inputs = {
+        "motor_position": motor_position,
+        "load_torque": load_torque,
+        "motor_torque": motor_torque,
+        "joint_position": joint_position,
+    }
+    motion = _Motion.of(model, time, inputs, initial_state, interpolation, tolerance)
     sets = _parameter_sets(model, parameters, as_measured)
     unknown = [name for name in outputs if name not in variables.output_names]
     if unknown:
@@ -497,7 +533,7 @@ def simulate_many(
         outcome=_address(outcome),
         failure_time=_address(stopped),
     )
-    library = load(model.effect_ids)
+    library = load(*model.structure)
     call = motion.call(states, every)
     if interrupt.call(library.elastic_tendon_simulate_many, call, runs) != 0:
         raise SimulationError(f"{model.name}: memory is short")
@@ -509,7 +545,7 @@ def simulate_many(
 
 def _parameter_sets(model: Model, varied: Mapping[str, ArrayLike], as_measured: bool) -> Array:
     """All parameters of each run, (k, n_parameters)."""
-    paths = interface(model.effect_ids).parameter_names
+    paths = interface(*model.structure).parameter_names
     columns = {path: np.asarray(values, dtype=np.float64) for path, values in varied.items()}
     unknown = [path for path in columns if path not in paths]
     if unknown:

@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator import problems
-from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.errors import ModelError, SweepError
 from elastic_tendon.estimation.coordinates import Coordinates, free_parameters
@@ -173,7 +173,7 @@ def bootstrap(
     if not measurements:
         raise SweepError("a bootstrap needs at least one recording to refit; name one")
     paths = _free(model, free)
-    library_path(model.effect_ids, progress)
+    library_path(*model.structure, progress)
 
     def fitting(share: float) -> None:
         progress("fitting", share)
@@ -239,7 +239,7 @@ def _given_again(fitted: Model, paths: Sequence[str], lot: np.random.Generator) 
     """Numbers that might have been given of a machine that is as fitted."""
     coordinates = Coordinates.of(fitted, paths)
     drawn = np.clip(lot.standard_normal(len(paths)), *coordinates.bounds())
-    declared = {quantity.path: quantity for quantity in quantities(fitted.effect_ids)}
+    declared = {quantity.path: quantity for quantity in fitted.quantities()}
     # on a bound, but for rounding
     values = {
         path: min(max(value, declared[path].lower), declared[path].upper)

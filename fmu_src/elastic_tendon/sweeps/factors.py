@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from elastic_tendon.actuator import problems
-from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import Quantity, unit_suffix
 from elastic_tendon.errors import SweepError
 
@@ -94,7 +94,7 @@ def parse_factor(model: Model, text: str) -> Factor:
         for an unknown path, a form that is none of these, or a value that is not allowed
     """
     path, equals, form = (part.strip() for part in text.partition("="))
-    known = {declared.path: declared for declared in quantities(model.effect_ids)}
+    known = {declared.path: declared for declared in model.quantities()}
     if path not in known:
         raise SweepError(problems.unknown_key(path or repr(text), path, known, model.name))
     quantity = known[path]
@@ -126,7 +126,7 @@ def stated_factors(model: Model) -> tuple[Factor, ...]:
     """
     stated = tuple(
         Factor(quantity.path, _as_stated(model, quantity))
-        for quantity in quantities(model.effect_ids)
+        for quantity in model.quantities()
         if model.uncertainty.get(quantity.path, 0.0) > 0.0
     )
     if not stated:

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.parameters import Model, quantities
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import OUTPUTS
 from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.diagnose import diagnose
@@ -313,7 +313,7 @@ def named(text: str) -> tuple[str, ...]:
 
 def units_of(model: Model) -> dict[str, str]:
     """Unit of each number that a diagnosis may give, by dotted path; the same for all robots."""
-    units = {quantity.path: quantity.unit for quantity in quantities(model.effect_ids)}
+    units = {quantity.path: quantity.unit for quantity in model.quantities()}
     known = {path: units[path] for path in free_parameters(model)}
     return known | {
         f"effects.{effect_id}.{parameter.name}": parameter.unit

@@ -211,7 +211,7 @@ class Simulations:
 
     def _reading(self, output: str) -> str:
         reading = f"measured_{output}"
-        known = interface(self.shipped.model.effect_ids).output_names
+        known = interface(*self.shipped.model.structure).output_names
         return reading if reading in known else output
 
     def _table(
@@ -257,7 +257,7 @@ class Simulations:
     @property
     def variables(self) -> list[Variable]:
         """The outputs that are kept."""
-        known = {output.name: output for output in interface(self.shipped.model.effect_ids).outputs}
+        known = {output.name: output for output in interface(*self.shipped.model.structure).outputs}
         return [known[name] for name in self.outputs]
 
 
@@ -290,7 +290,7 @@ def simulations(
     SweepError
         for an output that the model does not have, no output, or another word for `keep`
     """
-    known = interface(model.effect_ids).output_names
+    known = interface(*model.structure).output_names
     unknown = [name for name in outputs if name not in known]
     if unknown:
         raise SweepError(problems.unknown_key(unknown[0], unknown[0], known, "the outputs"))

@@ -59,11 +59,11 @@ static int place(const Instance *instance, unsigned reference) {
   }
 }
 
-/* A motor velocity that is not connected changes nothing. */
+/* A velocity that is not connected changes nothing. */
 static void add_known(const Instance *instance, unsigned reference, double seed,
                       double *direction) {
   const int i = place(instance, reference);
-  if (i == V_INPUTS + MOTOR_VELOCITY && !instance->state.motor_velocity_connected) return;
+  if (i >= V_INPUTS && i < V_PARAMETERS && !instance->state.connected[i - V_INPUTS]) return;
   direction[i] += seed;
 }
 

@@ -23,7 +23,7 @@ static void store_input_rate(Instance *instance, unsigned reference, double valu
   State *state = &instance->state;
   const int i = variables[reference].index;
   state->input_rate[i] = value;
-  if (i == MOTOR_POSITION) state->position_rate_given = 1;
+  state->rate_given[i] = 1;
   instance->view.valid = 0;
 }
 

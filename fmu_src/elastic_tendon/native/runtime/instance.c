@@ -85,6 +85,7 @@ static void instance_reset(Instance *instance) {
   State *state = &instance->state;
   memset(state, 0, sizeof *state);
   instance->view.valid = 0;
+  for (int i = 0; i < N_INPUTS; i++) state->connected[i] = 1;
   for (unsigned i = 0; i < N_VARIABLES; i++) store(instance, i, variables[i].start);
   memcpy(instance->solver.motion.x, state->motion.x, sizeof state->motion.x);
   solver_restart(&instance->solver, 0.0);
@@ -223,7 +224,7 @@ static void store(Instance *instance, unsigned reference, double value) {
       state->parameter[i] = value;
       state->judge_velocity = 1;
       break;
-    case ROLE_OPTION: state->motor_velocity_connected = value != 0; break;
+    case ROLE_OPTION: state->connected[i] = value != 0; break;
     default: return;
   }
   instance->view.valid = 0;
@@ -276,7 +277,7 @@ static Status get(Instance *instance, unsigned reference, double *value) {
     case ROLE_INPUT: *value = state->input[i]; return STATUS_OK;
     case ROLE_STATE: return state_value(instance, i, value);
     case ROLE_PARAMETER: *value = state->parameter[i]; return STATUS_OK;
-    case ROLE_OPTION: *value = state->motor_velocity_connected; return STATUS_OK;
+    case ROLE_OPTION: *value = state->connected[i]; return STATUS_OK;
     case ROLE_DERIVATIVE:
     case ROLE_INDICATOR:
     case ROLE_VALIDITY:
@@ -302,8 +303,8 @@ static Status get(Instance *instance, unsigned reference, double *value) {
 
 /* ---- what follows from the state ------------------------------------------------------------- */
 
-/* Hand the state to the solver. Inputs run on with their rates from `origin`. A motor velocity
- * that is not connected is the rate of the motor position, given or derived. */
+/* Hand the state to the solver. Inputs run on with their rates from `origin`. A velocity that is not
+ * connected is the rate of its position, given or derived. */
 static void load(Instance *instance, double origin) {
   const State *state = &instance->state;
   Solver *solver = &instance->solver;
@@ -321,10 +322,12 @@ static void load(Instance *instance, double origin) {
     signal->coefficient[i][0] = state->input[i];
     signal->coefficient[i][1] = state->input_rate[i];
   }
-  if (!state->motor_velocity_connected) {
-    signal->coefficient[MOTOR_VELOCITY][0] =
-        state->position_rate_given ? state->input_rate[MOTOR_POSITION] : state->derived_velocity;
-    signal->coefficient[MOTOR_VELOCITY][1] = 0.0;
+  for (int i = 0; i < N_INPUTS; i++) {
+    if (state->connected[i]) continue;
+    const int position = rate_of[i];
+    signal->coefficient[i][0] = state->rate_given[position] ? state->input_rate[position]
+                                                            : state->derived[position];
+    signal->coefficient[i][1] = 0.0;
   }
 }
 

@@ -41,12 +41,12 @@ typedef struct {
   double start_time, stop_time; /* s; stop_time infinite where there is none */
   double tolerance;
   int experiment_defined;
-  int motor_velocity_connected;
+  int connected[N_INPUTS]; /* 0: the rate of another input is not given, but derived from it */
   int outside_validity; /* as of the last event */
-  /* In co-simulation a velocity that is not connected is derived, from the motor position at the last
-   * point at which that was known, unless its rate was given. */
-  int position_rate_given;
-  double earlier_time, earlier_position, derived_velocity;
+  /* In co-simulation it is derived from inputs at the last point at which they were known, unless
+   * their rates were given. */
+  int rate_given[N_INPUTS];
+  double earlier_time, earlier[N_INPUTS], derived[N_INPUTS];
   int jumped; /* a state has jumped since event mode was entered */
   int judge_velocity; /* whether the model needs motor_velocity is still to be told */
   int velocity_warned; /* has been told, */

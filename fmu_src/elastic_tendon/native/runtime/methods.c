@@ -80,7 +80,7 @@ ALWAYS_INLINE double squared_norm(const Solver *s, const double *error, const do
     const double e = error[i] / (s->tolerance * size);
     sum += e * e;
   }
-  return sum / N_STATES;
+  return N_STATES ? sum / N_STATES : 0.0;
 }
 
 /* ---- Dormand-Prince 5(4) -------------------------------------------------------------------- */

@@ -1,8 +1,9 @@
 /* The narrow waist between the generated model and the runtime.
  *
  * A generated file defines, before it includes this one, the sizes
- *   N_STATES N_INPUTS N_PARAMETERS N_PREPARED N_MODES N_INDICATORS N_OUTPUTS, N_..._JACOBIAN
- * and after it the tables state_nominal, mode_start, output_at_motor and the functions
+ *   N_STATES N_INPUTS N_GIVEN N_PARAMETERS N_PREPARED N_MODES N_INDICATORS N_OUTPUTS, N_..._JACOBIAN
+ * and after it the tables state_nominal, mode_start, output_at_motor, rate_of (the index of the
+ * input whose rate an input is, else -1; N_GIVEN are none) and the functions
  *   model_rates, model_outputs, model_indicators, model_next_modes,
  *   model_starts, model_delay                                        (x, u, p, r, result)
  *   model_reset                                                      (x, u, p, r, r_next, result)

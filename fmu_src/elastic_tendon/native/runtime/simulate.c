@@ -18,6 +18,13 @@ static void polynomial(const double *value, const double *slope, long long i, do
   c[3] = (slope[i] + slope[i + 1] - 2 * mean) / (h * h);
 }
 
+static void differentiate(const double polynomial[4], double rate[4]) {
+  rate[0] = polynomial[1];
+  rate[1] = 2 * polynomial[2];
+  rate[2] = 3 * polynomial[3];
+  rate[3] = 0.0;
+}
+
 /* Inputs after sample i until the next, on a clock that is late by `delay`. After the last sample
  * they stay: only HOLD sees another value there than the segment's end. */
 static void signal_after(const Simulation *sim, long long i, double delay, Signal *signal) {
@@ -25,16 +32,15 @@ static void signal_after(const Simulation *sim, long long i, double delay, Signa
   if (last && sim->interpolation != HOLD) return;
   const long long interpolation = last ? HOLD : sim->interpolation;
   const double h = last ? 0.0 : sim->time[i + 1] - sim->time[i];
-  double *position = signal->coefficient[MOTOR_POSITION];
-  double *velocity = signal->coefficient[MOTOR_VELOCITY];
+  long long place = i;
   signal->origin = sim->time[i] + delay;
-  polynomial(sim->motor_position, sim->position_slope, i, h, interpolation, position);
-  polynomial(sim->load_torque, sim->load_slope, i, h, interpolation,
-             signal->coefficient[LOAD_TORQUE]);
-  velocity[0] = position[1];
-  velocity[1] = 2 * position[2];
-  velocity[2] = 3 * position[3];
-  velocity[3] = 0.0;
+  for (int j = 0; j < N_INPUTS; j++) {
+    if (rate_of[j] >= 0) continue;
+    polynomial(sim->input, sim->input_slope, place, h, interpolation, signal->coefficient[j]);
+    place += sim->n_samples;
+  }
+  for (int j = 0; j < N_INPUTS; j++)
+    if (rate_of[j] >= 0) differentiate(signal->coefficient[rate_of[j]], signal->coefficient[j]);
 }
 
 /* ---- delayed signals ---------------------------------------------------------------------------
@@ -49,8 +55,12 @@ static void signal_after(const Simulation *sim, long long i, double delay, Signa
 static void signal_before_samples(const Simulation *sim, Signal *signal) {
   memset(signal, 0, sizeof *signal);
   signal->origin = sim->time[0];
-  signal->coefficient[MOTOR_POSITION][0] = sim->motor_position[0];
-  signal->coefficient[LOAD_TORQUE][0] = sim->load_torque[0];
+  long long place = 0;
+  for (int j = 0; j < N_INPUTS; j++) {
+    if (rate_of[j] >= 0) continue;
+    signal->coefficient[j][0] = sim->input[place];
+    place += sim->n_samples;
+  }
 }
 
 /* Derivative of the delay by each direction. */
@@ -171,10 +181,10 @@ static Outcome run(Solver *s, Simulation *sim, double *slope) {
   return SOLVED;
 }
 
-/* Doubles that a simulation works with. */
+/* Doubles that a simulation works with; one at least, as no memory would look like a failure. */
 static size_t memory_of(const Simulation *sim) {
   const size_t m = (size_t)sim->n_directions;
-  return SOLVER_MEMORY(m) + m;
+  return SOLVER_MEMORY(m) + m + 1;
 }
 
 static Outcome simulate(Simulation *sim, double *memory) {

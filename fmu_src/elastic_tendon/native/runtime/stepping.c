@@ -16,15 +16,19 @@ static int any_in_column(const Pattern *pattern, const double *nonzeros, int col
   return 0;
 }
 
-static int uses_motor_velocity(const Instance *instance, const double *mode) {
-  const int column = V_INPUTS + MOTOR_VELOCITY;
+/* Whether the model uses an input that is not connected. */
+static int uses_unconnected(const Instance *instance, const double *mode) {
   const View *view = &instance->view;
   const double *p = instance->solver.p;
   double rates[N_RATES_JACOBIAN], outputs[N_OUTPUTS_JACOBIAN];
   model_rates_jacobian(view->x, view->u, p, mode, rates);
   model_outputs_jacobian(view->x, view->u, p, mode, outputs);
-  return any_in_column(&rates_jacobian_pattern, rates, column) ||
-         any_in_column(&outputs_jacobian_pattern, outputs, column);
+  for (int i = 0; i < N_INPUTS; i++)
+    if (!instance->state.connected[i] &&
+        (any_in_column(&rates_jacobian_pattern, rates, V_INPUTS + i) ||
+         any_in_column(&outputs_jacobian_pattern, outputs, V_INPUTS + i)))
+      return 1;
+  return 0;
 }
 
 static Status enter_initialisation(Instance *instance) {
@@ -40,9 +44,8 @@ static Status enter_initialisation(Instance *instance) {
 static void judge_velocity(Instance *instance) {
   State *state = &instance->state;
   state->judge_velocity = 0;
-  if (state->velocity_warned || state->motor_velocity_connected ||
-      !(uses_motor_velocity(instance, instance->view.mode) ||
-        uses_motor_velocity(instance, mode_start)))
+  if (state->velocity_warned || !(uses_unconnected(instance, instance->view.mode) ||
+                                  uses_unconnected(instance, mode_start)))
     return;
   state->velocity_warned = 1;
   report(instance, STATUS_WARNING,
@@ -168,22 +171,26 @@ static void take_over(Instance *instance, Span *span) {
   instance->view.valid = 0;
 }
 
-/* The velocity of the motor from its position now and at the last point at which that was known. Points
- * that rounding alone sets apart are one. */
+/* Rates of the inputs that an unconnected one is the rate of, from their values now and at the last
+ * point at which these were known. Points that rounding alone sets apart are one. */
 static void derive_velocity(State *state) {
-  const double position = state->input[MOTOR_POSITION];
   const double passed = state->motion.time - state->earlier_time;
-  if (passed > time_slack(state->motion.time))
-    state->derived_velocity = (position - state->earlier_position) / passed;
-  else if (passed > 0)
-    return;
+  const int apart = passed > time_slack(state->motion.time);
+  if (!apart && passed > 0) return;
+  for (int i = 0; i < N_INPUTS; i++) {
+    if (apart) state->derived[i] = (state->input[i] - state->earlier[i]) / passed;
+    state->earlier[i] = state->input[i];
+  }
   state->earlier_time = state->motion.time;
-  state->earlier_position = position;
 }
 
 /* Inside a communication step, after an event too, a position that has not changed was not set. */
 static void derive_velocity_inside(State *state) {
-  if (state->input[MOTOR_POSITION] != state->earlier_position) derive_velocity(state);
+  for (int i = 0; i < N_INPUTS; i++)
+    if (rate_of[i] >= 0 && state->input[rate_of[i]] != state->earlier[rate_of[i]]) {
+      derive_velocity(state);
+      return;
+    }
 }
 
 /* Integrate to the end of the span, with a look for the importer after each step of the solver: it

@@ -1,0 +1,46 @@
+"""Which side of the actuator is given and which is computed.
+
+The motor's side is its position, or its torque, which then moves the rotor. The joint's side is
+the load torque, which moves the link, or the joint's position, where another simulator has the
+link.
+"""
+
+from enum import StrEnum
+
+from elastic_tendon.effects.base import Slot
+
+_OF_ROTOR = (Slot.MOTOR_TORQUE, Slot.MOTOR_FRICTION)
+_OF_LINK = (Slot.TENDON_LOSS, Slot.JOINT_TORQUE, Slot.DRY_FRICTION, Slot.SIGNAL_DELAY)
+
+
+class InterfaceKind(StrEnum):
+    """Value of ``interface.kind`` in model.toml."""
+
+    POSITION = "position"
+    TORQUE = "torque"
+    JOINT = "joint"
+    TORQUE_JOINT = "torque_joint"
+
+    @property
+    def has_link(self) -> bool:
+        """Whether the link is integrated, moved by the load torque."""
+        return self in (InterfaceKind.POSITION, InterfaceKind.TORQUE)
+
+    @property
+    def has_rotor(self) -> bool:
+        """Whether the motor's rotor is integrated, moved by the motor torque."""
+        return self in (InterfaceKind.TORQUE, InterfaceKind.TORQUE_JOINT)
+
+    def has_slot(self, slot: Slot) -> bool:
+        """Whether effects of a slot have something to act on."""
+        return (self.has_rotor or slot not in _OF_ROTOR) and (self.has_link or slot not in _OF_LINK)
+
+    def has_quantity(self, path: str) -> bool:
+        """Whether the equations use the number at a dotted path of model.toml."""
+        section = path.partition(".")[0]
+        return (self.has_rotor or section != "motor") and (self.has_link or section != "link")
+
+
+def kinds_with(slot: Slot) -> tuple[InterfaceKind, ...]:
+    """Kinds of interface at which effects of a slot can act."""
+    return tuple(kind for kind in InterfaceKind if kind.has_slot(slot))
