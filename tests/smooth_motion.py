@@ -43,15 +43,17 @@ class Played:
 
         def inputs_at(delay: float) -> tuple[Array, Array]:
             late = self.time - delay
-            rates = [motor(late, 1), motor(late, 2), load(late, 1)]
-            return np.column_stack([motor(late), rates[0], load(late)]), np.column_stack(rates)
+            none = np.zeros(len(late))  # no torque drives the motor
+            rates = [motor(late, 1), motor(late, 2), load(late, 1), none]
+            values = [motor(late), rates[0], load(late), none]
+            return np.column_stack(values), np.column_stack(rates)
 
         return Motion(
             step=STEP,
             position=np.asarray(self.joint(self.time)),
             velocity=velocity,
             inputs_at=inputs_at,
-            weights=np.column_stack([up, ~up, np.zeros(len(up))]).astype(float),
+            weights=np.column_stack([up, ~up, np.zeros((len(up), 4))]).astype(float),
         )
 
     def recording(self, noise: float = 0.0, seed: int = 1) -> Measurement:

@@ -239,7 +239,7 @@ def test_quantity_is_declared_in_full(quantity: Any) -> None:
 def test_order_of_effects_is_the_catalogue_s() -> None:
     there = [quantity.path for quantity in quantities(ALL_EFFECTS)]
     back = [quantity.path for quantity in quantities(reversed(ALL_EFFECTS))]
-    model = load_model("figure_7")
+    model = load_model("biorob_x4_joint_3").at("torque")
     for effect_id in reversed(COMPATIBLE):
         model = model.with_effect(effect_id, None)
     assert there == back

@@ -112,7 +112,7 @@ def test_slopes_are_those_of_differences(effect_ids: tuple[str, ...]) -> None:
 def test_friction_holds_as_far_as_it_can() -> None:
     found = run("coulomb_friction")
     balance, motion, values = balance_of(found), found.motion, found.model.values()
-    still = np.tile([0.0, 0.0, 1.0], (len(motion.position), 1))
+    still = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(motion.position), 1))
     held = balance.torques(values, type(motion)(**{**vars(motion), "weights": still})).link.value
     friction = values["effects.coulomb_friction.torque"]
     free = {**values, "effects.coulomb_friction.torque": 0.0}

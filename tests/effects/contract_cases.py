@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, load_model, typical_value
+from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.simulation.simulate import sensitivities, simulate
 
 TIME = np.arange(0.0, 3.0, 0.002)
@@ -25,8 +27,27 @@ CROOKED = PAPER.with_values(
 MODELS = {"paper": PAPER, "crooked": CROOKED}
 
 
+# effects that act where the motor's position is given; the others act on a rotor
+AT_POSITION = [effect for effect in CATALOGUE if InterfaceKind.POSITION.has_slot(effect.slot)]
+
+
+def placed(model: Model, effect) -> Model:
+    """The model at an interface where the effect has something to act on."""
+    return model if model.kind.has_slot(effect.slot) else model.at(InterfaceKind.TORQUE)
+
+
+def drive(model):
+    """What moves the motor, by name: its position, or a torque that also bears the load."""
+    if not model.kind.has_rotor:
+        return {"motor_position": MOTOR}
+    transmission = model.transmission
+    ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius
+    return {"motor_torque": 2.0 * np.sin(9.0 * TIME) * np.sin(np.pi * TIME / 3.0) - ratio * LOAD}
+
+
 def with_typical(model: Model, effect) -> Model:
     """The model with an effect at its typical numbers, within their bounds."""
+    model = placed(model, effect)
     numbers = {
         parameter.name: float(
             np.clip(typical_value(model, parameter), parameter.lower, parameter.upper)
@@ -36,17 +57,21 @@ def with_typical(model: Model, effect) -> Model:
     return model.with_effect(effect.id, numbers)
 
 
-def measured(model, motor=MOTOR, load=LOAD, **options):
+def measured(model, **options):
     """What a joint encoder reads."""
-    motion = simulate(model, TIME, motor, load, as_measured=True, **options)
+    motion = simulate(
+        model, TIME, load_torque=LOAD, as_measured=True, **{**drive(model), **options}
+    )
     return motion[motion.measured("joint_position")]
 
 
 def assert_sensitivities_agree_with_differences(model, paths, relative):
     """Exact derivatives of what is measured against central differences at 1e-5 of each value."""
     # cubic: where a delayed motor position has kinks, differences to the delay do not converge
-    options = {"interpolation": "cubic", "as_measured": True}
-    exact = sensitivities(model, TIME, MOTOR, LOAD, parameters=paths, tolerance=1e-10, **options)
+    options = {"interpolation": "cubic", "as_measured": True, **drive(model)}
+    exact = sensitivities(
+        model, TIME, load_torque=LOAD, parameters=paths, tolerance=1e-10, **options
+    )
     derivatives = exact.of(exact.trajectory.measured("joint_position"))
     for path, column in zip(paths, derivatives.T, strict=True):
         value = model.values()[path]

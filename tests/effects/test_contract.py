@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from contract_cases import (
+    AT_POSITION,
     CROOKED,
     LOAD,
     MODELS,
@@ -11,7 +12,9 @@ from contract_cases import (
     PAPER,
     TIME,
     assert_sensitivities_agree_with_differences,
+    drive,
     measured,
+    placed,
     with_typical,
 )
 from scipy.integrate import cumulative_trapezoid
@@ -29,12 +32,14 @@ DIFFERENCES = 1e-5  # relative, of central differences at 1e-5 of the value
 SCALING = 1e-7  # rad: solver tolerances and dead bands do not scale with the units
 
 effects = pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.id)
+at_position = pytest.mark.parametrize("effect", AT_POSITION, ids=lambda effect: effect.id)
 models = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 
 
 @models
 @effects
 def test_null_gives_the_base_model(effect, model):
+    model = placed(model, effect)
     vanished = measured(model.with_effect(effect.id, None), tolerance=1e-11)
     assert np.abs(vanished - measured(model, tolerance=1e-11)).max() < NULL_ERROR
 
@@ -42,11 +47,12 @@ def test_null_gives_the_base_model(effect, model):
 @models
 @effects
 def test_typical_numbers_change_what_is_measured(effect, model):
-    assert np.abs(measured(with_typical(model, effect)) - measured(model)).max() > 1e-4
+    bare = measured(placed(model, effect))
+    assert np.abs(measured(with_typical(model, effect)) - bare).max() > 1e-4
 
 
 @models
-@effects
+@at_position
 def test_makes_no_energy(effect, model):
     """With the motor held, no more work can be taken from the joint than was put in."""
     strong = with_typical(model, effect)
@@ -77,7 +83,8 @@ def test_extreme_numbers_finish_or_fail_cleanly(effect):
             numbers = with_typical(PAPER, effect).effects[effect.id] | {parameter.name: value}
             if effect.refuses(numbers):
                 continue
-            assert finishes_or_says_why(PAPER.with_effect(effect.id, numbers))
+            model = placed(PAPER, effect)
+            assert finishes_or_says_why(model.with_effect(effect.id, numbers))
 
 
 def finishes_or_says_why(model):
@@ -87,7 +94,7 @@ def finishes_or_says_why(model):
         return "stopped at" in str(error)
 
 
-@effects
+@at_position
 def test_units_are_those_of_the_equations(effect):
     """In other units of mass, length and time the same actuator moves alike."""
     unit = {"kg": 3.0, "m": 2.0, "s": 1.25}
@@ -135,10 +142,12 @@ def test_derivative_at_the_null_is_regular_or_declared_singular(effect):
         for parameter in effect.parameters
         if parameter.shape
     }
-    null = PAPER.with_effect(effect.id, shapes)
+    null = placed(PAPER, effect).with_effect(effect.id, shapes)
     strengths = [parameter.name for parameter in effect.parameters if not parameter.shape]
     paths = [f"effects.{effect.id}.{name}" for name in strengths]
-    result = sensitivities(null, TIME, MOTOR, LOAD, parameters=paths, as_measured=True)
+    result = sensitivities(
+        null, TIME, load_torque=LOAD, parameters=paths, as_measured=True, **drive(null)
+    )
     size = np.linalg.norm(result.of(result.trajectory.measured("joint_position")), axis=0)
     assert np.isfinite(size).all()
     assert (size.max() == 0.0) == effect.singular_null
@@ -146,7 +155,7 @@ def test_derivative_at_the_null_is_regular_or_declared_singular(effect):
 
 
 @models
-@effects
+@at_position
 def test_compiled_equations_are_the_symbolic_ones(effect, model):
     """The slope of the simulated motion is what CasADi evaluates from the same expressions."""
     model = with_typical(model, effect)

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from contract_cases import CROOKED, with_typical
+from contract_cases import AT_POSITION, CROOKED, with_typical
 from fmpy.validation import validate_fmu
 
 from elastic_tendon.actuator.variables import interface
-from elastic_tendon.effects import BY_ID, CATALOGUE
+from elastic_tendon.effects import BY_ID
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import Fmu, Segments, run_co_simulation, run_model_exchange
@@ -27,7 +27,7 @@ MOTIONS = {
 # in CI each alone in one version of FMI, in turn; in both, three that are solved at run time
 ALONE = [
     pytest.param(((effect.id,), version), marks=[] if (i + version) % 2 else [pytest.mark.slow])
-    for i, effect in enumerate(CATALOGUE)
+    for i, effect in enumerate(AT_POSITION)
     for version in MOTIONS
 ]
 TOGETHER = [

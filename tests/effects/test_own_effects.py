@@ -12,6 +12,7 @@ from fmpy import simulate_fmu
 from typer.testing import CliRunner
 
 from elastic_tendon import cli, effects
+from elastic_tendon.actuator.interfaces import kinds_with
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.effects import CATALOGUE
@@ -110,7 +111,8 @@ def test_file_of_a_builtin_effect_gives_the_same_equations(builtin, tmp_path):
     text = Path(inspect.getfile(builtin.equations)).read_text(encoding="utf-8")
     renamed = text.replace(f'id="{builtin.id}"', f'id="own_{builtin.id}"')
     own = effects.load(written(tmp_path, renamed))
-    expected, found = build((builtin.id,)), build((own.id,))
+    kind = kinds_with(builtin.slot)[0]
+    expected, found = build((builtin.id,), kind), build((own.id,), kind)
     for part in ("rates", "outputs", "indicators", "next_modes", "reset"):
         assert str(getattr(found, part)) == str(getattr(expected, part))
 

@@ -11,6 +11,7 @@ from contract_cases import (
     CROOKED,
     assert_sensitivities_agree_with_differences,
     measured,
+    placed,
     with_typical,
 )
 
@@ -52,7 +53,7 @@ def test_two_effects(pair):
     assert np.isfinite(both).all()
     assert np.array_equal(both, measured(reverse, tolerance=1e-11))
     for kept, dropped in (pair, pair[::-1]):
-        alone = with_typical(CROOKED, kept)
+        alone = placed(with_typical(CROOKED, kept), dropped)
         vanished = measured(alone.with_effect(dropped.id, None), tolerance=1e-11)
         assert np.abs(vanished - measured(alone, tolerance=1e-11)).max() < NULL_ERROR, dropped.id
 

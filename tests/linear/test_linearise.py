@@ -199,7 +199,10 @@ def test_steady_motion_has_the_slope_of_its_friction():
 
 @pytest.mark.parametrize("effect_id", sorted(BY_ID))
 def test_every_effect_is_linearised(effect_id):
-    model = with_typical(damped("biorob_x4_joint_3"), effect_id)
+    model = damped("biorob_x4_joint_3")
+    if not model.kind.has_slot(BY_ID[effect_id].slot):  # it acts on a rotor
+        model = model.at("torque")
+    model = with_typical(model, effect_id)
     for asked in (None, OperatingPoint(load_torque=6.5), OperatingPoint(joint_velocity=0.5)):
         system = linearise(model, "III", asked)
         assert np.isfinite(system.A).all()

@@ -253,11 +253,20 @@ class System:
         share = held / bound if bound != 0.0 else 0.0
         return torque - share * self.guide_torque(towards, tensions)
 
-    def motor_torque(self, tensions: list[float]) -> float:
-        """Torque of the springs on the motor pulley against positive motor motion, N·m."""
+    def motor_torque(self, time: float, mode: Mode, tensions: list[float]) -> float:
+        """Torque of the springs on the motor against positive motor motion, N·m.
+
+        What the pulley does to the tendons is the work of the motor: where it turns faster than
+        the motor its torque is larger, and a motor in its play bears none.
+        """
+        if self.layout.pulley is not None and mode.tooth == 0:
+            return 0.0
+        position = self.motor(time)[0]
+        eccentricity = self.actuator.eccentricity
+        faster = 1.0 if eccentricity is None else eccentricity.driven(position, 1.0)[1]
         upper, lower = self.layout.sides
         pull = tensions[upper.tendons[0]] - tensions[lower.tendons[0]]
-        return self.actuator.motor_pulley_radius * pull
+        return self.actuator.motor_pulley_radius * pull * faster
 
     # ---- rates -----------------------------------------------------------------------------
 

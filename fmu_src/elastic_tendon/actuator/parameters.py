@@ -130,6 +130,43 @@ class Model(BaseModel):
         """What decides the equations, but no number: effects and interface."""
         return self.effect_ids, self.kind
 
+    def at(self, kind: InterfaceKind | str) -> "Model":
+        """The same actuator at another interface.
+
+        Raises
+        ------
+        ModelError
+            for an interface that there is not, or one without [motor] or a place for an effect
+        """
+        return parse_model(self.model_dump() | {"interface": {"kind": str(kind)}}, self.name)
+
+    def at_position(self) -> "Model":
+        """The same actuator at interface position, without effects that act on the rotor."""
+        position = InterfaceKind.POSITION
+        without_place = [
+            effect_id
+            for effect_id in self.effects
+            if not position.has_slot(effects.BY_ID[effect_id].slot)
+        ]
+        return self.without(without_place).at(position)
+
+    def check_position(self, what: str) -> None:
+        """Refuse what needs the motor position and the load torque as inputs.
+
+        Raises
+        ------
+        ModelError
+            at another interface than position
+        """
+        if self.kind is not InterfaceKind.POSITION:
+            raise ModelError(
+                self.name,
+                [
+                    f"interface: {what} works at interface position, not at {self.kind}; "
+                    "for this take the model with kind position, or its method at('position')"
+                ],
+            )
+
     def quantities(self) -> tuple[Quantity, ...]:
         """Run-time parameters of this model, in the order of their declaration."""
         return quantities(*self.structure)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.averaging import block_means, spread, stride_of
 from elastic_tendon.comparison.bins import Bin, bins_of
-from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.compare import Comparison, FileComparison, compare
 from elastic_tendon.comparison.in_words import in_words
 from elastic_tendon.comparison.missing_torque import MissingTorque, missing_torque
 from elastic_tendon.comparison.partition import Partition
@@ -132,9 +133,17 @@ def locate(comparison: Comparison, progress: Progress = silent) -> Location:
     return Location(tuple(files))
 
 
+def _seen_from_joint(model: Model, file: FileComparison) -> tuple[Model, FileComparison]:
+    """Model and comparison at interface position, where a torque missing at the joint shows."""
+    if model.kind is InterfaceKind.POSITION:
+        return model, file
+    model = model.at_position()
+    return model, compare(model, file.measurement.at(model.kind)).files[0]
+
+
 def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileLocation:
     measurement = file.measurement
-    missing, variables, parts = missing_torque(model, file, progress)
+    missing, variables, parts = missing_torque(*_seen_from_joint(model, file), progress)
     progress("where the error lies", 0.9)
     residuals = residuals_of(file.trajectory, measurement)
     n = len(measurement.time)

@@ -88,7 +88,9 @@ def sensible(
     """
     values = model.values()
     limits = {}
-    for path in ("link.inertia", *STIFFNESSES):
+    for path in ("link.inertia", "motor.inertia", *STIFFNESSES):
+        if path not in values:
+            continue
         reach = 1.0 + FAR * model.uncertainty_of(path) / values[path]
         limits[path] = (values[path] / reach, values[path] * reach)
     for effect in map(effects.BY_ID.__getitem__, effect_ids):

@@ -6,6 +6,7 @@ from math import sqrt
 from operator import is_
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.compare import Comparison, compare
@@ -180,6 +181,11 @@ def _smallest(
 def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
     """One that decides between answers that cannot be told apart; and why none can."""
     if not found.alike:
+        return
+    if data.given.kind is not InterfaceKind.POSITION:
+        found.no_experiment = (
+            "No experiment is proposed at interface torque: proposals move the motor's position."
+        )
         return
     pairs = zip(_different(found.alike), found.alike, strict=True)
     first, second = (Rival(name, part.result) for name, part in list(pairs)[:RIVALS])
@@ -375,7 +381,8 @@ def _recordings(
     for role, comparison in (("fitted", last.comparison), ("validation", last.heldout)):
         for file in comparison.files if isinstance(comparison, Comparison) else ():
             part = file.measurement.samples(slice(judged))
-            constant = explained_by(model, part) if role == "validation" else None
+            asked = role == "validation" and model.kind is InterfaceKind.POSITION
+            constant = explained_by(model, part) if asked else None
             rows.append(
                 RecordingSummary(
                     file=file.measurement.name,

@@ -254,4 +254,5 @@ def _averaged(measurement: Measurement, count: int) -> Measurement:
         motor_position=mean(measurement.motor_position),
         signals={name: mean(values) for name, values in measurement.signals.items()},
         load_torque=None if load is None else mean(load),
+        driving={name: mean(values) for name, values in measurement.driving.items()},
     )

@@ -11,6 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
@@ -21,6 +22,7 @@ from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set, model_with
 from elastic_tendon.diagnosis.straight_inputs import STRAIGHT, with_straight_inputs
+from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import REFIT
 from elastic_tendon.measurement import Measurement, Recordings, listed
@@ -83,8 +85,12 @@ def _diagnosed(
 ) -> Diagnosis:
     begin = time.monotonic()
     options.check_ids()
+    _check_interface(model)
+    measurements = [part.at(model.kind) for part in measurements]
+    validation = [part.at(model.kind) for part in validation]
     data = data_of(model, measurements, validation, options)
-    notes = [finding.sentence for finding in sign_errors(model, measurements)]
+    looked_at = measurements if model.kind is InterfaceKind.POSITION else ()
+    notes = [finding.sentence for finding in sign_errors(model, looked_at)]
     recordings = (*measurements, *validation)
     notes += [f"{part.name}: {note}" for part in recordings for note in part.noise_notes]
     found = Found()
@@ -119,6 +125,18 @@ def _diagnosed(
             found.ladder, found.rounds = [], []
             _tell(search, found, None, refit=False)
         return conclude(data, search, found, options, progress, complete=complete, notes=notes)
+
+
+def _check_interface(model: Model) -> None:
+    """Refuse a model whose link another simulator has: nothing of it could be missing here."""
+    if not model.kind.has_link:
+        raise ModelError(
+            model.name,
+            [
+                f"interface: diagnose needs the link, which interface {model.kind} leaves to "
+                "another simulator; diagnose at interface position or torque"
+            ],
+        )
 
 
 @contextmanager

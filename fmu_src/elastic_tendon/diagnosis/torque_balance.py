@@ -1,8 +1,9 @@
-"""The torque balance of the joint along a measured motion, for any set of effects.
+"""The torque balance of what moves along a measured motion, for any set of effects.
 
-With the motion given, the model's own equations say which torque acts on the link; nothing is
-integrated but the memory of springs and bristles. CasADi's virtual machine evaluates them over all
-samples at once, with exact derivatives, so no library is compiled.
+With the motion given, the model's own equations say which torque acts on the link and, where a
+torque drives the motor, on its rotor; nothing is integrated but the memory of springs and bristles.
+CasADi's virtual machine evaluates them over all samples at once, with exact derivatives, so no
+library is compiled.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -13,9 +14,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
-from elastic_tendon.actuator.variables import JOINT_MOTION, catalogue_order
+from elastic_tendon.actuator.variables import (
+    JOINT_MOTION,
+    MOTOR_MOTION,
+    catalogue_order,
+    moved_states,
+)
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.effects.base import Effect, Slot
 from elastic_tendon.effects.symbolic import one_at_a_time
@@ -23,7 +30,7 @@ from elastic_tendon.effects.symbolic import one_at_a_time
 PASSES = 3  # after which the modes of a chain of thresholds have settled
 NEWTON_STEPS = 6
 NO_DECAY = 1e-6  # of a state in one step, below which its rate is constant
-STATES = 2  # position and velocity of the joint come first, the memory of effects after them
+_INPUTS = 4  # motor position and velocity, load torque, motor torque
 
 
 @dataclass(frozen=True)
@@ -31,9 +38,10 @@ class Motion:
     """A measured motion at n evenly spaced instants.
 
     `step` : s between them. `position`, `velocity` : of the joint as its encoder shows them, rad
-    and rad/s. `inputs_at` : motor position and velocity and load, (n, 3), and their rates of
-    change, where the joint's signals are late by so many s. `weights` : (n, 3), with which the
-    joint counts as moving up, moving down, and held by friction.
+    and rad/s. `inputs_at` : motor position and velocity, load and motor torque (0 where it drives
+    nothing), (n, 4), and their rates of change, where the joint's signals are late by so many s.
+    `weights` : (n, 6), with which the joint counts as moving up, moving down, and held by friction,
+    and then the motor.
     """
 
     step: float
@@ -41,6 +49,21 @@ class Motion:
     velocity: Array
     inputs_at: Callable[[float], tuple[Array, Array]]
     weights: Array
+
+
+@dataclass(frozen=True)
+class _Body:
+    """What a torque moves: names of its velocity and inertia, of the mode in which it sticks, and
+    where the weights of its motion stand."""
+
+    velocity: str
+    inertia: str
+    motion: str
+    weights: slice
+
+
+LINK = _Body("joint_velocity", "link.inertia", JOINT_MOTION.name, slice(0, 3))
+ROTOR = _Body("motor_velocity", "motor.inertia", MOTOR_MOTION.name, slice(3, 6))
 
 
 @dataclass(frozen=True)
@@ -59,22 +82,34 @@ class Torque:
 
 @dataclass(frozen=True)
 class Torques:
-    """Torque on the link (without inertia) along a motion, and those that sensors show, by name."""
+    """Torques along a motion: on the link and on the rotor where it is moved, both without inertia,
+    and those that sensors show, by name."""
 
-    link: Torque
+    moved: tuple[Torque, ...]
     shown: Mapping[str, Torque]
+
+    @property
+    def link(self) -> Torque:
+        """That on the link."""
+        return self.moved[0]
 
 
 @lru_cache(maxsize=1024)
 @one_at_a_time
 def _balance_of(
-    effects_present: tuple[Effect, ...], paths: tuple[str, ...], shown: tuple[str, ...]
+    effects_present: tuple[Effect, ...],
+    kind: InterfaceKind,
+    paths: tuple[str, ...],
+    shown: tuple[str, ...],
 ) -> "Balance":
-    return Balance(build(tuple(effect.id for effect in effects_present)), paths, shown)
+    return Balance(build(tuple(effect.id for effect in effects_present), kind), paths, shown)
 
 
 def torque_balance(
-    effect_ids: Sequence[str], paths: Sequence[str], shown: Sequence[str] = ()
+    effect_ids: Sequence[str],
+    paths: Sequence[str],
+    shown: Sequence[str] = (),
+    kind: InterfaceKind = InterfaceKind.POSITION,
 ) -> "Balance":
     """The balance of a model with some effects.
 
@@ -83,9 +118,10 @@ def torque_balance(
     effect_ids : of the model
     paths : dotted paths of the m parameters by which derivatives are wanted
     shown : outputs of the model that are torques and measured
+    kind : interface of the model, one with a link
     """
     # by the effects themselves: a user's own file may bring another law under the same id
-    return _balance_of(catalogue_order(tuple(effect_ids)), tuple(paths), tuple(shown))
+    return _balance_of(catalogue_order(tuple(effect_ids)), kind, tuple(paths), tuple(shown))
 
 
 class Balance:
@@ -115,15 +151,17 @@ class Balance:
         p = np.array(column + [1.0] * interface.reads_signals)  # as the encoders read
         delay = float(self._delay(p))
         n, m = len(motion.position), len(self.paths)
-        data = np.empty((n, 9))
-        data[:, 0], data[:, 1], data[:, 8] = motion.position, motion.velocity, delay
-        data[:, 2:5], data[:, 5:8] = motion.inputs_at(delay)
+        own = motion.position, motion.velocity, np.full(n, delay)
+        data = np.column_stack([*own, *motion.inputs_at(delay)])
         memory, carried = self._memory(data, motion.step, p)
         columns = _evaluated(self._torques_along(n), data, motion.weights, memory, p).reshape(n, -1)
-        link, *shown = (
-            _torque(part, m, carried) for part in np.split(columns, 1 + len(self.shown), axis=1)
-        )
-        return Torques(link, dict(zip(self.shown, shown, strict=True)))
+        bodies = len(self._seen.moved)
+        found = [
+            _torque(part, m, carried)
+            for part in np.split(columns, bodies + len(self.shown), axis=1)
+        ]
+        shown = dict(zip(self.shown, found[bodies:], strict=True))
+        return Torques(tuple(found[:bodies]), shown)
 
     @cached_property
     @one_at_a_time
@@ -134,7 +172,7 @@ class Balance:
         compliance follow every noise of the encoder.
         """
         slots = {effect.slot for effect in self.system.interface.effects}
-        rates = self._seen.seen(self.system.rates[STATES:])
+        rates = self._seen.seen(self._seen.remembered(self.system.rates))
         return _apart(rates, self._seen.memory) and Slot.SERIES_ELEMENT not in slots
 
     @lru_cache(maxsize=512)  # noqa: B019 - of all balances together, which a search meets by dozens
@@ -153,9 +191,10 @@ class Balance:
     def _torque_function(self) -> ca.Function:
         """(data, weights, memory, p) -> torques and derivatives, one column; see `_torque`."""
         seen, system = self._seen, self.system
-        weights = ca.SX.sym("weights", 3)
+        weights = ca.SX.sym("weights", 6)
         rows = []
-        for torque in (seen.total(weights), *(seen.shown(name, weights) for name in self.shown)):
+        moved = (seen.total(body, weights) for body in seen.moved)
+        for torque in (*moved, *(seen.shown(name, weights) for name in self.shown)):
             rows += [torque, seen.slope(torque, seen.position), seen.slope(torque, seen.velocity)]
             rows += [seen.slope(torque, symbol).T for symbol in (self._wanted, seen.memory)]
         column = seen.at_modes(ca.vertcat(*rows))
@@ -183,12 +222,12 @@ class Balance:
     def _start(self) -> ca.Function:
         """(data, p) -> states at the first sample with derivatives; calculated ones settle."""
         seen, system = self._seen, self.system
-        states = system.interface.states[STATES:]
+        states = system.interface.states[seen.first :]
         declared = ca.DM([0.0 if state.start is None else state.start for state in states])
         calculated = ca.DM([state.start is None for state in states])
         arguments = [seen.data, seen.memory, system.p, system.w]
         settled = ca.Function(
-            "settled", arguments, [seen.at_modes(seen.seen(system.starts[STATES:]))]
+            "settled", arguments, [seen.at_modes(seen.seen(seen.remembered(system.starts)))]
         )
         value: Any = declared
         for _ in range(PASSES):
@@ -202,7 +241,7 @@ class Balance:
         """One step of the memory with its derivatives, from one instant to the next."""
         seen, system = self._seen, self.system
         h, following = ca.SX.sym("h"), ca.SX.sym("following", seen.data.numel())
-        rates = seen.at_modes(seen.seen(system.rates[STATES:]))
+        rates = seen.at_modes(seen.seen(seen.remembered(system.rates)))
         arguments = [seen.data, seen.memory, system.p]
         rate = ca.Function("rate", [*arguments, system.w], [rates])
         rate = ca.Function("rate", arguments, [rate(*arguments, seen.unknowns)])
@@ -279,27 +318,40 @@ class _Seen:
 
     def __init__(self, system: HybridSystem) -> None:
         self.system = system
-        self.data = ca.SX.sym("data", 9)
+        interface = system.interface
+        self.first = len(moved_states(interface.kind))  # states of effects come after these
+        self.moved = (LINK, ROTOR)[: self.first // 2]
+        self.data = ca.SX.sym("data", 3 + 2 * _INPUTS)
         self.position, self.velocity = self.data[0], self.data[1]
-        self.memory = ca.SX.sym("memory", len(system.interface.states) - STATES)
-        late = system.delay - self.data[8]
-        inputs = self.data[2:5] - self.data[5:8] * late
-        position, velocity = self._true_motion()
-        self._by = (ca.vertcat(position, velocity, self.memory), inputs)
+        self.memory = ca.SX.sym("memory", len(interface.states) - self.first)
+        late = system.delay - self.data[2]
+        given = self.data[3 : 3 + _INPUTS] - self.data[3 + _INPUTS :] * late
+        motor_position, motor_velocity, load, motor_torque = ca.vertsplit(given)
+        link = self._true_motion("measured_joint_position", self.position, self.velocity)
+        moved, inputs = [*link], [motor_position, motor_velocity, load]
+        if interface.kind.has_rotor:
+            moved += self._true_motion("measured_motor_position", motor_position, motor_velocity)
+            inputs = [motor_torque, load]
+        self._by = (ca.vertcat(*moved, self.memory), ca.vertcat(*inputs))
 
-    def _true_motion(self) -> tuple[ca.SX, ca.SX]:
-        """Position and velocity of the joint at what its encoder reads."""
+    def remembered(self, column: ca.SX) -> ca.SX:
+        """The part of a column of all states that is of the memory of effects."""
+        return column[self.first :]
+
+    def _true_motion(self, reading: str, position: ca.SX, velocity: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Position and velocity at what an encoder reads, whose error is a function of it."""
         system = self.system
         names = system.interface.output_names
-        if "measured_joint_position" not in names:
-            return self.position, self.velocity
-        reading = system.outputs[names.index("measured_joint_position")]
-        shown = ca.substitute(reading, system.x[:STATES], self.data[:STATES])
+        if reading not in names:
+            return position, velocity
+        place = system.interface.state_names.index(reading.removeprefix("measured_"))
+        read = system.outputs[names.index(reading)]
         if system.interface.reads_signals:  # delays are exact: the inputs are shifted
-            shown = ca.substitute(shown, system.p[-1], 1)
-        error = shown - self.position
-        velocity = self.velocity * (1 - ca.jacobian(error, self.position))
-        return self.position - error, velocity
+            read = ca.substitute(read, system.p[-1], 1)
+        here = ca.SX.sym("here")
+        error = ca.substitute(read, system.x[place], here) - here
+        slope = ca.substitute(ca.jacobian(error, here), here, position)
+        return position - ca.substitute(error, here, position), velocity * (1 - slope)
 
     def seen(self, expression: ca.SX) -> ca.SX:
         """An expression of states and inputs at what is seen."""
@@ -344,30 +396,33 @@ class _Seen:
         system = self.system
         return total_jacobian(expression, symbol, system.w, self.seen(system.residuals))
 
-    def _moving(self, expression: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """An expression while the joint moves up, and while it moves down."""
+    def _moving(self, body: _Body, expression: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """An expression while the body moves up, and while it moves down."""
         names = [mode.name for mode in self.system.interface.modes]
-        if JOINT_MOTION.name not in names:
+        if body.motion not in names:
             value = self.seen(expression)
             return value, value
-        mode = self.system.r[names.index(JOINT_MOTION.name)]
+        mode = self.system.r[names.index(body.motion)]
         up, down = (self.seen(ca.substitute(expression, mode, sign)) for sign in (1, -1))
         return up, down
 
-    def total(self, weights: ca.SX) -> ca.SX:
-        """Torque on the link; friction holds the joint as far as its bounds allow."""
+    def total(self, body: _Body, weights: ca.SX) -> ca.SX:
+        """Torque on a body; friction holds it as far as its bounds allow."""
         system = self.system
-        inertia = system.p[system.interface.parameter_names.index("link.inertia")]
-        up, down = self._moving(inertia * system.rates[1])
+        inertia = system.p[system.interface.parameter_names.index(body.inertia)]
+        rate = system.rates[system.interface.state_names.index(body.velocity)]
+        up, down = self._moving(body, inertia * rate)
         if up is down:
             return up
+        moves_up, moves_down, rests = ca.vertsplit(weights[body.weights])
         held = ca.fmax(up, 0) + ca.fmin(down, 0)
-        return weights[0] * up + weights[1] * down + weights[2] * held
+        return moves_up * up + moves_down * down + rests * held
 
     def shown(self, name: str, weights: ca.SX) -> ca.SX:
         """An output of the system that is a torque."""
         output = self.system.outputs[self.system.interface.output_names.index(name)]
-        up, down = self._moving(output)
+        up, down = self._moving(LINK, output)
         if up is down:
             return up
-        return weights[0] * up + weights[1] * down + weights[2] * 0.5 * (up + down)
+        moves_up, moves_down, rests = ca.vertsplit(weights[LINK.weights])
+        return moves_up * up + moves_down * down + rests * 0.5 * (up + down)

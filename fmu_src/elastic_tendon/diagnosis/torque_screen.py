@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.diagnosis.candidates import STIFFNESSES, sensible, starts
@@ -51,6 +52,7 @@ class Structure:
     added: tuple[str, ...]
     coordinates: Coordinates
     effect_ids: tuple[str, ...]  # those that the given model has among them
+    kind: InterfaceKind
     lower: Array
     upper: Array
     shapes: tuple[bool, ...]
@@ -60,18 +62,12 @@ class Structure:
     @cached_property
     def balance(self) -> Balance:
         """Its equations, with derivatives by the free parameters."""
-        return torque_balance(self.effect_ids, self.coordinates.paths, self.shown)
+        return torque_balance(self.effect_ids, self.coordinates.paths, self.shown, self.kind)
 
     @cached_property
     def plain(self) -> Balance:
         """Its equations without derivatives."""
-        return torque_balance(self.effect_ids, (), self.shown)
-
-    @cached_property
-    def inertia_column(self) -> int | None:
-        """Which free parameter is the inertia of the link."""
-        paths = self.coordinates.paths
-        return paths.index("link.inertia") if "link.inertia" in paths else None
+        return torque_balance(self.effect_ids, (), self.shown, self.kind)
 
     def variables(self, values: Mapping[str, float]) -> Array:
         """Variables of the fit at parameters by path; those that are missing begin as given."""
@@ -175,13 +171,14 @@ class Screen:
         along = [base.balance.torques(values, part.motion) for part in self.recordings]
         self._slopes = np.concatenate([torques.link.by_position for torques in along])
         self.whiteners = [
-            part.whitener(values["link.inertia"], torques)
+            part.whitener(values, torques)
             for part, torques in zip(self.recordings, along, strict=True)
         ]
         # residuals of the link, whose noise is the encoder's times the stiffness
         self._of_link = np.concatenate(
             [
-                np.repeat([True, False], part.test.shape[0] * np.array([1, len(part.shown)]))
+                np.arange((len(part.bodies) + len(part.shown)) * part.test.shape[0])
+                < part.test.shape[0]
                 for part in self.recordings
             ]
         )
@@ -221,6 +218,7 @@ class Screen:
             added=added,
             coordinates=coordinates,
             effect_ids=model.effect_ids,
+            kind=model.kind,
             lower=lower,
             upper=upper,
             shapes=tuple(shape.get(path, False) for path in paths),
@@ -237,8 +235,8 @@ class Screen:
         for part, whiten in zip(self.recordings, self.whiteners, strict=True):
             torques = structure.balance.torques(values, part.motion)
             slopes_by_position.append(torques.link.by_position)
-            residuals.append(whiten(part.residuals(values["link.inertia"], torques)))
-            derivatives.append(whiten(part.jacobian(torques, structure.inertia_column)))
+            residuals.append(whiten(part.residuals(values, torques)))
+            derivatives.append(whiten(part.jacobian(torques, structure.coordinates.paths)))
         scale, slopes = self._scale(structure, values, np.concatenate(slopes_by_position))
         whole, by_parameter = np.concatenate(residuals), np.vstack(derivatives)
         whole[self._of_link] /= scale
@@ -469,7 +467,7 @@ class Screen:
         """Whitened residuals (N,) alone, in the scale of the given model's stiffness."""
         whole = np.concatenate(
             [
-                whiten(part.residuals(values["link.inertia"], torques))
+                whiten(part.residuals(values, torques))
                 for part, whiten in zip(self.recordings, self.whiteners, strict=True)
                 for torques in [structure.plain.torques(values, part.motion)]
             ]

@@ -6,7 +6,7 @@ Multiscale Modeling & Simulation 19(3), 2021). The noise of the encoder then sho
 as a known sum, and neighbours are correlated in a known way, by which they are whitened.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,8 +18,9 @@ from scipy.linalg import cholesky_banded
 from scipy.linalg.lapack import dtbtrs
 
 from elastic_tendon.comparison.residuals import Array, noise_floors
-from elastic_tendon.diagnosis.torque_balance import Motion, Torques
+from elastic_tendon.diagnosis.torque_balance import LINK, ROTOR, Motion, Torques
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.noise import noise_floors as measured_noise
 
 Indices = NDArray[np.intp]
 
@@ -39,61 +40,94 @@ JITTER = 1e-9  # relative; keeps covariances positive
 
 @dataclass(frozen=True)
 class Weak:
-    """A recording as K residuals in torque.
+    """A recording as K residuals in torque of each body that is moved, and of each torque shown.
 
     `motion` : at the instants where torques are evaluated. `test` (K, n) sparse integrates over
-    these. `curvature` (K,) : smoothed and raw integrals of the joint's acceleration. `noise` :
-    sigma of the joint's position, rad. `shown` : by signal, torques that were measured, integrated
-    (K,), and their sigma, N·m. The rest corrects for the noise in the smoothed motion.
+    these. `bodies` : the link and, where a torque drives it, the rotor. `noise` : sigma of the
+    joint's position, rad. `shown` : by signal, torques that were measured, integrated (K,), and
+    their sigma, N·m. The rest corrects for the noise in the smoothed motion.
     """
 
     motion: Motion
     test: sparse.csr_matrix
-    curvature: tuple[Array, Array]
+    bodies: tuple["Moved", ...]
     noise: float
     shown: Mapping[str, tuple[Array, float]]
     samples: tuple[sparse.csr_matrix, ...] = field(repr=False)  # φ, φ', φ'' at the raw samples
     rough: Array = field(repr=False)  # (N,) what smoothing took away, rad
     nearest: Indices = field(repr=False)  # (N,) instant of each raw sample
 
-    def residuals(self, inertia: float, torques: Torques) -> Array:
-        """Residuals (count,) as the raw motion has them, N·m."""
-        link = torques.link
-        here, slope = link.by_position[self.nearest], link.by_velocity[self.nearest]
+    def residuals(self, values: Mapping[str, float], torques: Torques) -> Array:
+        """Residuals (count,) as the raw motion has them, N·m.
+
+        Parameters
+        ----------
+        values : parameters by dotted path, the inertias among them
+        torques : Torques
+        """
         flat, first, _ = self.samples
-        shift = flat @ (here * self.rough) - first @ (slope * self.rough)
-        own = inertia * self.curvature[1] - self.test @ link.value - shift
+        parts = []
+        for body, torque in zip(self.bodies, torques.moved, strict=True):
+            here, slope = torque.by_position[self.nearest], torque.by_velocity[self.nearest]
+            shift = flat @ (here * self.rough) - first @ (slope * self.rough)
+            inertia = values[body.inertia]
+            parts.append(inertia * body.curvature[1] - self.test @ torque.value - shift)
         shown = [
             measured - self.test @ torques.shown[name].value
             for name, (measured, _) in self.shown.items()
         ]
-        return np.concatenate([own, *shown])
+        return np.concatenate([*parts, *shown])
 
-    def jacobian(self, torques: Torques, inertia_column: int | None) -> Array:
+    def jacobian(self, torques: Torques, paths: Sequence[str]) -> Array:
         """Derivatives of the residuals by the m parameters along the smoothed motion, (count, m).
 
         Parameters
         ----------
         torques : Torques
-        inertia_column : which parameter is the inertia of the link, None where it is known
+        paths : of the m parameters
         """
-        own = -(self.test @ torques.link.by_parameter)
-        if inertia_column is not None:
-            own[:, inertia_column] += self.curvature[0]
+        parts = []
+        for body, torque in zip(self.bodies, torques.moved, strict=True):
+            own = -(self.test @ torque.by_parameter)
+            if body.inertia in paths:
+                own[:, paths.index(body.inertia)] += body.curvature[0]
+            parts.append(own)
         shown = [-(self.test @ torques.shown[name].by_parameter) for name in self.shown]
-        return np.vstack([own, *shown])
+        return np.vstack([*parts, *shown])
 
-    def whitener(self, inertia: float, torques: Torques) -> "Whitener":
+    def whitener(self, values: Mapping[str, float], torques: Torques) -> "Whitener":
         """What makes residuals independent and of variance one, if there is noise alone."""
-        link = torques.link
-        here, slope = link.by_position[self.nearest], link.by_velocity[self.nearest]
         flat, first, second = self.samples
-        rows = inertia * second - flat.multiply(here) + first.multiply(slope)
-        parts = [_factor(sparse.csr_matrix(self.noise * rows))]
+        parts = []
+        for body, torque in zip(self.bodies, torques.moved, strict=True):
+            here, slope = torque.by_position[self.nearest], torque.by_velocity[self.nearest]
+            inertia = values[body.inertia]
+            if body.is_joint:
+                rows = self.noise * (inertia * second - flat.multiply(here) + first.multiply(slope))
+            else:  # noise of the joint's position, of its own, and of what drives it
+                of_joint = self.noise * (first.multiply(slope) - flat.multiply(here))
+                of_own = body.noise * inertia * second
+                rows = sparse.hstack([of_joint, of_own, body.drive_noise * flat])
+            parts.append(_factor(sparse.csr_matrix(rows)))
         for name, (_, sigma) in self.shown.items():
             level = np.hypot(sigma, self.noise * torques.shown[name].by_position[self.nearest])
             parts.append(_factor(sparse.csr_matrix(flat.multiply(level))))
         return Whitener(tuple(parts))
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A body with the integrals (K,) of its acceleration, smoothed and raw.
+
+    `inertia` : its dotted path. `noise` : sigma of its position, rad. `drive_noise` : sigma of the
+    torque that drives it, N·m. `is_joint` : whether its position is that of the joint.
+    """
+
+    inertia: str
+    curvature: tuple[Array, Array]
+    noise: float
+    drive_noise: float = 0.0
+    is_joint: bool = True
 
 
 @dataclass(frozen=True)
@@ -127,7 +161,7 @@ def weak_form(measurement: Measurement) -> Weak:
     sigmas = noise_floors(measurement)
     if measurement.static:
         return _static(measurement, sigmas)
-    time, load = measurement.time, measurement.load_torque
+    time = measurement.time
     n = len(time)
     step = float(time[-1] - time[0]) / (n - 1)
     even = time[0] + step * np.arange(n)
@@ -140,6 +174,8 @@ def weak_form(measurement: Measurement) -> Weak:
     knot = _knot(smoothed, step)
     every = max(round(INSTANTS * knot), 1)
     instants = np.arange(0, n, every)
+    motor = np.interp(even, time, measurement.motor_position)
+    turning = np.gradient(smooth(motor)[0], step)[instants]
     raw = [_test_functions(np.arange(n), n, step, knot, derivative) for derivative in range(3)]
     test = every * _test_functions(instants, n, step, knot, 0)
     return Weak(
@@ -147,11 +183,14 @@ def weak_form(measurement: Measurement) -> Weak:
             step=every * step,
             position=smoothed[instants],
             velocity=velocity[instants],
-            inputs_at=_inputs(even[instants], time, measurement.motor_position, load),
-            weights=_weights(velocity[instants], doubt),
+            inputs_at=_inputs(even[instants], measurement),
+            weights=np.hstack([_weights(velocity[instants], doubt), _weights(turning, 0.0)]),
         ),
         test=test.tocsr(),
-        curvature=(raw[2] @ smoothed, raw[2] @ position),
+        bodies=(
+            Moved(LINK.inertia, (raw[2] @ smoothed, raw[2] @ position), noise),
+            *_rotor(measurement, sigmas, motor, raw[2]),
+        ),
         noise=noise,
         shown={
             name: (raw[0] @ np.interp(even, time, measurement.signals[name]), sigmas[name])
@@ -162,6 +201,17 @@ def weak_form(measurement: Measurement) -> Weak:
         rough=position - smoothed,
         nearest=np.minimum(np.arange(n) // every, len(instants) - 1),
     )
+
+
+def _rotor(
+    measurement: Measurement, sigmas: Mapping[str, float], motor: Array, second: sparse.csr_matrix
+) -> Iterator[Moved]:
+    """The rotor, where a measured torque drives it; its position (n,) at even times, rad."""
+    if measurement.kind.has_rotor:
+        curvature = second @ smooth(motor)[0], second @ motor
+        torque = measurement.driving["motor_torque"]
+        drive_noise = measured_noise(measurement.time, {}, {"torque": torque})["torque"].sigma
+        yield Moved(ROTOR.inertia, curvature, sigmas["motor_position"], drive_noise, False)
 
 
 def smooth(values: Array) -> tuple[Array, Array]:
@@ -218,17 +268,19 @@ def _test_functions(
     )
 
 
-def _inputs(
-    at: Array, time: Array, motor: Array, load: Array | None
-) -> Callable[[float], tuple[Array, Array]]:
+def _inputs(at: Array, measurement: Measurement) -> Callable[[float], tuple[Array, Array]]:
     """Function of a delay, see `Motion.inputs_at`."""
-    turns = CubicSpline(time, motor)
-    loads = CubicSpline(time, np.zeros(len(time)) if load is None else load)
+    time, none = measurement.time, np.zeros(len(measurement.time))
+    load = measurement.load_torque
+    turns = CubicSpline(time, measurement.motor_position)
+    loads = CubicSpline(time, none if load is None else load)
+    drives = CubicSpline(time, measurement.driving.get("motor_torque", none))
 
     def inputs_at(delay: float) -> tuple[Array, Array]:
         late = np.clip(at - delay, time[0], time[-1])
-        rates = [turns(late, 1), turns(late, 2), loads(late, 1)]
-        return np.column_stack([turns(late), rates[0], loads(late)]), np.column_stack(rates)
+        rates = [turns(late, 1), turns(late, 2), loads(late, 1), drives(late, 1)]
+        values = [turns(late), rates[0], loads(late), drives(late)]
+        return np.column_stack(values), np.column_stack(rates)
 
     undelayed = inputs_at(0.0)
     return lambda delay: inputs_at(delay) if delay else undelayed
@@ -249,17 +301,16 @@ def _static(measurement: Measurement, sigmas: dict[str, float]) -> Weak:
     step = float(measurement.time[-1] - measurement.time[0]) / (n - 1)
     velocity = np.gradient(position, step)
     identity, nothing = sparse.identity(n, format="csr"), sparse.csr_matrix((n, n))
-    load = measurement.load_torque
     return Weak(
         motion=Motion(
             step=step,
             position=position,
             velocity=velocity,
-            inputs_at=_inputs(measurement.time, measurement.time, measurement.motor_position, load),
-            weights=_weights(velocity, 0.0),
+            inputs_at=_inputs(measurement.time, measurement),
+            weights=np.hstack([_weights(velocity, 0.0), np.zeros((n, 3))]),
         ),
         test=identity,
-        curvature=(np.zeros(n), np.zeros(n)),
+        bodies=(Moved(LINK.inertia, (np.zeros(n), np.zeros(n)), sigmas["joint_position"]),),
         noise=sigmas["joint_position"],
         shown={},
         samples=(identity, nothing, nothing),

@@ -261,9 +261,9 @@ Check = Callable[[Mapping[str, float]], str]  # numbers by name -> a sentence, "
 
 # what the letters in `Effect.law` stand for
 LAW_SYMBOLS = (
-    "In the laws q and v are position and velocity of the joint, θ is the angle of the motor, e "
-    "the elongation of one spring, a prime means a time derivative, and names are those of the "
-    "effect's parameters."
+    "In the laws q and v are position and velocity of the joint, θ is the angle of the motor, τ "
+    "the torque that it is given, e the elongation of one spring, a prime means a time derivative, "
+    "and names are those of the effect's parameters."
 )
 
 

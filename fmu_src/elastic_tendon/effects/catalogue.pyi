@@ -21,3 +21,7 @@ gear_backlash: Effect
 joint_encoder_offset: Effect
 motor_encoder_offset: Effect
 measurement_delay: Effect
+motor_friction: Effect
+motor_cogging: Effect
+motor_torque_gain: Effect
+motor_torque_offset: Effect

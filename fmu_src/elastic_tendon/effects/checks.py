@@ -25,6 +25,7 @@ from elastic_tendon.effects.base import (
     HalfTensions,
     Joint,
     JointPulley,
+    Motor,
     MotorAngle,
     Parameter,
     Relation,
@@ -67,11 +68,14 @@ _PLACES: Mapping[Slot, type | None] = {
     Slot.DRY_FRICTION: Joint,
     Slot.JOINT_SIGNAL: Signal,
     Slot.SIGNAL_DELAY: None,
+    Slot.MOTOR_TORQUE: Motor,
+    Slot.MOTOR_FRICTION: Motor,
 }
 _ANSWERS: Mapping[Slot, type] = {
     Slot.SPRING_MASS: HalfTensions,
     Slot.TENDON_LOSS: FrictionBounds,
     Slot.DRY_FRICTION: FrictionBounds,
+    Slot.MOTOR_FRICTION: FrictionBounds,
 }
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
@@ -36,6 +37,7 @@ class Equations:
         self.transmission = model.transmission
         self._interface = interface(*model.structure)
         self.states = self._interface.state_names
+        self.inputs = self._interface.input_names
         # what is discrete has no derivative
         kept = [i for i, output in enumerate(self._interface.outputs) if not output.discrete]
         self.outputs = tuple(self._interface.output_names[i] for i in kept)
@@ -180,8 +182,8 @@ class _Evaluated:
 
 @lru_cache
 @one_at_a_time
-def _functions(effect_ids: tuple[str, ...]) -> dict[str, _Evaluated]:
-    system = build(effect_ids)
+def _functions(effect_ids: tuple[str, ...], kind: InterfaceKind) -> dict[str, _Evaluated]:
+    system = build(effect_ids, kind)
     arguments = [system.x, system.u, system.p, system.r, system.w]
     n = system.x.numel()
     by_v = {name: _by_state_and_input(system, getattr(system, name)) for name in _DERIVED}

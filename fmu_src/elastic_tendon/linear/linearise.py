@@ -9,10 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from elastic_tendon.actuator import transmission
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.sections import Motor
 from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.actuator.variables import INPUTS, JOINT_MOTION
+from elastic_tendon.actuator.variables import INPUTS, JOINT_MOTION, MOTOR_MOTION
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.boundaries import REACH, boundaries, sides, switches
 from elastic_tendon.linear.drive import completed, driven, driven_by_source
@@ -24,6 +25,7 @@ from elastic_tendon.linear.equilibrium import (
     deflection_span,
     equilibrium,
 )
+from elastic_tendon.linear.interfaces import at_own_interface
 from elastic_tendon.linear.names import slack_state
 from elastic_tendon.linear.plant import Plant, Regime
 from elastic_tendon.linear.result import (
@@ -52,6 +54,9 @@ def linearise(
 ) -> LinearModel:
     """Linear model in a slack state, with the regimes of effects that are active or chosen.
 
+    At interface torque it has the rotor, at interface joint it is what the joint feels of the
+    actuator: its torque by the joint's position and velocity.
+
     Without effects it has the stiffness and damping of (19), (20), (23) and (25). Dry friction of
     the joint slides unless `modes` says ``{"joint_motion": 0}``: to a small motion it is constant.
 
@@ -62,7 +67,7 @@ def linearise(
     operating_point : where to linearise; None: at rest without load if the state is active there,
         else near the middle of the deflections, or joint positions, at which state and modes
         are active
-    drive : what moves the motor; `Drive.TORQUE` needs [motor] in model.toml
+    drive : what moves the motor, at interface position; `Drive.TORQUE` needs [motor] in model.toml
     inputs, outputs : names in the order wanted; None: all that the drive has
     modes : modes of effects to hold, by name, where others than those active are wanted
 
@@ -81,6 +86,8 @@ def linearise(
             f"{model}: linearise takes a model, as load_model reads it; linearise_fmu takes the "
             "path of an FMU"
         )
+    if model.kind is not InterfaceKind.POSITION:
+        return _at_interface(model, state, operating_point, drive, inputs, outputs, modes or {})
     plant = Equations(model)
     chosen = plant.chosen(slack_state(state), modes or {})
     sought = {name: mode for name, mode in chosen.items() if name != JOINT_MOTION.name}
@@ -91,6 +98,27 @@ def linearise(
     active = plant.holds(point.x, point.u, regime)
     whole = linear_model(plant, point, regime, active, drive, model.motor)
     return selected(whole, inputs, outputs)
+
+
+def _at_interface(
+    model: Model,
+    state: SlackState | str,
+    operating_point: OperatingPoint | None,
+    drive: Drive,
+    inputs: Sequence[str] | None,
+    outputs: Sequence[str] | None,
+    modes: Mapping[str, int],
+) -> LinearModel:
+    """`linearise` at another interface than position, which says what drives the motor."""
+    if drive is not Drive.SOURCE:
+        raise LinearisationError(
+            f"{model.name}: at interface {model.kind} the motor is driven as the interface says; "
+            f"leave the drive {drive.value} out, or linearise at interface position"
+        )
+    of_rotor = {name: mode for name, mode in modes.items() if name == MOTOR_MOTION.name}
+    others = {name: mode for name, mode in modes.items() if name not in of_rotor}
+    found = linearise(model.at_position(), state, operating_point, modes=others)
+    return selected(at_own_interface(model, found, of_rotor), inputs, outputs)
 
 
 def operating_point_of(

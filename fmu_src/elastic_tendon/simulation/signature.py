@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import directed_hausdorff
 
 from elastic_tendon.actuator.design import DesignTable, design
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.simulation.simulate import simulate
@@ -89,7 +90,8 @@ def signature(effect: Effect, example: Model) -> Signature:
     Parameters
     ----------
     effect : Effect; at its typical values, or stronger where these would hardly be seen
-    example : Model without effects
+    example : Model without effects at interface position; with [motor] for effects on the rotor,
+        which is then driven by the torque under which it would move so without the effect
 
     Returns
     -------
@@ -111,9 +113,10 @@ def signature(effect: Effect, example: Model) -> Signature:
 def _signature(effect: Effect, example: Model, times_typical: float) -> Signature:
     table = design(example)
     numbers = _numbers(effect, example, times_typical)
-    machines = (example, example.with_effect(effect.id, numbers))
+    bare = example if example.kind.has_slot(effect.slot) else example.at(InterfaceKind.TORQUE)
+    machines = (bare, bare.with_effect(effect.id, numbers))
     slow, fast, step = (
-        [_record(machine, experiment) for machine in machines]
+        [_record(machine, example, experiment) for machine in machines]
         for experiment in (_slow_load(table), _fast_swing(table), _step())
     )
     return Signature(
@@ -202,18 +205,34 @@ def _time(start: float, end: float) -> Array:
     return np.linspace(start, end, SAMPLES)
 
 
-def _record(machine: Model, experiment: _Experiment) -> _Record:
+def _record(machine: Model, example: Model, experiment: _Experiment) -> _Record:
+    """The experiment on a machine; one that is driven by a torque gets what moves the `example`."""
+    time, load = experiment.time, experiment.load_torque
     transmission = machine.transmission
     ratio = transmission.joint_pulley_radius / transmission.motor_pulley_radius  # n_t, (9)
     motor_position = ratio * experiment.motor_position
-    trajectory = simulate(
-        *(machine, experiment.time, motor_position, experiment.load_torque), as_measured=True
-    )
-    shown = experiment.time >= experiment.start
+    if machine.kind.has_rotor:
+        torque = _driving_torque(machine, example, time, motor_position, load)
+        trajectory = simulate(machine, time, load_torque=load, motor_torque=torque)
+        motor_position = trajectory["motor_position"]
+    else:
+        trajectory = simulate(machine, time, motor_position, load, as_measured=True)
+    shown = time >= experiment.start
     return _Record(
-        time=experiment.time[shown],
-        motor_position=experiment.motor_position[shown],
-        load_torque=experiment.load_torque[shown],
+        time=time[shown],
+        motor_position=motor_position[shown] / ratio,
+        load_torque=load[shown],
         joint_position=trajectory[trajectory.measured("joint_position")][shown],
         joint_torque=trajectory["joint_torque"][shown],
     )
+
+
+def _driving_torque(
+    machine: Model, example: Model, time: Array, motor_position: Array, load: Array
+) -> Array:
+    """Torque (n,) N·m under which the motor moves as wanted, if it has no effects of its own."""
+    holding = simulate(example, time, motor_position, load)["motor_torque"]
+    velocity = np.gradient(motor_position, time)
+    values = machine.values()
+    accelerating = values["motor.inertia"] * np.gradient(velocity, time)
+    return np.asarray(holding + accelerating + values["motor.damping"] * velocity)
