@@ -33,6 +33,7 @@ PIECE_SECONDS = (10.0, 60.0)  # of a piece at least and at most, where there is 
 DEALING = 0.02  # s of a piece for each worker: one after the other they are dealt out
 PIECES = 500  # for each worker, where pieces may be longer than the least
 LAST_PIECES = 4  # for each worker of what is left, so that all end together
+LAST_DEALING = 0.005  # s, the same of the last pieces: shorter ones are not dealt out in time
 PIECE_BYTES = 2_000_000  # of results that come back
 _TALKERS = ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio")
 
@@ -145,9 +146,10 @@ class Lengths:
         if not self.seconds:
             return
         least, most = PIECE_SECONDS
-        wanted = pieces.left * self.seconds / (threads * PIECES)
-        count = min(max(least, DEALING * threads, wanted), most) / self.seconds
-        count = min(count, pieces.left / (LAST_PIECES * threads))
+        left = pieces.left * self.seconds / threads
+        long = min(max(least, DEALING * threads, left / PIECES), most)
+        last = max(left / LAST_PIECES, LAST_DEALING * threads)
+        count = min(long, last) / self.seconds
         if self.size:
             count = min(count, PIECE_BYTES / self.size)
         pieces.size = max(1, int(count))

@@ -221,18 +221,14 @@ def fleet_findings(
     ------
     MeasurementError : `about` cannot be read, lacks a robot, or names one twice
     """
-    # without the rest, of which there is most
-    wanted = [ROBOT, VERDICT, DRIFTED, APPEARED, *units_of(model)]
-    wanted += [path + end for path in free_parameters(model) for end in (LOW, HIGH)]
-    diagnosed = table.loc[table[FAILURE] == "", [column for column in wanted if column in table]]
-    fleet = _Diagnosed(model, diagnosed)
-    known = pd.DataFrame() if about is None else known_of(_names(diagnosed), about)
+    fleet = _Diagnosed(model, table)
+    known = pd.DataFrame() if about is None else known_of(fleet.robots(), about)
     columns = {f"{column}": _numbers(known[column]) for column in known}
     return FleetFindings(
         appeared=tuple(fleet.affected(APPEARED)),
         drifted=tuple(fleet.affected(DRIFTED)),
-        adequate=_names(diagnosed[diagnosed[VERDICT] == "adequate"]),
-        unexplained=_names(diagnosed[diagnosed[VERDICT] == "unexplained"]),
+        adequate=fleet.robots(fleet.column(VERDICT) == "adequate"),
+        unexplained=fleet.robots(fleet.column(VERDICT) == "unexplained"),
         failed=dict(table.loc[table[FAILURE] != "", [ROBOT, FAILURE]].to_numpy().tolist()),
         unlike=tuple(fleet.unlike()),
         onsets=tuple(fleet.onsets(columns)),
@@ -242,16 +238,24 @@ def fleet_findings(
     )
 
 
-def _names(table: pd.DataFrame) -> tuple[str, ...]:
-    return tuple(map(str, table[ROBOT]))
-
-
 @dataclass(frozen=True)
 class _Diagnosed:
-    """The robots that were diagnosed."""
+    """The robots that were diagnosed, of a table of all."""
 
     model: Model
     table: pd.DataFrame
+
+    @cached_property
+    def _rows(self) -> NDArray[np.intp]:
+        return np.flatnonzero(self.table[FAILURE] == "")
+
+    def column(self, name: str) -> pd.Series:
+        """A column; one at a time, as all of them would be much memory."""
+        return self.table[name].iloc[self._rows]
+
+    def robots(self, which: Any = slice(None)) -> tuple[str, ...]:
+        """Names of all, or of some."""
+        return tuple(map(str, self.column(ROBOT).to_numpy()[which]))
 
     @cached_property
     def units(self) -> dict[str, str]:
@@ -261,15 +265,14 @@ class _Diagnosed:
     def affected(self, column: str) -> Iterator[Affected]:
         """Effects that appeared, or parameters that drifted, the most frequent first."""
         robots: dict[str, list[int]] = defaultdict(list)
-        for row, text in enumerate(self.table[column]):
+        for row, text in enumerate(self.column(column)):
             for name in named(text):
                 robots[name].append(row)
         robots.pop(UNKNOWN, None)
         for name, rows in sorted(robots.items(), key=lambda pair: -len(pair[1])):
-            some = self.table.iloc[rows]
             paths = [name] if column == DRIFTED else self._parameters(name)
-            sizes = {path: (float(some[path].min()), float(some[path].max())) for path in paths}
-            yield Affected(name, _names(some), sizes)
+            sizes = {path: _ends(self.column(path).iloc[rows]) for path in paths}
+            yield Affected(name, self.robots(rows), sizes)
 
     def _parameters(self, effect_id: str) -> list[str]:
         return [path for path in self.units if path.startswith(f"effects.{effect_id}.")]
@@ -298,17 +301,17 @@ class _Diagnosed:
             chance = CHANCE / len(values) / len(free_parameters(self.model))
             sigmas = stats.t.ppf(1.0 - chance / 2.0, len(values) - 2)
             half = sigmas * np.sqrt(between + errors**2 + scatter / len(values))
-            for i in np.flatnonzero(np.abs(values - centre) > half).tolist():
+            outside = np.flatnonzero(np.abs(values - centre) > half)
+            for robot, i in zip(self.robots(rows[outside]), outside.tolist(), strict=True):
                 expected = (float(centre - half[i]), float(centre + half[i]))
-                robot = str(self.table[ROBOT].iloc[rows[i]])
                 yield Unlike(robot, path, float(values[i]), expected)
 
     def _known(self) -> Iterator[tuple[str, tuple[NDArray[np.intp], Array, Array]]]:
         """Parameters of the model: rows that tell them, estimates, standard errors; each (n,)."""
-        explained = self.table[VERDICT].to_numpy() != "unexplained"
+        explained = self.column(VERDICT).to_numpy() != "unexplained"
         for path in free_parameters(self.model):
             values, low, high = (
-                self.table[path + end].to_numpy(np.float64) for end in ("", LOW, HIGH)
+                self.column(path + end).to_numpy(np.float64) for end in ("", LOW, HIGH)
             )
             errors = (high - low) / (2.0 * CONFIDENCE)
             told = explained & (errors > 0.0) & (errors < KNOWN * self.model.uncertainty_of(path))
@@ -317,7 +320,7 @@ class _Diagnosed:
     def onsets(self, columns: Mapping[str, Array]) -> Iterator[Onset]:
         """Effects that appeared where a column is larger or smaller, by Mann and Whitney's test
         with Bonferroni's correction for all that was looked at."""
-        found = [named(text) for text in self.table[APPEARED]]
+        found = [named(text) for text in self.column(APPEARED)]
         for effect_id in effects.BY_ID:
             has = np.array([effect_id in ids for ids in found], dtype=bool)
             for column, numbers in columns.items():
@@ -338,7 +341,7 @@ class _Diagnosed:
         Statistical Association 63, 1968).
         """
         for path in self.units:
-            values = self.table[path].to_numpy(np.float64)
+            values = self.column(path).to_numpy(np.float64)
             for column, numbers in columns.items():
                 told = np.flatnonzero(np.isfinite(numbers) & np.isfinite(values))
                 told = told[:: max(-(-len(told) // MOST_COMPARED), 1)]
@@ -354,6 +357,10 @@ class _Diagnosed:
                         for slope in (slopes.slope, slopes.low_slope, slopes.high_slope)
                     )
                     yield Trend(path, column, span, change, (low, high), float(p))
+
+
+def _ends(numbers: pd.Series) -> tuple[float, float]:
+    return float(numbers.min()), float(numbers.max())
 
 
 def pooled(values: Array, errors: Array) -> tuple[float, float, float]:

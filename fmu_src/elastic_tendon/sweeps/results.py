@@ -53,13 +53,25 @@ def read_fleet(path: Path) -> pd.DataFrame:
     -------
     DataFrame
     """
-    sparse = pd.SparseDtype(np.float64, np.nan)
-    read = []
-    for piece in pieces(path, TEXTS):
-        few = {name: sparse for name in piece if str(name).startswith(OF_EFFECTS)}
-        # a copy, or views of a few columns would keep all of a piece
-        read.append(piece.astype(few).copy())
-    return pd.concat(read, ignore_index=True)
+    if _is_parquet(path):
+        from pyarrow import parquet
+
+        # column by column, as pieces of rows would be there beside what they are put together to
+        with parquet.ParquetFile(path, pre_buffer=False) as file:
+            names = file.schema_arrow.names
+            _check_columns(names)
+            columns = {
+                name: _sparse(file.read([name], use_threads=False).to_pandas())[name]
+                for name in names
+            }
+        return pd.DataFrame(columns, copy=False)
+    # copies, or views of a few columns would keep all of a piece
+    return pd.concat([_sparse(piece).copy() for piece in pieces(path, TEXTS)], ignore_index=True)
+
+
+def _sparse(table: pd.DataFrame) -> pd.DataFrame:
+    kind = pd.SparseDtype(np.float64, np.nan)
+    return table.astype({name: kind for name in table if str(name).startswith(OF_EFFECTS)})
 
 
 def pieces(path: Path, texts: Sequence[str] = (FAILURE,)) -> Iterator[pd.DataFrame]:
