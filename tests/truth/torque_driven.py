@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+ROUNDING = 1e-10  # rad/s
 Vector = NDArray[np.float64]
 Signal = Callable[[float], float]
 
@@ -67,7 +68,8 @@ def simulate(drive: Drive, time: Vector, torque: Signal, load: Signal) -> Vector
 
         def stops(t: float, y: Vector, way: int = way) -> float:
             pushed = drive.push(torque(t), *y[:3], 0.0)
-            return abs(pushed) - drive.rotor_friction if way == 0 else way * y[3]
+            # a motor just released has no velocity yet, and rounding must not stop it at once
+            return abs(pushed) - drive.rotor_friction if way == 0 else way * y[3] + ROUNDING
 
         stops.terminal = True  # type: ignore[attr-defined]
         stops.direction = 1.0 if way == 0 else -1.0  # type: ignore[attr-defined]

@@ -35,6 +35,7 @@ from elastic_tendon.cli.shared import (
     EffectOption,
     FiguresOption,
     ForceOption,
+    InterfaceOption,
     JsonOption,
     ModelArgument,
     ReportOption,
@@ -104,6 +105,7 @@ def diagnose(
     horizon: HorizonOption = None,
     time_limit: TimeLimitOption = None,
     own_effects: EffectOption = None,
+    interface: InterfaceOption = None,
     step: Annotated[
         bool, typer.Option("--step", help="Show each round and ask whether to go on.")
     ] = False,
@@ -142,7 +144,7 @@ def diagnose(
         fault = "it asks on the terminal, and there is none; leave it out"
         raise typer.BadParameter(fault, param_hint="--step")
     sigmas = sizes_by_signal("noise", noise)
-    loaded = load(model, own_effects)
+    loaded = load(model, own_effects, interface)
     search = options_of(only, without, relevance, horizon, time_limit)
     from elastic_tendon.reports.diagnosis_tables import Call, next_lines
 

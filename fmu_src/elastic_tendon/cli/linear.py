@@ -12,6 +12,7 @@ import elastic_tendon as et
 from elastic_tendon.cli.shared import (
     EffectOption,
     ForceOption,
+    InterfaceOption,
     JsonOption,
     PlotOption,
     app,
@@ -121,6 +122,7 @@ def linearise(
     plot: PlotOption = None,
     describe: DescribeOption = None,
     own_effects: EffectOption = None,
+    interface: InterfaceOption = None,
     force: ForceOption = False,
 ) -> None:
     """Linear models around each slack state: poles, zeros, stiffness, and how far they hold.
@@ -144,7 +146,7 @@ def linearise(
         load_effects(own_effects)
         name, linear = Path(model).stem, partial(et.linearise_fmu, model)
     else:
-        loaded = load(model, own_effects)
+        loaded = load(model, own_effects, interface)
         name, linear = loaded.name, partial(et.linearise, loaded, modes=held)
     linear_in = partial(linear, operating_point=point, drive=et.Drive(drive))
     models = [_active(linear_in)] if point and not state else _every(linear_in, state)

@@ -20,6 +20,7 @@ from elastic_tendon.cli.shared import (
     EffectOption,
     FiguresOption,
     ForceOption,
+    InterfaceOption,
     JsonOption,
     ModelArgument,
     PlotOption,
@@ -61,6 +62,7 @@ def simulate(
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
+    interface: InterfaceOption = None,
     force: ForceOption = False,
 ) -> None:
     """Simulate a model and write a table.
@@ -73,7 +75,7 @@ def simulate(
     from elastic_tendon.native.library import library_path
 
     check_outputs(out, picture=None, force=force, read=[model, *([data] if data else [])])
-    loaded = load(model, own_effects)
+    loaded = load(model, own_effects, interface)
     with progress_bar() as progress:
         library_path(*loaded.structure, progress)
         if data is None:
@@ -94,6 +96,7 @@ def compare(
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
+    interface: InterfaceOption = None,
     tolerance: Annotated[
         list[str] | None,
         typer.Option(
@@ -123,7 +126,7 @@ def compare(
     check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
     if figures is not None:
         check_folder(figures, force=force)
-    loaded = load(model, own_effects)
+    loaded = load(model, own_effects, interface)
     with progress_bar() as progress:
         measurements = read_all(loaded, data, options, progress)
         comparison = _compared(loaded, measurements, progress)
@@ -173,6 +176,7 @@ def add(
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
+    interface: InterfaceOption = None,
     json_file: JsonOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
@@ -186,7 +190,7 @@ def add(
     wanted, data = _split(effects_and_data)
     read = [model, *data, *(validate or [])]
     check_outputs(out, json_file, picture=plot, force=force, read=read)
-    loaded = load(model, None)
+    loaded = load(model, None, interface)
     if not data:
         _add_typical(loaded, wanted, out, bool(validate or json_file or plot), force)
         return

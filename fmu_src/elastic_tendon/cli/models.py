@@ -19,6 +19,7 @@ from elastic_tendon.cli.reading import reading
 from elastic_tendon.cli.shared import (
     EffectOption,
     ForceOption,
+    InterfaceOption,
     ModelArgument,
     PlotOption,
     app,
@@ -63,6 +64,7 @@ def export(
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
+    interface: InterfaceOption = None,
     force: ForceOption = False,
 ) -> None:
     """Export a model as an FMU for co-simulation and model exchange.
@@ -79,7 +81,7 @@ def export(
         raise typer.BadParameter(str(error), param_hint="--platform") from None
     check_belonging(with_evidence, diagnosis, sign, outside_validity=outside_validity)
     checked_path(out, overwrite=force)
-    loaded = load(model, own_effects)
+    loaded = load(model, own_effects, interface)
     with progress_bar() as progress:
         evidence = (
             gathered(loaded, with_evidence, options, diagnosis, keep, progress)

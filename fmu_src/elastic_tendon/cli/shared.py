@@ -47,6 +47,14 @@ EffectOption = Annotated[
         help="Run this Python file, for an effect of your own; repeatable.",
     ),
 ]
+InterfaceOption = Annotated[
+    str | None,
+    typer.Option(
+        "--interface",
+        metavar="position|torque|joint|torque_joint",
+        help="What is given and what is computed; default: as the model says.",
+    ),
+]
 ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 JsonOption = Annotated[
     Path | None, typer.Option("--json", metavar="F", help="Write the result as JSON.")
@@ -95,9 +103,11 @@ def load_effects(files: list[Path] | None) -> None:
         et.effects.load(file)
 
 
-def load(source: str, own_effects: list[Path] | None) -> "et.Model":
+def load(source: str, own_effects: list[Path] | None, interface: str | None = None) -> "et.Model":
     load_effects(own_effects)
     model = et.load_model(source)
+    if interface is not None:
+        model = model.at(interface)
     for warning in model.warnings():
         notice.print(f"note: {warning}", markup=False, soft_wrap=True)
     return model

@@ -6,19 +6,21 @@ what a sensor reads (``measured_...``) stands what is true at the time it reads.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.variables import INPUTS, interface
+from elastic_tendon.actuator.variables import interface
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import Array, InitialState, simulate_measurement
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
 from elastic_tendon.simulation.excitation import default_excitation
-from elastic_tendon.simulation.simulate import Trajectory
+from elastic_tendon.simulation.simulate import Trajectory, driving_torque, given_names
 from elastic_tendon.simulation.simulate import simulate as call
 
 SUFFIXES = {"rad": "_rad", "rad/s": "_rad_per_s", "N.m": "_Nm", "N": "_N", "1": ""}
@@ -30,6 +32,8 @@ def simulate(
     motor_position: ArrayLike | None = None,
     load_torque: ArrayLike | None = None,
     *,
+    motor_torque: ArrayLike | None = None,
+    joint_position: ArrayLike | None = None,
     initial_state: Mapping[str, float] | None = None,
     interpolation: Interpolation = "linear",
     tolerance: float = DEFAULT_TOLERANCE,
@@ -40,11 +44,13 @@ def simulate(
     Parameters
     ----------
     model : Model
-    time : Measurement, whose motor position and load are simulated as its sensors show them, from
-        the state at its first sample; all other arguments are left out then. Or (n,) array, s;
-        increasing
+    time : Measurement, whose inputs are simulated as its sensors show them, from the state at its
+        first sample; all other arguments are left out then. Or (n,) array, s; increasing
     motor_position : (n,) array, rad at the motor pulley
     load_torque : (n,) array, N·m on the joint, optional; none acts where it is missing
+    motor_torque : (n,) array, N·m at the motor pulley, in place of the motor position where the
+        model's interface is torque or torque_joint
+    joint_position : (n,) array, rad, in place of the load torque where it is joint or torque_joint
     initial_state : mapping of state names to values, optional; start values where missing
     interpolation : "hold", "linear" or "cubic" (spline) between the samples
     tolerance : relative, and absolute in units of the states' nominals; 1e-14 to 1e-2
@@ -65,11 +71,12 @@ def simulate(
         where an argument has the wrong shape or is not finite
     """
     if isinstance(time, Measurement):
+        time = time.at(model.kind)
         return simulate_measurement(model, time, starting_state(model, time))
-    if motor_position is None:
-        raise ValueError("beside the time, the motor position is needed; or give a Measurement")
     return call(
         *(model, time, motor_position, load_torque),
+        motor_torque=motor_torque,
+        joint_position=joint_position,
         initial_state=initial_state,
         interpolation=interpolation,
         tolerance=tolerance,
@@ -89,13 +96,22 @@ def default_table(model: Model) -> pd.DataFrame:
     DataFrame; SI units, as the columns' suffixes say
     """
     excitation = default_excitation(model)
-    inputs = (excitation.motor_position, excitation.load_torque)
-    trajectory = call(model, excitation.time, *inputs, as_measured=True)
-    return _table(model, trajectory, *inputs)
+    position = model.at_position()
+    inputs: dict[str, Any] = {
+        "motor_position": excitation.motor_position,
+        "load_torque": excitation.load_torque,
+    }
+    if model.kind is not InterfaceKind.POSITION:
+        moved = call(position, excitation.time, **inputs)
+        torque = driving_torque(model, excitation.time, excitation.motor_position, moved)
+        known = {**inputs, "joint_position": moved["joint_position"], "motor_torque": torque}
+        inputs = {name: known.get(name) for name in given_names(model)}
+    trajectory = call(model, excitation.time, as_measured=True, **inputs)
+    return _table(model, trajectory, inputs)
 
 
 def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
-    """Simulate the motor motion and load of a measurement, from its `starting_state`.
+    """Simulate the inputs of a measurement, from its `starting_state`.
 
     Parameters
     ----------
@@ -106,9 +122,10 @@ def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
     -------
     DataFrame; SI units, as the columns' suffixes say
     """
+    measurement = measurement.at(model.kind)
     initial = starting_state(model, measurement)
     trajectory = simulate_measurement(model, measurement, initial)
-    return _table(model, trajectory, measurement.motor_position, measurement.load_torque)
+    return _table(model, trajectory, measurement.inputs)
 
 
 def starting_state(model: Model, measurement: Measurement) -> InitialState:
@@ -132,7 +149,7 @@ def starting_state(model: Model, measurement: Measurement) -> InitialState:
     """
     transmission = model.transmission
     started = measurement
-    if "joint_position" not in measurement.signals:
+    if model.kind.has_link and "joint_position" not in measurement.signals:
         # a static curve starts where its first load holds the joint
         ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius  # 1/n_t, (10)
         unloaded = {"joint_position": ratio * measurement.motor_position}
@@ -141,16 +158,16 @@ def starting_state(model: Model, measurement: Measurement) -> InitialState:
 
 
 def _table(
-    model: Model, trajectory: Trajectory, motor_position: Array, load_torque: Array | None
+    model: Model, trajectory: Trajectory, inputs: Mapping[str, Array | None]
 ) -> pd.DataFrame:
-    inputs = {"motor_position": motor_position, "load_torque": load_torque}
     columns = {"time_s": trajectory.time}
-    for variable in (*INPUTS, *interface(*model.structure).outputs):
+    variables = interface(*model.structure)
+    for variable in (*variables.inputs, *variables.outputs):
         name = variable.name + SUFFIXES[variable.unit]
         if variable.name in trajectory.output_names:
             columns[name] = trajectory[variable.name]
         elif (values := inputs.get(variable.name)) is not None:
             columns[name] = values
     return pd.DataFrame(columns).astype(
-        {output.name: int for output in interface(*model.structure).outputs if output.discrete}
+        {output.name: int for output in variables.outputs if output.discrete}
     )

@@ -5,13 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.variables import POSITION_OF, interface
 from elastic_tendon.measurement.recording import Measurement
-
-_NAMES = ("time", "motor_position", "motor_velocity", "load_torque")
 
 
 def fmpy_inputs(measurement: Measurement, *, hold: bool | None = None) -> NDArray[Any]:
-    """Motor motion and load of a recording for the argument `input` of ``fmpy.simulate_fmu``.
+    """Inputs of a recording for the argument `input` of ``fmpy.simulate_fmu``.
 
     All inputs are held from sample to sample, and each sample is there twice, before and after the
     inputs change. fmpy gives inputs to the FMU when it looks for events, not when its integrator
@@ -21,7 +20,7 @@ def fmpy_inputs(measurement: Measurement, *, hold: bool | None = None) -> NDArra
 
     Parameters
     ----------
-    measurement : Measurement
+    measurement : Measurement, of another interface than position as its method `at` makes it
     hold : True: each sample holds until the next, as ``interpolation="hold"`` of `simulate`. False:
         the mean of two neighbours holds between them; the motion is that of straight lines between
         the samples, but for errors of second order in their distance. None: as the recording's own
@@ -30,19 +29,25 @@ def fmpy_inputs(measurement: Measurement, *, hold: bool | None = None) -> NDArra
     Returns
     -------
     structured array (2 n - 1,) for n samples
-        ``time`` (s), ``motor_position`` (rad), ``motor_velocity`` (rad/s, from sample to sample)
-        and ``load_torque`` (N·m). The velocity acts where the FMU's parameter
+        ``time`` (s), positions (rad), each with its velocity (rad/s, from sample to sample), and
+        torques (N·m): of interface position ``motor_position``, ``motor_velocity`` and
+        ``load_torque``. The motor's velocity acts where the FMU's parameter
         ``motor_velocity_connected`` is true
     """
     if hold is None:
         hold = measurement.input_interpolation == "hold"
-    time, position = measurement.time, measurement.motor_position
-    load = np.zeros_like(time) if measurement.load_torque is None else measurement.load_torque
-    inputs = np.empty(2 * len(time) - 1, dtype=[(name, float) for name in _NAMES])
+    time = measurement.time
+    held: dict[str, NDArray[np.float64]] = {}
+    for variable in interface((), measurement.kind).inputs:
+        if position := POSITION_OF.get(variable.name):
+            change = np.diff(measurement.inputs[position]) / np.diff(time)
+            held[variable.name] = np.append(change, 0.0)
+        else:
+            values = measurement.inputs.get(variable.name, np.zeros_like(time))
+            held[variable.name] = values if hold else _means(values)
+    inputs = np.empty(2 * len(time) - 1, dtype=[(name, float) for name in ("time", *held)])
     inputs["time"] = np.repeat(time, 2)[1:]
-    slope = np.append(np.diff(position) / np.diff(time), 0.0)
-    held = (position, slope, load) if hold else (_means(position), slope, _means(load))
-    for name, values in zip(_NAMES[1:], held, strict=True):
+    for name, values in held.items():
         inputs[name] = np.repeat(values, 2)[:-1]
     return inputs
 

@@ -24,7 +24,8 @@ def believed(
     Parameters
     ----------
     model : Model
-    measurements : as read; taken as they are where the joint's position is not in them
+    measurements : as read; taken as they are where the joint's position is not in them, or where
+        the model's interface has no link
     progress : called with what is being done, and the share of it that is done
     as_declared : note what looks read wrongly instead of refusing it
 
@@ -36,8 +37,10 @@ def believed(
     ------
     MeasurementError : a recording looks as if it was read wrongly
     """
-    if not all("joint_position" in measurement.signals for measurement in measurements):
+    known = all("joint_position" in measurement.signals for measurement in measurements)
+    if not known or not model.kind.has_link:  # a load that was not given looks like anything
         return list(measurements)
+    model = model.at_position()
     # simulating comes next, and a library that has yet to be compiled takes a while
     library_path(*model.structure, progress)
     progress("looking at the data", 0.0)

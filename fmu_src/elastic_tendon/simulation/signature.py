@@ -16,7 +16,7 @@ from elastic_tendon.actuator.design import DesignTable, design
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.effects.base import Effect
-from elastic_tendon.simulation.simulate import simulate
+from elastic_tendon.simulation.simulate import driving_torque, simulate
 
 Array = NDArray[np.float64]
 
@@ -212,7 +212,9 @@ def _record(machine: Model, example: Model, experiment: _Experiment) -> _Record:
     ratio = transmission.joint_pulley_radius / transmission.motor_pulley_radius  # n_t, (9)
     motor_position = ratio * experiment.motor_position
     if machine.kind.has_rotor:
-        torque = _driving_torque(machine, example, time, motor_position, load)
+        torque = driving_torque(
+            machine, time, motor_position, simulate(example, time, motor_position, load)
+        )
         trajectory = simulate(machine, time, load_torque=load, motor_torque=torque)
         motor_position = trajectory["motor_position"]
     else:
@@ -225,14 +227,3 @@ def _record(machine: Model, example: Model, experiment: _Experiment) -> _Record:
         joint_position=trajectory[trajectory.measured("joint_position")][shown],
         joint_torque=trajectory["joint_torque"][shown],
     )
-
-
-def _driving_torque(
-    machine: Model, example: Model, time: Array, motor_position: Array, load: Array
-) -> Array:
-    """Torque (n,) N·m under which the motor moves as wanted, if it has no effects of its own."""
-    holding = simulate(example, time, motor_position, load)["motor_torque"]
-    velocity = np.gradient(motor_position, time)
-    values = machine.values()
-    accelerating = values["motor.inertia"] * np.gradient(velocity, time)
-    return np.asarray(holding + accelerating + values["motor.damping"] * velocity)

@@ -272,9 +272,35 @@ def _initial_state(model: Model, given: Mapping[str, float] | None) -> Array:
     return np.array([np.nan if value is None else value for value in start])  # NaN: calculated
 
 
+def given_names(model: Model) -> tuple[str, ...]:
+    """Names of the inputs that `simulate` takes, in the library's order; it derives the rates."""
+    names = interface(*model.structure).input_names
+    return tuple(name for name in names if name not in POSITION_OF)
+
+
+def driving_torque(model: Model, time: Array, motor_position: Array, moved: Trajectory) -> Array:
+    """Torque under which the rotor moves as wanted, if it has no effects of its own.
+
+    Parameters
+    ----------
+    model : Model with [motor]
+    time, motor_position : (n,) arrays, s and rad
+    moved : what the actuator does when the motor moves so
+
+    Returns
+    -------
+    (n,) array, N·m; zero where there is no [motor]
+    """
+    if model.motor is None:
+        return np.zeros(len(time))
+    velocity = np.gradient(motor_position, time)
+    accelerating = model.motor.inertia * np.gradient(velocity, time)
+    return np.asarray(moved["motor_torque"] + accelerating + model.motor.damping * velocity)
+
+
 def _given_inputs(model: Model, inputs: Mapping[str, ArrayLike | None], n: int) -> Array:
     """What drives the model, (k, n) in the library's order; raises ValueError."""
-    names = [name for name in interface(*model.structure).input_names if name not in POSITION_OF]
+    names = given_names(model)
     for name, values in inputs.items():
         if values is not None and name not in names:
             raise ValueError(

@@ -389,7 +389,9 @@ def _chosen(
             raise et.ElasticTendonError(
                 f"{len(sent)} files are one too many; choose one model.toml"
             )
-        return model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
+        model = model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
+        model.check_position("the app")
+        return model
     return et.load_model(bundled) if bundled and bundled in et.models else None
 
 
