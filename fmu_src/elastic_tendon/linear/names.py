@@ -3,7 +3,7 @@
 from functools import cache
 
 from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.actuator.variables import INPUTS, OUTPUTS, READINGS, Interface, interface
+from elastic_tendon.actuator.variables import SIGNALS, Interface, interface
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.drive import DRIVE_TORQUE, MOTOR_TORQUE, SHIFTED
@@ -43,6 +43,6 @@ def all_effects() -> Interface:
 
 @cache
 def _units(effect_ids: tuple[str, ...]) -> dict[str, str]:
-    signals = (*interface(effect_ids).states, *INPUTS, *OUTPUTS, *READINGS)
+    signals = (*interface(effect_ids).states, *SIGNALS.values())
     units = {signal.name: signal.unit for signal in signals}
     return units | {DRIVE_TORQUE: units[MOTOR_TORQUE]}

@@ -159,8 +159,17 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
                 f"  inputs       {', '.join(self.input_labels)}",
                 f"  outputs      {', '.join(self.output_labels)}",
                 f"  poles        {', '.join(f'{pole:.4g}' for pole in poles)} rad/s",
+                *self._felt_at_joint(),
             )
         )
+
+    def _felt_at_joint(self) -> list[str]:
+        """How stiff the actuator is to a joint whose position is given, motor held; one line."""
+        if "joint_position" not in self.input_labels or "joint_torque" not in self.output_labels:
+            return []
+        place = self.output_labels.index("joint_torque"), self.input_labels.index("joint_position")
+        stiffness = -float(np.real(np.atleast_2d(self.dcgain())[place]))
+        return [f"  stiffness    {stiffness:.4g} N·m/rad, of slow motion of the joint"]
 
     def to_dict(self) -> dict[str, Any]:
         """As of the contract ``elastic-tendon/linear/1``."""

@@ -290,7 +290,7 @@ def _has_memory(model: LinearModel) -> bool:
 
 
 def _velocity_acts(model: LinearModel) -> bool:
-    if model.drive is not Drive.SOURCE:
+    if model.drive is not Drive.SOURCE or MOTOR_VELOCITY not in model.input_labels:
         return False
     column = model.input_labels.index(MOTOR_VELOCITY)
     return bool(model.B[:, column].any() or model.D[:, column].any())

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import floor, isfinite, isnan, log10
 
 from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.actuator.variables import OUTPUTS, READINGS
+from elastic_tendon.actuator.variables import SIGNALS
 from elastic_tendon.measurement import NoiseFloor
 
 
@@ -51,7 +51,7 @@ def shown(signal: str, *, static: bool = False) -> Shown:
     -------
     Shown
     """
-    unit = {output.name: output.unit for output in OUTPUTS}[signal]
+    unit = SIGNALS[signal].unit
     small, small_unit = _SMALL.get(unit, (1.0, unit))
     words = "deflection" if static and signal == "joint_position" else signal.replace("_", " ")
     return Shown(words, unit_text(unit), small, small_unit)
@@ -59,7 +59,7 @@ def shown(signal: str, *, static: bool = False) -> Shown:
 
 def with_unit(variable: str) -> str:
     """Name of an output or of what an error is held against, with its unit; for an axis."""
-    units = {output.name: unit_text(output.unit) for output in (*OUTPUTS, *READINGS)} | _OTHERS
+    units = {name: unit_text(known.unit) for name, known in SIGNALS.items()} | _OTHERS
     return f"{variable.replace('_', ' ')} ({units[variable]})"
 
 

@@ -1,0 +1,170 @@
+"""Comparing, fitting and diagnosing where a motor torque or a joint is given.
+
+Recordings are of `truth.torque_driven`, which shares no code with the product.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import elastic_tendon as et
+from elastic_tendon.actuator.parameters import parse_model
+from truth import torque_driven
+from truth.torque_driven import Drive
+
+TIME = np.arange(0.0, 4.0, 4e-3)
+NOISE = 1e-4  # rad
+TORQUE_NOISE = 0.02  # N·m
+
+GIVEN = parse_model(
+    {
+        "name": "drive",
+        "transmission": {
+            "joint_pulley_radius": 0.03,
+            "motor_pulley_radius": 0.02,
+            "pretension_force": 40.0,
+            "upper_spring": {"stiffness": 9000.0, "max_deflection": 0.02, "damping": 5.0},
+            "lower_spring": {"stiffness": 9000.0, "max_deflection": 0.02, "damping": 5.0},
+        },
+        "link": {"inertia": 0.03, "damping": 0.1},
+        "motor": {"inertia": 0.004, "damping": 0.03},
+        "uncertainty": {
+            "transmission.upper_spring.damping": 0.0,
+            "transmission.lower_spring.damping": 0.0,
+        },
+    },
+    "drive",
+)
+TRUE = Drive(
+    joint_radius=0.03,
+    motor_radius=0.02,
+    pretension=40.0,
+    stiffness=(8300.0, 8300.0),
+    damping=(5.0, 5.0),
+    link=(0.035, 0.13),
+    rotor=(0.0048, 0.024),
+)
+
+
+def torque(t):
+    return 0.8 * np.sin(4.1 * t) + 0.6 * np.sin(13.7 * t) * np.sin(0.7 * t)
+
+
+def load(t):
+    return 1.2 * np.sin(2.3 * t)
+
+
+def recording(drive: Drive) -> et.Measurement:
+    states = torque_driven.simulate(drive, TIME, torque, load)
+    rng = np.random.default_rng(4)
+    pulls = np.array([drive.pulls(*row) for row in states])
+    shown = drive.joint_radius * (pulls[:, 0] - pulls[:, 1])
+    return et.Measurement(
+        name="driven",
+        time=TIME,
+        motor_position=states[:, 2] + NOISE * rng.standard_normal(len(TIME)),
+        load_torque=load(TIME),
+        signals={
+            "joint_position": states[:, 0] + NOISE * rng.standard_normal(len(TIME)),
+            "joint_torque": shown + TORQUE_NOISE * rng.standard_normal(len(TIME)),
+            "motor_torque": torque(TIME),
+        },
+    )
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return recording(TRUE)
+
+
+@pytest.mark.parametrize("kind", ["torque", "torque_joint", "joint"])
+def test_a_fit_finds_the_numbers_that_the_interface_shows(plain, kind):
+    shown = plain
+    if kind == "joint":  # its motor torque is a command, not a sensor of the springs
+        kept = {name: plain.signals[name] for name in ("joint_position", "joint_torque")}
+        shown = replace(plain, signals=kept)
+    found = et.fit(GIVEN.at(kind), shown).model
+    stiffness = (
+        found.transmission.upper_spring.stiffness + found.transmission.lower_spring.stiffness
+    )
+    assert stiffness == pytest.approx(2 * 8300.0, rel=0.01)
+    if found.kind.has_rotor:
+        assert found.motor.inertia == pytest.approx(0.0048, rel=0.02)
+        assert found.motor.damping == pytest.approx(0.024, rel=0.1)
+    if found.kind.has_link:
+        assert found.link.inertia == pytest.approx(0.035, rel=0.01)
+    compared = et.compare(found, shown)
+    # the noise of a joint that is an input shows in all that is computed
+    assert compared.noise_ratio()["joint_torque"] < 1.3
+    assert (
+        set(compared.rmse())
+        == {
+            "torque": {"joint_position", "motor_position", "joint_torque"},
+            "torque_joint": {"motor_position", "joint_torque"},
+            "joint": {"joint_torque"},
+        }[kind]
+    )
+
+
+def test_where_the_error_lies_is_told_at_every_interface(plain):
+    for kind in ("torque", "torque_joint", "joint"):
+        compared = et.compare(GIVEN.at(kind), plain)
+        located = et.locate(compared)
+        assert set(located.files[0].bins) == set(compared.rmse())
+        assert (
+            compared.to_dict()["files"][0]["initial_state"].keys()
+            == {
+                "torque": {"joint_position", "joint_velocity", "motor_position", "motor_velocity"},
+                "torque_joint": {"motor_position", "motor_velocity"},
+                "joint": set(),
+            }[kind]
+        )
+
+
+def test_friction_of_the_motor_is_named():
+    found = et.diagnose(GIVEN.at("torque"), recording(replace(TRUE, rotor_friction=0.15)))
+    assert found.verdict == "missing_effect"
+    assert found.added == ("motor_friction",)
+    assert found.model.effects["motor_friction"]["torque"] == pytest.approx(0.15, rel=0.03)
+    assert found.ladder[-1].noise_ratio["motor_position"] < 1.1
+    assert "Motor friction is surely missing" in found.sentence
+
+
+def test_nothing_is_called_missing_of_a_rotor_that_is_as_modelled(plain):
+    found = et.diagnose(GIVEN.at("torque"), plain)
+    assert found.added == ()
+    assert found.verdict == "wrong_parameter"
+
+
+def test_what_an_interface_needs_and_lacks_is_told(plain):
+    without = replace(plain, signals={"joint_position": plain.signals["joint_position"]})
+    with pytest.raises(et.MeasurementError, match="interface torque is driven by motor_torque, wh"):
+        et.compare(GIVEN.at("torque"), without)
+    with pytest.raises(et.MeasurementError, match="so there is nothing to compare"):
+        et.compare(GIVEN.at("joint"), without)
+    with pytest.raises(et.ModelError, match="diagnose needs the link"):
+        et.diagnose(GIVEN.at("joint"), plain)
+    curve = replace(without, static=True)
+    with pytest.raises(et.MeasurementError, match="a static curve is compared at interface posit"):
+        et.compare(GIVEN.at("torque"), curve)
+    with pytest.raises(et.ModelError, match="evidence in an FMU works at interface position"):
+        et.gather_evidence(GIVEN.at("torque"), plain)
+
+
+def test_the_linear_model_has_the_rotor_or_what_the_joint_feels():
+    by_drive = et.linearise(GIVEN, "III", drive=et.Drive.TORQUE)
+    at_torque = et.linearise(GIVEN.at("torque"), "III")
+    assert sorted(by_drive.poles(), key=abs) == pytest.approx(sorted(at_torque.poles(), key=abs))
+    felt = et.linearise(GIVEN.at("joint"), "III", outputs=["joint_torque"])
+    stiffness = 0.03**2 * 2 * 9000.0  # (25)
+    by_name = dict(zip(felt.input_labels, felt.D[0], strict=True))
+    assert by_name["joint_position"] == pytest.approx(-stiffness)
+    assert by_name["joint_velocity"] == pytest.approx(-(0.03**2) * 2 * 5.0)
+    assert by_name["motor_position"] == pytest.approx(stiffness * 0.02 / 0.03)
+    assert "stiffness    16.2 N·m/rad" in et.linearise(GIVEN.at("joint"), "III").summary()
+    with pytest.raises(et.LinearisationError, match="at interface torque the motor is driven as"):
+        et.linearise(GIVEN.at("torque"), "III", drive=et.Drive.TORQUE)
+    # in state I half as stiff, at both interfaces
+    slack = et.linearise(GIVEN.at("joint"), "I", outputs=["joint_torque"])
+    assert slack.D[0, 2] == pytest.approx(-0.5 * stiffness)
