@@ -125,7 +125,7 @@ def test_a_recording_is_simulated_as_its_inputs_are(model, recording) -> None:
     between = recording.input_interpolation
     same = et.simulate(model, TIME, MOTOR, LOAD, initial_state=start, interpolation=between)
     assert run["joint_position"] == pytest.approx(same["joint_position"], abs=1e-6)
-    with pytest.raises(ValueError, match="the motor position is needed"):
+    with pytest.raises(ValueError, match="beside the time motor_position is needed"):
         et.simulate(model, TIME)
 
 

@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 
 from command_line import MODEL, RATE, only_line
+from effects_at import AT_POSITION
 from elastic_tendon import cli
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.actuator.transmission import characteristic_torque
-from elastic_tendon.effects import CATALOGUE
 
 
 def test_compare_writes_contract_and_picture(run, recording: str) -> None:
@@ -272,7 +272,7 @@ def test_all_bins_shows_more_and_80_columns_suffice(run, recording: str) -> None
     assert len(shown["--all-bins",].splitlines()) > len(shown[()].splitlines())
 
 
-@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.id)
+@pytest.mark.parametrize("effect", AT_POSITION, ids=lambda effect: effect.id)
 def test_add_writes_json_whatever_the_effect(run, recording: str, effect) -> None:
     """A short stretch suffices: the numbers mean little, but there are all kinds of them."""
     result = run(

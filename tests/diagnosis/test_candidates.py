@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from effects_at import IDS_AT_POSITION
 from elastic_tendon import effects
-from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import load_model, typical_value
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import simulate_measurement
@@ -17,17 +17,13 @@ from elastic_tendon.diagnosis.candidates import (
 )
 from elastic_tendon.measurement import Measurement
 
-# the others act on a rotor
-AT_POSITION = tuple(
-    effect.id for effect in effects.BY_ID.values() if InterfaceKind.POSITION.has_slot(effect.slot)
-)
-
 
 def test_all_effects_are_candidates_of_the_bare_model(sticking) -> None:
     _, recording, _ = sticking
     model = load_model("biorob_x4_joint_3")
-    assert candidates(model, [recording]) == AT_POSITION
-    assert candidates(model.at("torque"), [recording]) == effects.BY_ID.ids()
+    assert candidates(model, [recording]) == IDS_AT_POSITION
+    every = tuple(effect.id for effect in effects.CATALOGUE)
+    assert candidates(model.at("torque"), [recording]) == every
 
 
 def static_curve(load: np.ndarray, position: np.ndarray) -> Measurement:
@@ -41,8 +37,8 @@ def test_a_mass_is_sought_only_where_something_moves(sticking) -> None:
     model = load_model("biorob_x4_joint_3")
     curve = static_curve(np.zeros(10), np.zeros(10))
     left = candidates(model, [curve, curve])
-    assert left == tuple(one for one in AT_POSITION if one != "spring_mass")
-    assert candidates(model, [curve, recording]) == AT_POSITION
+    assert left == tuple(one for one in IDS_AT_POSITION if one != "spring_mass")
+    assert candidates(model, [curve, recording]) == IDS_AT_POSITION
 
 
 def test_a_static_curve_is_the_same_with_masses_in_the_springs() -> None:

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from elastic_tendon import effects
+from effects_at import IDS_AT_POSITION
 from elastic_tendon.diagnosis.torque_balance import Balance, Torque, Torques, torque_balance
 from elastic_tendon.estimation.coordinates import free_parameters
 from smooth_motion import SETTLED, Played, played, typical_model
@@ -54,7 +54,7 @@ def residual(found: Played) -> float:
     return float(np.median(left) / np.std(torque[SETTLED]))
 
 
-@pytest.mark.parametrize("effect_id", [name for name in effects.BY_ID.ids() if name != RINGING])
+@pytest.mark.parametrize("effect_id", [name for name in IDS_AT_POSITION if name != RINGING])
 def test_inertia_times_acceleration_is_the_torque(effect_id: str) -> None:
     assert residual(run(effect_id)) < SMALL
 
@@ -65,12 +65,12 @@ def test_sets_balance_too(effect_ids: tuple[str, ...]) -> None:
 
 
 def test_the_memory_of_few_effects_is_too_quick_for_the_instants() -> None:
-    unresolved = {name for name in effects.BY_ID.ids() if not torque_balance((name,), ()).resolved}
+    unresolved = {name for name in IDS_AT_POSITION if not torque_balance((name,), ()).resolved}
     assert unresolved == {RINGING, "tendon_compliance"}
 
 
 @pytest.mark.parametrize(
-    "effect_ids", [*((name,) for name in effects.BY_ID.ids()), *SETS], ids="+".join
+    "effect_ids", [*((name,) for name in IDS_AT_POSITION), *SETS], ids="+".join
 )
 def test_derivatives_are_those_of_differences(effect_ids: tuple[str, ...]) -> None:
     found = run(*effect_ids)

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from effects_at import placed
 from elastic_tendon.actuator.parameters import Model, load_model, typical_value
-from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.simulation.simulate import sensitivities, simulate
 
 TIME = np.arange(0.0, 3.0, 0.002)
@@ -25,15 +24,6 @@ CROOKED = PAPER.with_values(
     }
 )
 MODELS = {"paper": PAPER, "crooked": CROOKED}
-
-
-# effects that act where the motor's position is given; the others act on a rotor
-AT_POSITION = [effect for effect in CATALOGUE if InterfaceKind.POSITION.has_slot(effect.slot)]
-
-
-def placed(model: Model, effect) -> Model:
-    """The model at an interface where the effect has something to act on."""
-    return model if model.kind.has_slot(effect.slot) else model.at(InterfaceKind.TORQUE)
 
 
 def drive(model):

@@ -4,7 +4,6 @@ import casadi as ca
 import numpy as np
 import pytest
 from contract_cases import (
-    AT_POSITION,
     CROOKED,
     LOAD,
     MODELS,
@@ -14,11 +13,11 @@ from contract_cases import (
     assert_sensitivities_agree_with_differences,
     drive,
     measured,
-    placed,
     with_typical,
 )
 from scipy.integrate import cumulative_trapezoid
 
+from effects_at import AT_POSITION, placed
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import quantities, typical_value
 from elastic_tendon.effects import CATALOGUE

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from contract_cases import AT_POSITION, CROOKED, with_typical
+from contract_cases import CROOKED, with_typical
 from fmpy.validation import validate_fmu
 
+from effects_at import AT_POSITION
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.fmu.export import export_fmu

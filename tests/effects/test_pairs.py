@@ -11,10 +11,10 @@ from contract_cases import (
     CROOKED,
     assert_sensitivities_agree_with_differences,
     measured,
-    placed,
     with_typical,
 )
 
+from effects_at import placed
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.errors import ModelError
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from lxml import etree
 
+from effects_at import IDS_AT_POSITION
 from elastic_tendon.actuator.model import build
-from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.fmu import fmi2_description, fmi3_description
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.description import Description, seal, to_bytes
@@ -19,7 +19,7 @@ MANY = (  # implicit equations, dry friction, calculated starts, measured signal
     *("coulomb_friction", "tendon_compliance", "spring_hardening", "spring_relaxation"),
     *("gear_backlash", "motor_encoder_offset", "measurement_delay"),
 )
-STRUCTURES = [(), *((effect.id,) for effect in CATALOGUE), MANY]
+STRUCTURES = [(), *((effect_id,) for effect_id in IDS_AT_POSITION), MANY]
 
 
 def structure_name(effect_ids):

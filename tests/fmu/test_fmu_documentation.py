@@ -12,6 +12,7 @@ from fmu_cases import MODELS
 from matplotlib.image import imread
 
 import draw_icon
+from effects_at import placed
 from elastic_tendon import effects
 from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.parameters import (
@@ -91,7 +92,7 @@ def with_effect(model, effect):
 
 def models_with_effects():
     base = MODELS["base"]
-    return [with_effect(base, effect) for effect in CATALOGUE]
+    return [with_effect(placed(base, effect), effect) for effect in CATALOGUE]
 
 
 @pytest.fixture(params=[2, 3])

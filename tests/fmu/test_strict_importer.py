@@ -3,14 +3,15 @@
 import pytest
 from fmu_cases import BOTH, motion, with_typical
 
+from effects_at import IDS_AT_POSITION
 from elastic_tendon.actuator.parameters import load_model, models
-from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.fmu.export import export_fmu
 from fmu_driver import Fmu, run_co_simulation, run_model_exchange
 
 TOLERANCE = 1e-6
 MODELS = {name: load_model(name) for name in models} | {
-    effect.id: with_typical(load_model("biorob_x4_joint_3"), effect.id) for effect in CATALOGUE
+    effect_id: with_typical(load_model("biorob_x4_joint_3"), effect_id)
+    for effect_id in IDS_AT_POSITION
 }
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from linear_cases import MODELS, STATES, closed_form, damped, with_typical
 
+from effects_at import placed
 from elastic_tendon import load_model
 from elastic_tendon.actuator.transmission import SlackState, slack_boundaries
 from elastic_tendon.effects import BY_ID
@@ -199,10 +200,7 @@ def test_steady_motion_has_the_slope_of_its_friction():
 
 @pytest.mark.parametrize("effect_id", sorted(BY_ID))
 def test_every_effect_is_linearised(effect_id):
-    model = damped("biorob_x4_joint_3")
-    if not model.kind.has_slot(BY_ID[effect_id].slot):  # it acts on a rotor
-        model = model.at("torque")
-    model = with_typical(model, effect_id)
+    model = with_typical(placed(damped("biorob_x4_joint_3"), effect_id), effect_id)
     for asked in (None, OperatingPoint(load_torque=6.5), OperatingPoint(joint_velocity=0.5)):
         system = linearise(model, "III", asked)
         assert np.isfinite(system.A).all()

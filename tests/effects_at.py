@@ -1,0 +1,16 @@
+"""Effects of the catalogue by the interfaces at which they act."""
+
+from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.effects import BY_ID, CATALOGUE
+from elastic_tendon.effects.base import Effect
+
+# where the motor's position is given; the others act on a rotor
+AT_POSITION = tuple(effect for effect in CATALOGUE if InterfaceKind.POSITION.has_slot(effect.slot))
+IDS_AT_POSITION = tuple(effect.id for effect in AT_POSITION)
+
+
+def placed(model: Model, effect: Effect | str) -> Model:
+    """The model, with a rotor that a torque drives where the effect acts on that."""
+    slot = (BY_ID[effect] if isinstance(effect, str) else effect).slot
+    return model if model.kind.has_slot(slot) else model.at(InterfaceKind.TORQUE)
