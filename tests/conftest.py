@@ -14,14 +14,20 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 # those that take longest begin first: else the last of them keeps one worker busy and the others
 # wait
 LONGEST_FIRST = (
-    "test_readme.py",
-    "hidden_effect/test_hidden_effect.py",
-    "test_real_data.py",
     "app/test_app_walk.py",
+    "hidden_effect/test_hidden_effect.py",
     "app/test_app_access.py",
+    "test_examples.py",
+    "diagnosis/test_sample_of_studies.py",
+    "test_readme.py",
+    "test_real_data.py",
+    "fmu/test_fuzzing.py",
+    "fmu/test_fmu_importers.py",
+    "sweeps/test_dask.py",
     "fmu/test_packing.py",
     "fmu/test_platforms.py",
-    "test_examples.py",
+    "test_site.py",
+    "test_public_door.py",
 )
 
 pytest_plugins = ["recorded_machines"]  # recordings of the independent simulator, for all tests

@@ -64,6 +64,27 @@ def walk(chromium, demo) -> Iterator[Walk]:
     assert tab.faults == []
 
 
+@pytest.fixture(scope="module")
+def shared(chromium, demo) -> Iterator[Walk]:
+    """One tab for tests that leave the user's choices as they were: opening one takes long."""
+    tab = Walk(chromium, demo)
+    yield tab
+    tab.close()
+
+
+@pytest.fixture
+def compare(shared: Walk) -> Iterator[Walk]:
+    """The step Compare, with the whole of the recording that is fitted."""
+    shared.step("Compare")
+    shared.settle()
+    shared.choose("Recording", "demo_fit.csv")
+    shared.button("Reset zoom").click()
+    shared.settle()
+    assert seen(shared)[1] == ""
+    yield shared
+    assert shared.faults == []
+
+
 def upload(walk: Walk, **files: bytes) -> None:
     """Add files on the page; their names may be anything."""
     payload = [
@@ -195,18 +216,20 @@ def test_a_million_samples(chromium, tmp_path: Path) -> None:
     assert tab.faults == []
 
 
-def test_the_browser_goes_back_to_the_step_before(walk: Walk) -> None:
-    walk.button("Next: Data").click()
-    walk.button("Next: Compare").click()
-    walk.heading("Compare").wait_for()
-    for way, title in ((walk.page.go_back, "Data"), (walk.page.go_back, "Model")):
+def test_the_browser_goes_back_to_the_step_before(shared: Walk) -> None:
+    shared.step("Model")
+    shared.button("Next: Data").click()
+    shared.button("Next: Compare").click()
+    shared.heading("Compare").wait_for()
+    for way, title in ((shared.page.go_back, "Data"), (shared.page.go_back, "Model")):
         way()
-        walk.heading(title).wait_for()
-    walk.page.go_forward()
-    walk.heading("Data").wait_for()
-    walk.page.reload()
-    walk.heading("Data").wait_for()
-    assert walk.heading("Data").is_visible()
+        shared.heading(title).wait_for()
+    shared.page.go_forward()
+    shared.heading("Data").wait_for()
+    shared.page.reload()
+    shared.heading("Data").wait_for()
+    assert shared.heading("Data").is_visible()
+    assert shared.faults == []
 
 
 SEEN = "#compare-recording, #compare-from, #compare-a"
@@ -230,8 +253,6 @@ def type_in(walk: Walk, field: str, text: str) -> None:
 
 def look(walk: Walk) -> list[str]:
     """Look at a stretch of the recording that is held out; what Compare shows then."""
-    walk.step("Compare")
-    walk.settle()
     walk.choose("Recording", "demo_validate.csv (held out)")
     walk.settle()
     type_in(walk, "#compare-from", "5")
@@ -240,53 +261,51 @@ def look(walk: Walk) -> list[str]:
     return seen(walk)
 
 
-def test_what_is_looked_at_survives_a_reload(walk: Walk) -> None:
-    before = look(walk)
-    walk.page.reload()
-    walk.heading("Compare").wait_for()
-    walk.settle()
-    assert seen(walk) == before
+def test_what_is_looked_at_survives_a_reload(compare: Walk) -> None:
+    before = look(compare)
+    compare.page.reload()
+    compare.heading("Compare").wait_for()
+    compare.settle()
+    assert seen(compare) == before
 
 
 @pytest.mark.parametrize("late", ["**/async-graph*", CALLS])
-def test_a_zoom_survives_a_reload_whatever_comes_last(walk: Walk, late: str) -> None:
+def test_a_zoom_survives_a_reload_whatever_comes_last(compare: Walk, late: str) -> None:
     """Figures come before the first answer of the server, or after the last one."""
-    before = look(walk)
+    before = look(compare)
     held: list[Route] = []
-    walk.page.route(late, lambda route: held.append(route))
-    with walk.page.expect_request(late):
-        walk.page.reload(wait_until="commit")
+    compare.page.route(late, lambda route: held.append(route))
+    with compare.page.expect_request(late):
+        compare.page.reload(wait_until="commit")
     if late != CALLS:
-        walk.heading("Compare").wait_for()
-        walk.settle()
+        compare.heading("Compare").wait_for()
+        compare.settle()
     else:
-        walk.page.locator("#where-overlay .main-svg").first.wait_for(state="attached")
+        compare.page.locator("#where-overlay .main-svg").first.wait_for(state="attached")
     while held:
         held.pop().continue_()
-    walk.page.unroute(late)
-    walk.page.locator("#compare-overlay .main-svg").first.wait_for()
-    walk.settle()
-    assert seen(walk) == before
+    compare.page.unroute(late)
+    compare.page.locator("#compare-overlay .main-svg").first.wait_for()
+    compare.settle()
+    assert seen(compare) == before
     # Where shows the recording that is fitted; its figure speaks last
-    walk.page.evaluate(RESIZE, "where-overlay")
-    walk.settle()
-    assert seen(walk) == before
+    compare.page.evaluate(RESIZE, "where-overlay")
+    compare.settle()
+    assert seen(compare) == before
 
 
-def test_a_choice_counts_though_news_come_before_its_answer(walk: Walk) -> None:
-    walk.step("Compare")
-    walk.settle()
+def test_a_choice_counts_though_news_come_before_its_answer(compare: Walk) -> None:
     held: list[Route] = []
-    walk.page.route(CALLS, lambda route: held.append(route))
-    with walk.page.expect_request(CALLS):
-        walk.choose("Recording", "demo_validate.csv (held out)")
-    with walk.page.expect_request(CALLS):
-        walk.page.evaluate(NEWS)
+    compare.page.route(CALLS, lambda route: held.append(route))
+    with compare.page.expect_request(CALLS):
+        compare.choose("Recording", "demo_validate.csv (held out)")
+    with compare.page.expect_request(CALLS):
+        compare.page.evaluate(NEWS)
     while held:
         held.pop().continue_()
-    walk.page.unroute(CALLS)
-    walk.settle()
-    assert seen(walk)[0] == "demo_validate.csv (held out)"
+    compare.page.unroute(CALLS)
+    compare.settle()
+    assert seen(compare)[0] == "demo_validate.csv (held out)"
 
 
 def ends(walk: Walk) -> list[str]:
@@ -294,9 +313,7 @@ def ends(walk: Walk) -> list[str]:
     return [walk.page.input_value(field) for field in ("#compare-from", "#compare-to")]
 
 
-def test_a_zoom_stays_within_the_recording(walk: Walk) -> None:
-    walk.step("Compare")
-    walk.settle()
+def test_a_zoom_stays_within_the_recording(compare: Walk) -> None:
     for low, high, shown in (
         ("4", "", ["4", "9.998"]),
         ("-1", "5", ["0", "5"]),
@@ -305,35 +322,31 @@ def test_a_zoom_stays_within_the_recording(walk: Walk) -> None:
         ("-2", "11", ["", ""]),
         ("2.0004", "3", ["2", "3"]),
     ):
-        walk.button("Reset zoom").click()
-        type_in(walk, "#compare-from", low)
+        compare.button("Reset zoom").click()
+        type_in(compare, "#compare-from", low)
         if high:
-            type_in(walk, "#compare-to", high)
-        assert ends(walk) == shown
+            type_in(compare, "#compare-to", high)
+        assert ends(compare) == shown
 
 
-def test_a_double_click_undoes_every_zoom(walk: Walk) -> None:
-    walk.step("Compare")
-    walk.settle()
+def test_a_double_click_undoes_every_zoom(compare: Walk) -> None:
     for text in ("3", "4"):
-        type_in(walk, "#compare-from", text)
-        assert ends(walk) == [text, "9.998"]
-        walk.page.locator("#compare-overlay .nsewdrag").first.dblclick()
-        walk.settle()
-        assert ends(walk) == ["", ""]
+        type_in(compare, "#compare-from", text)
+        assert ends(compare) == [text, "9.998"]
+        compare.page.locator("#compare-overlay .nsewdrag").first.dblclick()
+        compare.settle()
+        assert ends(compare) == ["", ""]
 
 
-def test_a_mark_out_of_sight_undoes_the_zoom(walk: Walk) -> None:
-    walk.step("Compare")
-    walk.settle()
-    type_in(walk, "#compare-to", "1.5")
-    walk.step("Where")
-    walk.settle()
-    walk.button("Show the samples of time 1 to 2 s").click()
-    walk.settle()
-    assert ends(walk) == ["0", "1.5"]
-    assert not walk.page.get_by_text("The zoom was reset").is_visible()
-    walk.button("Show the samples of time 2 to 3 s").click()
-    walk.page.get_by_text("The zoom was reset").wait_for()
-    walk.settle()
-    assert ends(walk) == ["", ""]
+def test_a_mark_out_of_sight_undoes_the_zoom(compare: Walk) -> None:
+    type_in(compare, "#compare-to", "1.5")
+    compare.step("Where")
+    compare.settle()
+    compare.button("Show the samples of time 1 to 2 s").click()
+    compare.settle()
+    assert ends(compare) == ["0", "1.5"]
+    assert not compare.page.get_by_text("The zoom was reset").is_visible()
+    compare.button("Show the samples of time 2 to 3 s").click()
+    compare.page.get_by_text("The zoom was reset").wait_for()
+    compare.settle()
+    assert ends(compare) == ["", ""]

@@ -114,10 +114,9 @@ def test_every_row_of_a_static_curve_is_a_balance() -> None:
     weak, torques = torques_of(GIVEN, curve)
     assert weak.test.shape[0] == len(curve.time)
     assert np.mean(whitened(GIVEN, curve) ** 2) == pytest.approx(1.0, abs=0.5)
-    column = free_parameters(GIVEN).index("link.inertia")
-    assert not np.any(
-        weak.jacobian(torques, free_parameters(GIVEN))[:, column]
-    )  # nothing accelerates
+    paths = free_parameters(GIVEN)
+    by_inertia = weak.jacobian(torques, paths)[:, paths.index("link.inertia")]
+    assert not np.any(by_inertia)  # nothing accelerates
 
 
 def test_uneven_samples_are_brought_to_even_ones() -> None:
