@@ -188,6 +188,9 @@ def test_model_toml_keeps_the_interface():
     assert again.kind is InterfaceKind.TORQUE
     assert "interface" not in MODEL.to_toml()
     assert model.at_position().structure == MODEL.structure
+    unsure = model.model_copy(update={"uncertainty": {"motor.inertia": 0.2, "link.inertia": 0.1}})
+    assert unsure.at("position").uncertainty == {"link.inertia": 0.1}
+    assert unsure.at("torque_joint").uncertainty == {"motor.inertia": 0.2}
 
 
 REFUSED = {

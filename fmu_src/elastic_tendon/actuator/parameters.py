@@ -131,14 +131,20 @@ class Model(BaseModel):
         return self.effect_ids, self.kind
 
     def at(self, kind: InterfaceKind | str) -> "Model":
-        """The same actuator at another interface.
+        """The same actuator at another interface, without uncertainties of what it does not use.
 
         Raises
         ------
         ModelError
             for an interface that there is not, or one without [motor] or a place for an effect
         """
-        return parse_model(self.model_dump() | {"interface": {"kind": str(kind)}}, self.name)
+        other = self.model_dump() | {"interface": {"kind": str(kind)}}
+        if kind in tuple(InterfaceKind):
+            used = InterfaceKind(kind).has_quantity
+            other["uncertainty"] = {
+                path: sigma for path, sigma in self.uncertainty.items() if used(path)
+            }
+        return parse_model(other, self.name)
 
     def at_position(self) -> "Model":
         """The same actuator at interface position, without effects that act on the rotor."""
