@@ -19,10 +19,11 @@ def signature_figure(signature: Signature) -> Figure:
     """Load over deflection, torque over deflection and a step, with the effect and without."""
     figure = Figure(figsize=(13.0, 4.6), layout="constrained")
     slow, fast, step = figure.subplots(1, 3)
-    _draw(slow, signature.slow_loop, "slow load, motor held")
-    _draw(fast, signature.fast_loop, "fast motor swing, no load")
+    loading, swinging, stepping = signature.experiments
+    _draw(slow, signature.slow_loop, loading)
+    _draw(fast, signature.fast_loop, swinging)
     step.plot(signature.motor.x, signature.motor.y, "--", color="0.5", linewidth=1.0, label="motor")
-    _draw(step, signature.step, "motor step, no load")
+    _draw(step, signature.step, stepping)
     slow.set_ylabel("load torque (N·m)")
     fast.set_ylabel("torque of the tendons on the joint (N·m)")
     step.set_ylabel("measured joint position (rad)")

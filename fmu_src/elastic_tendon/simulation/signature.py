@@ -79,6 +79,17 @@ class Signature:
     slack_boundaries: tuple[float, float]
 
     @property
+    def experiments(self) -> tuple[str, str, str]:
+        """What is done in each, in words."""
+        if InterfaceKind.POSITION.has_slot(self.effect.slot):
+            return "slow load, motor held", "fast motor swing, no load", "motor step, no load"
+        return (
+            "slow load, torque that would hold the motor",
+            "fast swing of the motor torque, no load",
+            "torque of a motor step, no load",
+        )
+
+    @property
     def difference(self) -> float:
         """Largest difference in any of the experiments, as a share of the axes."""
         return max(beside.difference for beside in (self.slow_loop, self.fast_loop, self.step))

@@ -52,10 +52,11 @@ def signature_figure(
 
 def _panels(signature: Signature) -> list[_Panel]:
     torque = "tendon torque (N·m)"
+    loading, swinging, stepping = signature.experiments
     return [
-        _Panel(signature.slow_loop, "slow load, motor held", DEFLECTION, "load torque (N·m)"),
-        _Panel(signature.fast_loop, "fast motor swing, no load", DEFLECTION, torque),
-        _Panel(signature.step, "motor step, no load", TIME, "joint position (rad)", is_step=True),
+        _Panel(signature.slow_loop, loading, DEFLECTION, "load torque (N·m)"),
+        _Panel(signature.fast_loop, swinging, DEFLECTION, torque),
+        _Panel(signature.step, stepping, TIME, "joint position (rad)", is_step=True),
     ]
 
 
