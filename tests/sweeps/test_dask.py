@@ -55,6 +55,21 @@ def test_one_of_two_workers_is_killed(cluster: DaskCluster, tmp_path: Path, ball
     _expect_table(output, Draws(100))
 
 
+def test_the_address_of_dasks_dashboard_is_told(
+    cluster: DaskCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link = "http://127.0.0.1:8787/status"
+    monkeypatch.setattr(Client, "dashboard_link", property(lambda _client: link))
+    cluster.add()
+    told: list[str] = []
+    sweep(
+        *(Draws(4), tmp_path / "runs.csv"),
+        scheduler=cluster.address,
+        progress=lambda text, _share: told.append(text),
+    )
+    assert any(link in text for text in told)
+
+
 def test_a_run_that_ends_every_worker_is_recorded(tmp_path: Path) -> None:
     (tmp_path / "dask").mkdir()
     output = tmp_path / "runs.csv"
