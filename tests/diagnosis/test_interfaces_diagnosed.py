@@ -10,6 +10,7 @@ import pytest
 
 import elastic_tendon as et
 from elastic_tendon.actuator.parameters import parse_model
+from elastic_tendon.diagnosis.inputs import torque_notes
 from truth import torque_driven
 from truth.torque_driven import Drive
 
@@ -135,6 +136,18 @@ def test_nothing_is_called_missing_of_a_rotor_that_is_as_modelled(plain):
     found = et.diagnose(GIVEN.at("torque"), plain)
     assert found.added == ()
     assert found.verdict == "wrong_parameter"
+
+
+def test_a_noisy_motor_torque_is_told(plain):
+    """A rotor integrates it: what is named may be its drift."""
+    rng = np.random.default_rng(5)
+    torque_read = plain.signals["motor_torque"] + 0.02 * rng.standard_normal(len(TIME))
+    noisy = replace(plain, signals={**plain.signals, "motor_torque": torque_read})
+    (note,) = torque_notes(GIVEN, [noisy.at("torque")], None)
+    assert "the motor torque has noise of 0.02 N·m" in note
+    assert "--horizon" in note
+    assert torque_notes(GIVEN, [plain.at("torque")], None) == []
+    assert torque_notes(GIVEN, [noisy], None) == []
 
 
 def test_what_an_interface_needs_and_lacks_is_told(plain):

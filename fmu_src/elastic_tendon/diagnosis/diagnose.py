@@ -16,6 +16,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data, data_of
+from elastic_tendon.diagnosis.inputs import torque_notes
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
@@ -91,6 +92,7 @@ def _diagnosed(
     data = data_of(model, measurements, validation, options)
     looked_at = measurements if model.kind is InterfaceKind.POSITION else ()
     notes = [finding.sentence for finding in sign_errors(model, looked_at)]
+    notes += torque_notes(model, measurements, options.horizon)
     recordings = (*measurements, *validation)
     notes += [f"{part.name}: {note}" for part in recordings for note in part.noise_notes]
     found = Found()

@@ -113,18 +113,19 @@ class Measurement(Result):
             inputs["load_torque"] = self.load_torque
         return inputs
 
-    def at(self, kind: InterfaceKind) -> "Measurement":
+    def at(self, kind: InterfaceKind | str) -> "Measurement":
         """The recording with inputs and signals as of an interface.
 
         Parameters
         ----------
-        kind : what is given and what is computed
+        kind : what is given and what is computed, see `InterfaceKind`
 
         Raises
         ------
         MeasurementError : what drives this interface was not measured, or nothing is left to
             compare
         """
+        kind = InterfaceKind(kind)
         if kind is self.kind:
             return self
         if self.static:
