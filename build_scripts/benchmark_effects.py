@@ -104,6 +104,8 @@ def main() -> int:
     base = load_model("biorob_x4_joint_3")
     rows = export_rows(base)
     for effect in CATALOGUE:
+        if not base.kind.has_slot(effect.slot):  # it acts on a rotor, which this model lacks
+            continue
         ratio = slower(base, [effect])
         rows.append(
             Row(name([effect]), f"{ratio:.2f}")
