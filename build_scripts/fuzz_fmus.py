@@ -1,12 +1,16 @@
-"""Random legal and illegal calls against FMUs of both versions, built with sanitizers.
+"""Random sequences of calls, legal and illegal, against FMUs of both versions, with sanitizers.
 
-    python build_scripts/fuzz_fmus.py [--calls 10000000] [--seed 1] [--jobs 2]
+    python build_scripts/fuzz_fmus.py [--sequences 10000000] [--seed 1] [--jobs 1] [--done FILE]
 
-The calls are shared out among both versions of FMI and three sets of effects. Needs gcc. Exit
-status: 0 nothing found, 1 a finding, which is printed with what repeats it, 2 not possible.
+A sequence is the life of an instance for co-simulation or model exchange: 1 to 512 calls, about
+100 on the average. The sequences are shared out among both versions of FMI and all effects: none,
+each alone, and two sets of several. Needs gcc. With `--done` every finished part is noted in a
+file, and a run that was interrupted goes on behind them. Exit status: 0 nothing found, 1 a finding,
+which is printed with what repeats it, 2 not possible.
 """
 
 import argparse
+import re
 import subprocess
 import sys
 import tempfile
@@ -14,6 +18,8 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 from pathlib import Path
 
 from elastic_tendon.actuator.model import build as build_system
@@ -26,16 +32,19 @@ from elastic_tendon.native.layout import FmuVariable, Role, layout
 
 FUZZERS = Path(__file__).resolve().parents[1] / "tests" / "fmu"
 VERSIONS = (2, 3)
-EFFECTS: dict[str, tuple[str, ...]] = {
-    "base": (),
+SEVERAL: dict[str, tuple[str, ...]] = {
+    "no effect": (),
     "friction and protection": ("coulomb_friction", "overstretch_protection"),
     "implicit": ("spring_hardening", "spring_relaxation", "tendon_compliance"),
 }
-PART = 200_000  # calls of one run
+EFFECTS = SEVERAL | {effect_id: (effect_id,) for effect_id in BY_ID}
+PART = 20_000  # sequences of one run
+_VALID = {"motor_position": (-0.5, 0.5), "deflection": (-0.1, 0.1)}  # rad
 _TOKEN = "token"
 _FLAGS = (
     *("-std=c11", "-O1", "-g", "-Wall", "-Wextra"),
     *("-fsanitize=address,undefined", "-fno-sanitize-recover=all"),
+    "-DMAX_STEPS=100000",  # of one call: absurd numbers, as a step of 1e308 s, need more
 )
 
 
@@ -46,17 +55,18 @@ class Fuzzer:
     program: Path
     warnings: tuple[str, ...]
 
-    def run(self, calls: int, seed: int) -> str:
-        """What it found: nothing, or a text."""
+    def run(self, sequences: int, seed: int) -> tuple[str, str]:
+        """What was called, in words, and what that found: nothing, or a text."""
         done = subprocess.run(
-            [str(self.program), _TOKEN, str(calls), str(seed)],
+            [str(self.program), _TOKEN, str(sequences), str(seed)],
             capture_output=True,
             text=True,
             check=False,
         )
-        if done.returncode == 0 and " calls: " in done.stdout:
-            return ""
-        return f"exit status {done.returncode}\n{done.stdout}{done.stderr}"
+        told = re.search(r"sequences, (\d+ calls: .*)", done.stdout)
+        if done.returncode == 0 and told:
+            return told[1], ""
+        return "", f"exit status {done.returncode}\n{done.stdout}{done.stderr}"
 
 
 def _model(effect_ids: tuple[str, ...]) -> Model:
@@ -89,7 +99,9 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
     """
     model = _model(effect_ids)
     system = build_system(model.effect_ids)
-    variables = layout(system.interface, model.values(), indicators=fmi_version == 3)
+    variables = layout(
+        system.interface, model.values(), indicators=fmi_version == 3, validity=_VALID
+    )
     write_sources(folder, system, variables, tolerance=1e-8, fmi_version=fmi_version)
     write_token(folder, _TOKEN)
     legal = {f"{kind.value.upper()}_": _first(variables, kind) for kind in Kind}
@@ -112,55 +124,75 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
 
 
 @dataclass(frozen=True)
-class _Part:
-    """One run: of a fuzzer, so many calls, from a seed of its own."""
+class _Case:
+    """A set of effects in a version of FMI, whose fuzzer is built in a folder when it is needed."""
 
-    title: str
-    fuzzer: Fuzzer
-    calls: int
+    name: str
+    fmi_version: int
+    folder: Path
+
+    @cached_property
+    def fuzzer(self) -> Fuzzer:
+        """Built once."""
+        self.folder.mkdir()
+        return build(EFFECTS[self.name], self.fmi_version, self.folder)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One run: of a case, so many sequences, from a seed of its own."""
+
+    case: _Case
+    sequences: int
     seed: int
 
-    def clean(self) -> bool:
-        """Whether nothing was found."""
+    @property
+    def name(self) -> str:
+        """By which it is known when it is done."""
+        title = f"FMI {self.case.fmi_version}, {self.case.name}"
+        return f"{title}: {self.sequences} sequences from seed {self.seed}"
+
+    def clean(self, note: Path | None) -> bool:
+        """Whether nothing was found, which is noted in a file."""
+        fuzzer = self.case.fuzzer
         started = time.monotonic()
-        finding = self.fuzzer.run(self.calls, self.seed)
+        told, finding = fuzzer.run(self.sequences, self.seed)
         seconds = time.monotonic() - started
         result = f"FOUND: {finding}" if finding else "nothing found"
-        print(
-            f"{self.title}: {self.calls} calls from seed {self.seed} in {seconds:.1f} s: {result}",
-            flush=True,
-        )
+        print(f"{self.name}, {told} in {seconds:.1f} s: {result}", flush=True)
+        if note and not finding:
+            with note.open("a") as file:
+                file.write(f"{self.name}\n")
         return not finding
 
 
-def _all_clean(calls: int, seed: int, jobs: int) -> bool:
-    """Build all fuzzers, share the calls out among them, and whether nothing was found."""
-    cases = [(name, fmi_version) for name in EFFECTS for fmi_version in VERSIONS]
-    each = -(-calls // len(cases))
-    rounds = -(-each // PART)
+def _all_clean(sequences: int, seed: int, jobs: int, note: Path | None) -> bool:
+    """Share the sequences out among all cases, and whether nothing was found."""
+    done = set(note.read_text().splitlines()) if note and note.exists() else set()
     with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(jobs) as pool:
-        folders = [Path(work) / str(i) for i in range(len(cases))]
-        for folder in folders:
-            folder.mkdir()
-        built = pool.map(lambda case, at: build(EFFECTS[case[0]], case[1], at), cases, folders)
-        fuzzers = list(zip(cases, built, strict=True))
+        pairs = enumerate(product(EFFECTS, VERSIONS))
+        cases = [_Case(*pair, Path(work) / str(i)) for i, pair in pairs]
+        each = -(-sequences // len(cases))
+        rounds = -(-each // PART)
         parts = [
-            _Part(f"FMI {version}, {name}", fuzzer, -(-each // rounds), seed + i)
-            for i in range(rounds)
-            for (name, version), fuzzer in fuzzers
+            _Part(case, -(-each // rounds), seed + i) for i, case in product(range(rounds), cases)
         ]
-        return all(list(pool.map(_Part.clean, parts)))
+        left = [part for part in parts if part.name not in done]
+        return all(list(pool.map(lambda part: part.clean(note), left)))
 
 
 def main() -> int:
     """Exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--calls", type=int, default=10_000_000, metavar="N", help="altogether")
+    parser.add_argument(
+        *("--sequences",), type=int, default=10_000_000, metavar="N", help="altogether"
+    )
     parser.add_argument("--seed", type=int, default=1, metavar="N")
-    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="programs at once")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="programs at once")
+    parser.add_argument("--done", type=Path, metavar="FILE", help="of parts that need not be run")
     chosen = parser.parse_args()
     try:
-        return 0 if _all_clean(chosen.calls, chosen.seed, chosen.jobs) else 1
+        return 1 - _all_clean(chosen.sequences, chosen.seed, chosen.jobs, chosen.done)
     except OSError as error:
         print(error, file=sys.stderr)
     except subprocess.CalledProcessError as error:

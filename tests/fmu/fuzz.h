@@ -1,4 +1,5 @@
-/* Random legal and illegal calls of every function of a façade, for a build with sanitizers.
+/* Sequences of random calls, legal and illegal, of every function of a façade, for a build with
+ * sanitizers. A sequence is the life of an instance, and takes turns with those of two others.
  *
  * fuzz_fmi2.c and fuzz_fmi3.c define, before they include this file, FMI(name) as the function of
  * that name in their version, the functions of the state, whose spelling differs,
@@ -7,13 +8,16 @@
  *   REFERENCES STATES INDICATORS, and a reference of a type: REAL_ INTEGER_ ENUMERATION_ BOOLEAN_
  * An error must change nothing; what is not OK must be told by a message, safe to print; another
  * instance must not notice; every function must succeed now and then, but those that never may. */
+#include <limits.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const int OK = 0, WARNING = 1, DISCARD = 2, ERROR = 3; /* in every version */
-enum { SIZE = 8192, LENGTH = 8, TARGETS = 3, LIFE = 700 /* calls, on the average */ };
+enum { SIZE = 8192, LENGTH = 8, TARGETS = 3 };
+enum { DOUBLINGS = 10 }; /* a life has 1, 2, 4, ... or 512 calls, or so: 23 on the average */
 enum { ENOUGH = 30000 }; /* calls, to see everything happen */
 
 typedef struct {
@@ -26,6 +30,8 @@ typedef struct {
   void *kept;    /* a state */
   char bytes[SIZE];
   size_t size;   /* of the bytes kept */
+  char last[SIZE]; /* its state, as bytes, after the last call */
+  long left;     /* calls of its life */
 } Target;
 
 typedef struct {
@@ -128,6 +134,8 @@ static void check_message(Target *t, int status, const char *category, const cha
 
 /* ---- state ----------------------------------------------------------------------------------- */
 
+static long forged[2]; /* states: taken, refused */
+
 static size_t serialise(void *component, char *bytes) {
   void *state = NULL;
   size_t size = 0;
@@ -157,6 +165,32 @@ static int call_deserialise(Target *t) {
   int status = DESERIALISE(c, (Byte *)OR_NULL(bytes), size, OR_NULL(&state));
   if (status == OK) status = SET_STATE(c, state);
   free(state); /* as FREE_STATE does, which may be refused here */
+  return status;
+}
+
+/* The present state with other numbers in one to three places, and a checksum that fits them. */
+static int call_forge(Target *t) {
+  char bytes[SIZE];
+  void *state = NULL;
+  uint64_t sum = 14695981039346656037u; /* FNV-1a */
+  if (t->inside || draw(4)) return OK;
+  const size_t size = serialise(t->component, bytes), end = size - sizeof sum;
+  for (unsigned n = 1 + draw(3); n > 0; n--) {
+    const double real = number();
+    const int whole = draw(2) ? (int)draw(200) - 100 : draw(2) ? INT_MAX : INT_MIN;
+    const size_t at = 4 * draw((unsigned)end / 4 - 1); /* where numbers may begin */
+    switch (draw(3)) {
+      case 0: memcpy(bytes + at, &real, sizeof real); break;
+      case 1: memcpy(bytes + at, &whole, sizeof whole); break;
+      default: bytes[at + draw(8)] ^= (char)(1 << draw(7));
+    }
+  }
+  for (size_t i = 0; i < end; i++) sum = (sum ^ (unsigned char)bytes[i]) * 1099511628211u;
+  memcpy(bytes + end, &sum, sizeof sum);
+  int status = DESERIALISE(t->component, (Byte *)bytes, size, &state);
+  if (status == OK) status = SET_STATE(t->component, state);
+  free(state);
+  forged[status != OK]++;
   return status;
 }
 
@@ -269,6 +303,7 @@ static double step_size(void) {
   {"SerializedFMUStateSize", call_serialised_size, 0}, {"SerializeFMUState", call_serialise_kept, 0}, \
   {"DeserializeFMUState", call_deserialise, 0}, {"GetFMUState", call_get_state, 0},                \
   {"SetFMUState", call_set_state, 0}, {"FreeFMUState", call_free_state, 0},                        \
+  {"forge", call_forge, 0},                                                                        \
   {"overload", call_overload, 0}, {"SetTime", call_set_time, 0},                                   \
   {"SetContinuousStates", call_set_states, 0},                                                     \
   {"GetContinuousStates", call_get_states, 0}, {"derivatives", call_get_derivatives, 0},           \
@@ -292,27 +327,28 @@ static void renew(const Facade *facade, Target *t, const char *token) {
   careful = 1;
   facade->instantiate(t, token);
   if (!t->component) fail("no instance", token);
+  serialise(t->component, t->last);
+  t->left = 1L << draw(1 + draw(DOUBLINGS));
 }
 
 /* One call, and what must hold after it. */
 static int try_call(Target *t, Target *other, const Entry *entry) {
-  static char before[SIZE], after[SIZE], beside[SIZE];
+  static char after[SIZE];
   const int logs = t->logs, look_beside = draw(16) == 0;
   long told[5];
   memcpy(told, t->told, sizeof told);
   t->nobody = must_fail = 0;
   doing = entry->name;
-  serialise(t->component, before);
-  if (look_beside) serialise(other->component, beside);
   const int status = entry->call(t);
   doing = entry->name;
   if (status < OK || status > ERROR) fail("status", entry->name);
   if ((entry->never || must_fail) && status <= WARNING) fail("succeeds", entry->name);
   const size_t size = serialise(t->component, after);
-  if (status == ERROR && memcmp(before, after, size) != 0) fail("an error changes", entry->name);
+  if (status == ERROR && memcmp(t->last, after, size) != 0) fail("an error changes", entry->name);
+  memcpy(t->last, after, size);
   if (status != OK && !t->nobody && logs & 1 << status && t->told[status] == told[status])
     fail("is not told", entry->name);
-  if (look_beside && (serialise(other->component, after), memcmp(beside, after, size) != 0))
+  if (look_beside && (serialise(other->component, after), memcmp(other->last, after, size) != 0))
     fail("another instance is changed", entry->name);
   return status;
 }
@@ -331,6 +367,7 @@ static int make_call(Run *run, const Facade *facade, unsigned target, unsigned k
   const int status = try_call(&run->targets[target], other, entry_of(facade, k));
   run->succeeded[k] += status <= WARNING;
   run->results[status]++;
+  run->targets[target].left--;
   calls_made++;
   return status;
 }
@@ -341,7 +378,9 @@ static void make_progress(Run *run, const Facade *facade, unsigned target) {
   careful = 1;
   for (unsigned i = 0; i < n; i++)
     if (make_call(run, facade, target, facade->n_calls + (first + i) % n) <= WARNING) return;
-  FMI(Reset)(run->targets[target].component); /* after the end, and past the stop time */
+  Target *t = &run->targets[target];
+  FMI(Reset)(t->component); /* after the end, and past the stop time */
+  serialise(t->component, t->last);
 }
 
 static void check_coverage(const Run *run, const Facade *facade) {
@@ -353,29 +392,35 @@ static void check_coverage(const Run *run, const Facade *facade) {
     if (run->results[status] == 0) fail("a status is never seen", category_name[status]);
 }
 
-/* Arguments of the program: token, number of calls, seed. */
+/* Arguments of the program: token, number of sequences, seed. */
 static int fuzz(const Facade *facade, int argc, char **argv) {
   static Run run;
   if (argc != 4 || facade->n_calls + facade->n_progress > COUNT(run.succeeded)) return 2;
-  const long calls = atol(argv[2]);
+  const long sequences = atol(argv[2]);
+  long ended = 0;
   seed = 2 * strtoull(argv[3], NULL, 10) + 1; /* never zero */
   for (int i = 0; i < 20; i++) draw(2);       /* nor near it */
   for (int i = 0; i < TARGETS; i++) renew(facade, &run.targets[i], argv[1]);
-  while (calls_made < calls) {
+  while (ended < sequences) {
     const unsigned target = draw(TARGETS);
-    if (draw(LIFE) == 0) renew(facade, &run.targets[target], argv[1]);
+    if (run.targets[target].left <= 0) {
+      renew(facade, &run.targets[target], argv[1]);
+      ended++;
+    }
     careful = draw(2) == 0;
     if (draw(8) == 0)
       make_progress(&run, facade, target);
     else
       make_call(&run, facade, target, draw(facade->n_calls + facade->n_progress));
   }
-  if (calls >= ENOUGH) check_coverage(&run, facade);
+  if (calls_made >= ENOUGH) check_coverage(&run, facade);
   for (int i = 0; i < TARGETS; i++) {
     FREE_STATE(run.targets[i].component, &run.targets[i].kept);
     FMI(FreeInstance)(run.targets[i].component);
   }
-  printf("%ld calls: %ld ok, %ld warnings, %ld discarded, %ld errors\n", calls_made,
-         run.results[OK], run.results[WARNING], run.results[DISCARD], run.results[ERROR]);
+  printf("%ld sequences, %ld calls: %ld ok, %ld warnings, %ld discarded, %ld errors; %ld of %ld "
+         "forged states refused\n",
+         ended, calls_made, run.results[OK], run.results[WARNING], run.results[DISCARD],
+         run.results[ERROR], forged[1], forged[0] + forged[1]);
   return 0;
 }

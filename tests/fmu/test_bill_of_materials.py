@@ -6,8 +6,11 @@ import zipfile
 from importlib.metadata import version
 
 import pytest
+from fmu_cases import MODELS
 
 from elastic_tendon.fmu.bill_of_materials import bill_of_materials
+from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
+from elastic_tendon.native import compiler
 
 NAME = "documentation/bill_of_materials.cdx.json"
 
@@ -53,6 +56,8 @@ def test_every_part_has_its_version_and_license(files):
     assert all(one["licenses"][0]["license"]["id"] for one in parts.values())
     assert b"Modelica Association" in files["documentation/licenses/fmi_headers.txt"]
     assert b"Redistributions in binary form" in files["documentation/licenses/fmi_headers.txt"]
+    assert b"MIT No Attribution" in files["documentation/licenses/casadi.txt"]
+    assert b"WITHOUT WARRANTY" in files["documentation/licenses/casadi.txt"]
     assert b"Zig contributors" in files["documentation/licenses/zig.txt"]
     assert b"mingw-w64 project" in files["documentation/licenses/mingw.txt"]
 
@@ -62,3 +67,20 @@ def test_start_files_for_windows_are_named_where_they_are():
     assert b"mingw" not in made[NAME]
     assert "documentation/licenses/mingw.txt" not in made
     assert b"Redistributions in binary form" in made["documentation/licenses/fmi_headers.txt"]
+
+
+@pytest.mark.usefixtures("made_soon")
+def test_the_pythonfmu_flavour_has_a_bill_too(tmp_path):
+    """Of both libraries: pythonfmu's, and the model's in the resources."""
+    with zipfile.ZipFile(export_pythonfmu(MODELS["base"], tmp_path / "x.fmu")) as archive:
+        held = {name: archive.read(name) for name in archive.namelist()}
+    bill = json.loads(held[NAME])
+    parts = {one["name"]: one for one in bill["components"]}
+    assert parts["pythonfmu"]["version"] == version("pythonfmu")
+    libraries = {name for name, one in parts.items() if one["type"] == "file"}
+    suffix = compiler.host_platform().suffix
+    assert libraries == {name for name in held if name.endswith(suffix)}
+    assert {name.partition("/")[0] for name in libraries} == {"binaries", "resources"}
+    packed = {name for name in held if name.startswith("documentation/licenses/")}
+    names = ("license", "casadi", "fmi_headers", "zig", "pythonfmu")
+    assert packed == {f"documentation/licenses/{name}.txt" for name in names}

@@ -18,6 +18,7 @@ from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 from elastic_tendon.native import binary, compiler
 from elastic_tendon.native.library import library_path
 
+LICENSES = ("license", "casadi", "fmi_headers", "zig")
 EXPORT = """
 import sys
 from elastic_tendon import export_fmu, load_model
@@ -101,7 +102,7 @@ def test_what_is_in_it_beside_the_binary(version, expected, tmp_path):
     with zipfile.ZipFile(path) as archive:
         assert set(archive.namelist()) == expected | {
             *("documentation/index.html", "documentation/bill_of_materials.cdx.json"),
-            *(f"documentation/licenses/{one}.txt" for one in ("license", "fmi_headers", "zig")),
+            *(f"documentation/licenses/{one}.txt" for one in LICENSES),
             "modelDescription.xml",
             f"binaries/{folder}/biorob_x4_joint_3.so",
         }
@@ -221,9 +222,9 @@ def test_the_pythonfmu_flavour_has_one_wrapper_and_the_licenses(tmp_path):
         }
     assert wrappers == [f"binaries/{host.fmi2_folder}/biorob_x4_joint_3{host.suffix}"]
     assert set(licenses) == {
-        f"documentation/licenses/{one}.txt" for one in ("license", "pythonfmu")
+        f"documentation/licenses/{one}.txt" for one in (*LICENSES, "pythonfmu")
     }
-    assert all(b"MIT License" in text for text in licenses.values())
+    assert b"MIT License" in licenses["documentation/licenses/pythonfmu.txt"]
 
 
 @pytest.mark.usefixtures("made_soon")

@@ -105,9 +105,10 @@ def from_csv(content: bytes, source: str, wanted: Sequence[str] = ("time",)) -> 
     EvidenceError : it is no table of finite numbers with increasing times and the `wanted` columns
     """
     try:
-        text = content.decode()
-        names = text.partition("\n")[0].strip().split(",")
-        table = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
+        head, _, rows = content.decode().partition("\n")
+        names = head.strip().split(",")
+        lines = io.StringIO(rows if rows.strip() else "nan")  # for no line at all it would warn
+        table = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2)
     except (ValueError, UnicodeDecodeError):
         raise EvidenceError(f"{source}: it is no table of numbers with one header line") from None
     if not {*wanted} <= {*names} or table.shape[1:] != (len(names),) or len(table) < 2:

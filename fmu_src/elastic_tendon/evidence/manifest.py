@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from elastic_tendon.errors import EvidenceError
+from elastic_tendon.evidence.xml_content import one_line, parse
 
 STANDARD = "org.fmi-standard.fmi-ls-ref"
 FOLDER = f"extra/{STANDARD}/"
@@ -34,8 +35,18 @@ class Related:
 
     @property
     def path(self) -> str | None:
-        """Path in the FMU, None of a file that is not in it."""
-        parts = urlsplit(self.source)
+        """Path in the FMU, None of a file that is not in it.
+
+        Raises
+        ------
+        EvidenceError : the source is no address
+        """
+        try:
+            parts = urlsplit(self.source)
+        except ValueError:
+            raise EvidenceError(
+                f"the manifest has {self.source!r}, which is no address of a file"
+            ) from None
         if parts.scheme or parts.netloc:
             return None
         return posixpath.normpath(posixpath.join(FOLDER, unquote(parts.path)))
@@ -65,17 +76,14 @@ def read_manifest(content: bytes, source: str) -> tuple[Related, ...]:
     ------
     EvidenceError : it is no manifest of LS-REF
     """
-    try:
-        root = ElementTree.fromstring(content)
-    except ElementTree.ParseError as error:
-        raise EvidenceError(f"{source}: the manifest is no XML ({error})") from None
+    root = parse(content, f"{source}: the manifest")
     if root.tag != "fmiReferences" or root.get(f"{{{_NAMESPACE}}}fmi-ls-name") != STANDARD:
         raise EvidenceError(f"{source}: the manifest is not one of {STANDARD}")
     return tuple(
         Related(
-            source=related.get("source", ""),
+            source=one_line(related.get("source", "")),
             type=related.get("type", "application/octet-stream"),
-            role=related.get("role", "other"),
+            role=one_line(related.get("role", "other")),
             description=related.get("description", ""),
             labels=tuple(label.get("name", "") for label in related.findall("Label")),
         )

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from elastic_tendon.errors import EvidenceError
+from elastic_tendon.evidence.xml_content import one_line, parse
 
 _VALUES = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 _COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -72,12 +73,14 @@ def read_values(content: bytes, source: str) -> dict[str, float]:
     ------
     EvidenceError : it is no parameter set
     """
+    root = parse(content, source)
     try:
-        root = ElementTree.fromstring(content)
         found = root.iter(f"{{{_VALUES}}}Parameter")
-        reals = ((entry.get("name", ""), entry.find(f"{{{_VALUES}}}Real")) for entry in found)
+        reals = (
+            (one_line(entry.get("name", "")), entry.find(f"{{{_VALUES}}}Real")) for entry in found
+        )
         values = {name: float(real.get("value", "")) for name, real in reals if real is not None}
-    except (ElementTree.ParseError, ValueError):
+    except ValueError:
         raise EvidenceError(f"{source}: it is no parameter set (SSV) of numbers") from None
     if root.tag != f"{{{_VALUES}}}ParameterSet":
         raise EvidenceError(f"{source}: it is no parameter set (SSV)")

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
 
 import numpy as np
 from fmpy import read_model_description
@@ -31,6 +30,7 @@ from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, Related, read_man
 from elastic_tendon.evidence.parameter_set import read_values
 from elastic_tendon.evidence.replay import IMPORTERS, by_another, run_held, run_straight
 from elastic_tendon.evidence.seal import SEAL, check_seal, load_public_key
+from elastic_tendon.evidence.xml_content import one_line, parse
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.result import Result, plain
 
@@ -135,7 +135,7 @@ def verify(
     if importer not in IMPORTERS:
         raise EvidenceError(f"there is no importer {importer!r} here; {', '.join(IMPORTERS)} are")
     path = Path(path)
-    whole, files = _read(path)
+    whole, files = read_fmu(path)
     if MANIFEST not in files and REPORT not in files and SEAL not in files:
         raise EvidenceError(
             f"{path.name}: it carries no evidence; export it with --with-evidence DATA"
@@ -148,7 +148,7 @@ def verify(
         raise EvidenceError(f"{path.name}: its evidence is incomplete ({error!r})") from None
 
 
-def _read(path: Path) -> tuple[bytes, dict[str, bytes]]:
+def read_fmu(path: Path) -> tuple[bytes, dict[str, bytes]]:
     """All bytes of an FMU, and the content of its files."""
     try:
         whole = path.read_bytes()
@@ -181,9 +181,12 @@ def _unpacked(files: Mapping[str, bytes]) -> Iterator[str]:
         for name, content in files.items():
             target = Path(folder, name)
             if ".." in target.parts or not target.is_relative_to(folder):
-                raise EvidenceError(f"{name}: a file of an FMU has to stay in its folder")
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(content)
+                raise EvidenceError(f"{name!r}: a file of an FMU has to stay in its folder")
+            try:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(content)
+            except (OSError, ValueError) as error:
+                raise EvidenceError(f"{name!r} cannot be unpacked ({error})") from None
         yield folder
 
 
@@ -224,16 +227,17 @@ def _by_role(related: tuple[Related, ...]) -> str:
 
 
 def _variable_names(description: bytes, name: str) -> set[str]:
-    try:
-        root = ElementTree.fromstring(description)
-    except ElementTree.ParseError as error:
-        raise EvidenceError(f"{name}: its modelDescription.xml is no XML ({error})") from None
+    root = parse(description, f"{name}: its modelDescription.xml")
     groups = root.findall("ModelVariables")
-    return {variable.get("name", "") for group in groups for variable in group}
+    return {one_line(variable.get("name", "")) for group in groups for variable in group}
 
 
-def _starts(folder: str) -> dict[str, Any]:
-    variables = read_model_description(folder).modelVariables
+def _starts(folder: str, name: str) -> dict[str, Any]:
+    try:
+        variables = read_model_description(folder).modelVariables
+    except Exception as error:  # it raises what its parser of XML does, and more
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise EvidenceError(f"{name}: its modelDescription.xml cannot be read ({reason})") from None
     return {variable.name: variable.start for variable in variables}
 
 
@@ -272,7 +276,7 @@ class _Check:
         ranges = {name: (low, high) for name, (low, high) in report.get("range", {}).items()}
         return Verification(
             name=self.name,
-            faults=tuple(self.faults),
+            faults=tuple(map(one_line, self.faults)),
             differences=self.differences if ran else None,
             signed_by=signed_by,
             ranges=ranges,
@@ -300,7 +304,7 @@ class _Check:
     def _check_parameters(self, folder: str) -> None:
         """What is stated of the parameters has to be what the FMU starts with."""
         values = read_values(self.files[PARAMETERS], PARAMETERS)
-        starts = _starts(folder)
+        starts = _starts(folder, self.name)
         for name, value in values.items():
             if not np.isclose(float(starts.get(name) or np.nan), value, rtol=1e-9, atol=0.0):
                 self.faults.append(f"{name} is {starts.get(name)} in the FMU, stated is {value!r}")
@@ -369,7 +373,7 @@ class _Check:
     ) -> str:
         """Run a planned motion; whether it leaves the range of validity, in one line."""
         time = inputs.time - inputs.time[0]
-        starts = _starts(folder)
+        starts = _starts(folder, self.name)
         radii = [float(starts[f"transmission.{end}_pulley_radius"]) for end in ("motor", "joint")]
         first = float(inputs.motor_position[0]) * radii[0] / radii[1]  # at rest, (10)
         experiment = Experiment("planned", time, inputs.inputs, {"joint_position": first})
@@ -403,7 +407,7 @@ class _Check:
         valid = ", ".join(
             f"{name} {low:.3g} to {high:.3g} {_UNITS[name]}" for name, (low, high) in ranges.items()
         )
-        return (
+        told = (
             f"{self.name}: {'as it was sealed' if not self.faults else 'NOT as it should be'}",
             f"reproduces: {apart or 'not run'}{f' ({self.importer})' if apart else ''}",
             f"valid for: {valid or 'not told'}",
@@ -411,6 +415,7 @@ class _Check:
             f"signed by {signed_by}" if signed_by else "unsigned",
             *([planned] if planned else []),
         )
+        return tuple(map(one_line, told))
 
 
 def _validated(report: Mapping[str, Any]) -> str:

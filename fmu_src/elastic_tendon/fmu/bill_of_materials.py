@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import distribution, version
+from pathlib import Path
 from typing import Any
 
 from elastic_tendon.native.compiler import fmi_headers
@@ -30,8 +31,9 @@ class _Part:
 _PARTS = (
     _Part("elastic-tendon", "elastic-tendon", "MIT", "solver, events and FMI functions, in C"),
     _Part(
-        *("casadi", "casadi", "LGPL-3.0-or-later"),
-        "its code generator wrote the model's equations, with helper functions of its own",
+        *("casadi", "casadi", "MIT-0"),
+        "its code generator wrote the model's equations, with helper functions that have this "
+        "license; the library itself, which has another, is not in here",
     ),
     _Part("fmi-headers", "fmpy", "BSD-2-Clause", "declarations of the FMI standard, as in FMPy"),
     _Part("zig-compiler-rt", "ziglang", "MIT", "the compiler's own run-time functions"),
@@ -39,10 +41,16 @@ _PARTS = (
 _START_FILES = _Part(
     *(_WINDOWS, "ziglang", "ZPL-2.1"), "start files and import libraries, in binaries for Windows"
 )
+_WRAPPER = _Part("pythonfmu", "pythonfmu", "MIT", "library and scripts that run the slave's script")
 
 
 def bill_of_materials(
-    name: str, token: str, binaries: Mapping[str, bytes], fmi_version: int
+    name: str,
+    token: str,
+    binaries: Mapping[str, bytes],
+    fmi_version: int,
+    *,
+    wrapped: bool = False,
 ) -> dict[str, bytes]:
     """The bill and the licenses by their path in the FMU.
 
@@ -52,9 +60,10 @@ def bill_of_materials(
     token : of the FMU
     binaries : content of each library by its path in the FMU
     fmi_version : 2 or 3, whose headers were used
+    wrapped : whether pythonfmu runs it
     """
     windows = any(path.endswith(".dll") for path in binaries)
-    parts = (*_PARTS, _START_FILES) if windows else _PARTS
+    parts = (*_PARTS, *[_START_FILES] * windows, *[_WRAPPER] * wrapped)
     bill = {
         "bomFormat": "CycloneDX",
         "specVersion": "1.6",
@@ -70,6 +79,7 @@ def bill_of_materials(
     }
     folder = "documentation/licenses"
     files = {
+        f"{folder}/casadi.txt": _helpers_license(),
         f"{folder}/fmi_headers.txt": _headers_license(fmi_version),
         f"{folder}/zig.txt": _text("ziglang", "licenses/ziglang/LICENSE"),
         "documentation/bill_of_materials.cdx.json": json.dumps(bill, indent=2) + "\n",
@@ -84,6 +94,15 @@ def _headers_license(fmi_version: int) -> str:
     header = (fmi_headers() / f"fmi{fmi_version}Functions.h").read_text()
     found = re.search(r"Copyright \(C\).*?(?=\*/)", header, re.DOTALL)
     return found[0] if found else "See the headers of the FMI standard, 2-Clause BSD License.\n"
+
+
+def _helpers_license() -> str:
+    """From the head of one of the helper functions that CasADi writes into what it generates."""
+    place = distribution("casadi").locate_file("casadi/include/casadi/core/runtime/casadi_fill.hpp")
+    head = Path(str(place)).read_text() if Path(str(place)).is_file() else ""
+    lines = [line[2:].strip() for line in head.splitlines() if line.startswith("//")]
+    text = "\n".join(lines).partition("SYMBOL")[0].strip()
+    return f"{text}\n" if text else "MIT No Attribution; see the package casadi.\n"
 
 
 def _text(package: str, path: str) -> str:

@@ -23,6 +23,7 @@ from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import BuildError
 from elastic_tendon.fmu import description, fmi2_description
+from elastic_tendon.fmu.bill_of_materials import bill_of_materials
 from elastic_tendon.fmu.documentation import licenses
 from elastic_tendon.fmu.export import describe
 from elastic_tendon.fmu.packing import checked_path, write_archive
@@ -46,8 +47,8 @@ def needs() -> str:
     return f"needs {host} and a process with Python 3.11 or newer that loads it; no packages"
 
 
-def _write_resources(model: Model, folder: Path) -> list[Path]:
-    """Description and library of the model."""
+def _write_resources(model: Model, folder: Path) -> tuple[list[Path], str]:
+    """Description and library of the model, and their token."""
     system = build(*model.structure)
     described = replace(
         describe(model, system, 2), co_simulation=CO_SIMULATION, model_exchange=None
@@ -60,11 +61,12 @@ def _write_resources(model: Model, folder: Path) -> list[Path]:
     with tempfile.TemporaryDirectory() as work:
         sources = Path(work)
         key = write_sources(sources, system, described.variables, tolerance=DEFAULT_TOLERANCE)
-        write_token(sources, description.seal(root, key))
+        token = description.seal(root, key)
+        write_token(sources, token)
         compile_binary(sources, library, target)
     text = folder / "description.xml"
     text.write_bytes(description.to_bytes(root))
-    return [text, library]
+    return [text, library], token
 
 
 def _built(script: Path, resources: list[Path]) -> dict[str, bytes]:
@@ -128,7 +130,11 @@ def export_pythonfmu(model: Model, path: str | Path, *, overwrite: bool = False)
     with _imports_undone(_SLAVE.stem), tempfile.TemporaryDirectory() as work:
         folder = Path(work)
         script = Path(shutil.copy(_SLAVE, folder))
-        resources = _write_resources(model, folder)
-        contents = _built(script, resources) | licenses("pythonfmu")
+        resources, token = _write_resources(model, folder)
+        contents = _built(script, resources)
+    suffix = compiler.host_platform().suffix
+    binaries = {name: content for name, content in contents.items() if name.endswith(suffix)}
+    contents |= bill_of_materials(model.name, token, binaries, 2, wrapped=True)
+    contents |= licenses("pythonfmu")
     write_file(path, lambda target: write_archive(target, contents), force=overwrite)
     return path

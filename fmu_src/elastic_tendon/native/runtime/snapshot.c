@@ -1,4 +1,5 @@
 /* The state of an instance as plain data, for roll-back and for storage. */
+#include <math.h>
 #include <string.h>
 
 #include "instance.h"
@@ -33,6 +34,22 @@ static int phase_fits(int phase, const Instance *instance) {
   return one_bit && (phase & (of_interface | INSTANTIATED | INITIALISATION | TERMINATED));
 }
 
+/* Who computes the checksum anew can write any numbers. Those that no call would have stored, and that
+ * the solver relies on, are refused; all others lead to motions, or to errors that are told. */
+static int numbers_fit(const State *state) {
+  const Motion *motion = &state->motion;
+  for (unsigned i = 0; i < N_VARIABLES; i++) {
+    const VariableInfo *variable = &variables[i];
+    if (variable->role != ROLE_PARAMETER) continue;
+    const double value = state->parameter[variable->index];
+    if (!(isfinite(value) && value >= variable->lower && value <= variable->upper)) return 0;
+  }
+  return isfinite(motion->time) && isfinite(state->start_time) && motion->judged >= 0 &&
+         motion->judged < STEPS_TO_JUDGE && state->tolerance >= SMALLEST_TOLERANCE &&
+         state->tolerance <= LARGEST_TOLERANCE && state->last_step >= STATUS_OK &&
+         state->last_step <= STATUS_ERROR;
+}
+
 static Status snapshot_check(Instance *instance, const Snapshot *snapshot) {
   if (snapshot->magic != SNAPSHOT_MAGIC || snapshot->version != SNAPSHOT_VERSION)
     return report(instance, STATUS_ERROR, "this is no state of an instance of this version");
@@ -43,6 +60,8 @@ static Status snapshot_check(Instance *instance, const Snapshot *snapshot) {
   if (snapshot->interface != instance->interface ||
       !phase_fits(snapshot->state.phase, instance))
     return report(instance, STATUS_ERROR, "the state belongs to another kind of instance");
+  if (!numbers_fit(&snapshot->state))
+    return report(instance, STATUS_ERROR, "the state has numbers that no instance would have");
   return STATUS_OK;
 }
 
