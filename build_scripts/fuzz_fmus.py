@@ -35,6 +35,7 @@ VERSIONS = (2, 3)
 SEVERAL: dict[str, tuple[str, ...]] = {
     "no effect": (),
     "friction and protection": ("coulomb_friction", "overstretch_protection"),
+    "rotor": ("motor_friction", "gear_backlash", "joint_stop"),
     "implicit": ("spring_hardening", "spring_relaxation", "tendon_compliance"),
 }
 EFFECTS = SEVERAL | {effect_id: (effect_id,) for effect_id in BY_ID}
@@ -72,6 +73,8 @@ class Fuzzer:
 def _model(effect_ids: tuple[str, ...]) -> Model:
     model = load_model("biorob_x4_joint_3")
     for effect_id in effect_ids:
+        if not model.kind.has_slot(BY_ID[effect_id].slot):  # it acts on a rotor
+            model = model.at("torque")
         parameters = BY_ID[effect_id].parameters
         numbers = {parameter.name: typical_value(model, parameter) for parameter in parameters}
         model = model.with_effect(effect_id, numbers)
@@ -98,7 +101,7 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
         where gcc refuses
     """
     model = _model(effect_ids)
-    system = build_system(model.effect_ids)
+    system = build_system(*model.structure)
     variables = layout(
         system.interface, model.values(), indicators=fmi_version == 3, validity=_VALID
     )

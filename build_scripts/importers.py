@@ -459,7 +459,9 @@ def chosen(names: Sequence[str], *, each_effect: bool) -> list[tuple[str, Model]
     found = [(name, load_model(name)) for name in names]
     if each_effect:
         base = load_model("biorob_x4_joint_3")
-        found += [(one.id, with_typical(base, one.id)) for one in effects.CATALOGUE]
+        # effects on a rotor need another interface than the position that is driven here
+        here = [one.id for one in effects.CATALOGUE if base.kind.has_slot(one.slot)]
+        found += [(effect_id, with_typical(base, effect_id)) for effect_id in here]
     return [*found, ("several effects", several_effects())]
 
 
