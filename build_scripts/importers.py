@@ -336,7 +336,7 @@ class Importer:
 # tolerance. Model exchange has the error of the importer's own integrator.
 IMPORTERS = (
     Importer("fmpy rules", "fmpy", fmpy_validation, lacks="terminals"),
-    Importer("toolbox rules", "fmu_manipulation_toolbox", toolbox_check, lacks="running an FMU"),
+    Importer("toolbox", "fmu_manipulation_toolbox", toolbox_check, lacks="running an FMU"),
     Importer(
         *("fmpy CS", "fmpy", fmpy_co_simulation),
         allowed=1e-12,
@@ -449,7 +449,7 @@ INSTALL = f'{ABSENT}: not installed; pip install ".[test]" brings what there is 
 
 def _line(first: str, cells: Sequence[str]) -> str:
     """Line of at most 120 characters for bundled models."""
-    widths = [max(len(importer.name), len(ABSENT)) + 2 for importer in IMPORTERS]
+    widths = [max(len(importer.name), len(ABSENT)) + 1 for importer in IMPORTERS]
     shown = (f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
     return f"{first:<29}" + "".join(shown)
 

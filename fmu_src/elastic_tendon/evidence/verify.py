@@ -144,7 +144,7 @@ def verify(
         return _of_another_maker(path, files)
     try:
         return _Check(path, files, importer).run(whole, public_key, inputs)
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise EvidenceError(f"{path.name}: its evidence is incomplete ({error!r})") from None
 
 

@@ -262,8 +262,10 @@ static Status judge_validity(Instance *instance, int *outside) {
     const VariableInfo *variable = &variables[i];
     double value;
     if (variable->valid_low == -INFINITY && variable->valid_high == INFINITY) continue;
-    if (get(instance, i, &value) != STATUS_OK) return STATUS_ERROR;
-    *outside |= value < variable->valid_low || value > variable->valid_high;
+    const Status status = get(instance, i, &value);
+    if (status == STATUS_ERROR) return STATUS_ERROR;
+    /* what is not finite is outside too */
+    *outside |= status != STATUS_OK || value < variable->valid_low || value > variable->valid_high;
   }
   return STATUS_OK;
 }

@@ -124,8 +124,13 @@ static Status iterate_events(Instance *instance, EventOutcome *result) {
   Motion *motion = &instance->solver.motion;
   if (past_stop(instance, state->motion.time))
     return report(instance, STATUS_ERROR, "the time is past stopTime = %g s", state->stop_time);
+  int warned[N_MODES];
+  memcpy(warned, state->warned, sizeof warned);
   const Outcome outcome = start_from(instance, state->motion.time);
-  if (outcome != SOLVED) return report(instance, STATUS_ERROR, "%s", outcome_text[outcome]);
+  if (outcome != SOLVED) {
+    memcpy(state->warned, warned, sizeof warned); /* an error changes nothing */
+    return report(instance, STATUS_ERROR, "%s", outcome_text[outcome]);
+  }
   const int jumped = memcmp(motion->x, state->motion.x, sizeof motion->x) != 0;
   const int changed = memcmp(motion->mode, state->motion.mode, sizeof motion->mode) != 0;
   memcpy(&state->motion, motion, sizeof *motion);
