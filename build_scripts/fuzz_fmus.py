@@ -90,6 +90,10 @@ def _first(variables: Sequence[FmuVariable], kind: Kind) -> int:
     )
 
 
+def _reference(variables: Sequence[FmuVariable], name: str) -> int:
+    return next(part.value_reference for part in variables if part.name == name)
+
+
 def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer:
     """Compile the library of a model together with the calls of a version of FMI.
 
@@ -110,6 +114,7 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
     legal = {f"{kind.value.upper()}_": _first(variables, kind) for kind in Kind}
     sizes = legal | {
         "REFERENCES": len(variables),
+        "LOAD_TORQUE": _reference(variables, "load_torque"),
         "STATES": len(system.interface.states),
         "INDICATORS": sum(mode.indicators for mode in system.interface.modes),
     }

@@ -251,7 +251,7 @@ static double now(Target *t) {
 
 /* A load that no step bears. */
 static int call_overload(Target *t) {
-  const unsigned load_torque = 3;
+  const unsigned load_torque = LOAD_TORQUE;
   const double load = 1.7e308;
   return SET_NUMBER(handle(t), &load_torque, &load);
 }

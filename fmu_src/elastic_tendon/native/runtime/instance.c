@@ -325,8 +325,8 @@ static void load(Instance *instance, double origin) {
     signal->coefficient[i][1] = state->input_rate[i];
   }
   for (int i = 0; i < N_INPUTS; i++) {
-    if (state->connected[i]) continue;
     const int position = rate_of[i];
+    if (position < 0 || state->connected[i]) continue;
     signal->coefficient[i][0] = state->rate_given[position] ? state->input_rate[position]
                                                             : state->derived[position];
     signal->coefficient[i][1] = 0.0;
