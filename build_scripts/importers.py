@@ -378,8 +378,7 @@ IMPORTERS = (
 NOT_INSTALLED = (
     "OMSimulator (package OMSimulator 3.0.0): when it is installed it fetches its program from its "
     "makers' server, and where that cannot be reached there is none.",
-    "PyFMI (package pyfmi 2.5, of 2018): it is built with FMI Library, which no package brings; "
-    "newer versions are packaged for conda alone. FMI Library itself is what libcosim runs on.",
+    "PyFMI (package pyfmi 2.5, of 2018): it is built with FMI Library, which no package brings.",
     "FMI++ (package fmipp 2.1.0): it is built with SUNDIALS 3.1.2 of all versions.",
 )
 
