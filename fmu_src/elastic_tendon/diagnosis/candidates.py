@@ -137,8 +137,6 @@ def starts(
 ) -> Iterator[dict[str, float]]:
     """Parameters of an effect, by name, from which a look at it may begin.
 
-    Those of an effect that may act in either direction begin in both: a look goes only as it began.
-
     Parameters
     ----------
     model : to which it is added
@@ -149,13 +147,10 @@ def starts(
     """
     if dampings is None:
         dampings = LITTLE_DAMPING if effect.singular_null else (1.0,)
-    signs = (1.0, -1.0) if effect.signed else (1.0,)
-    every = product(shapes(model, effect, measurements), shares, dampings, signs)
-    for shape, share, damped, sign in every:
+    for shape, share, damped in product(shapes(model, effect, measurements), shares, dampings):
         strengths = {
             parameter.name: parameter.null
-            + sign
-            * share
+            + share
             * (damped if is_damping(parameter) else 1.0)
             * (typical_value(model, parameter) - parameter.null)
             for parameter in effect.parameters

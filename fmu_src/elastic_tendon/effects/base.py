@@ -308,9 +308,3 @@ class Effect:
     def strength(self) -> Parameter:
         """The parameter that tells how much of the effect there is: the first that is no shape."""
         return next(parameter for parameter in self.parameters if not parameter.shape)
-
-    @property
-    def signed(self) -> bool:
-        """Whether its strengths may lie on either side of their nulls, and then act oppositely."""
-        strengths = [parameter for parameter in self.parameters if not parameter.shape]
-        return all(part.lower < part.null < part.upper for part in strengths)
