@@ -10,6 +10,12 @@ AT_POSITION = tuple(effect for effect in CATALOGUE if InterfaceKind.POSITION.has
 IDS_AT_POSITION = tuple(effect.id for effect in AT_POSITION)
 
 
+def loaded_at_position() -> tuple[str, ...]:
+    """Ids of these and of what other tests have loaded."""
+    position = InterfaceKind.POSITION
+    return tuple(effect.id for effect in BY_ID.values() if position.has_slot(effect.slot))
+
+
 def placed(model: Model, effect: Effect | str) -> Model:
     """The model, with a rotor that a torque drives where the effect acts on that."""
     slot = (BY_ID[effect] if isinstance(effect, str) else effect).slot

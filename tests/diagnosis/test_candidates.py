@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from effects_at import IDS_AT_POSITION
+from effects_at import loaded_at_position
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import load_model, typical_value
 from elastic_tendon.comparison.initial_state import estimate_initial_state
@@ -21,9 +21,8 @@ from elastic_tendon.measurement import Measurement
 def test_all_effects_are_candidates_of_the_bare_model(sticking) -> None:
     _, recording, _ = sticking
     model = load_model("biorob_x4_joint_3")
-    assert candidates(model, [recording]) == IDS_AT_POSITION
-    every = tuple(effect.id for effect in effects.CATALOGUE)
-    assert candidates(model.at("torque"), [recording]) == every
+    assert candidates(model, [recording]) == loaded_at_position()
+    assert candidates(model.at("torque"), [recording]) == effects.BY_ID.ids()
 
 
 def static_curve(load: np.ndarray, position: np.ndarray) -> Measurement:
@@ -37,8 +36,8 @@ def test_a_mass_is_sought_only_where_something_moves(sticking) -> None:
     model = load_model("biorob_x4_joint_3")
     curve = static_curve(np.zeros(10), np.zeros(10))
     left = candidates(model, [curve, curve])
-    assert left == tuple(one for one in IDS_AT_POSITION if one != "spring_mass")
-    assert candidates(model, [curve, recording]) == IDS_AT_POSITION
+    assert left == tuple(one for one in loaded_at_position() if one != "spring_mass")
+    assert candidates(model, [curve, recording]) == loaded_at_position()
 
 
 def test_a_static_curve_is_the_same_with_masses_in_the_springs() -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from effects_at import IDS_AT_POSITION
+from effects_at import loaded_at_position
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.diagnosis import data
@@ -153,7 +153,7 @@ def test_a_horizon_of_too_few_samples_is_none() -> None:
 
 
 def test_every_effect_is_a_candidate_of_a_bare_model() -> None:
-    assert data_of(GIVEN, [recording(500)], []).candidates == IDS_AT_POSITION
+    assert data_of(GIVEN, [recording(500)], []).candidates == loaded_at_position()
 
 
 def test_only_and_without() -> None:
@@ -163,7 +163,7 @@ def test_only_and_without() -> None:
     found = data_of(GIVEN, [recording(500)], [], Options(only=wanted, without=wanted[:1]))
     assert found.candidates == ("coulomb_friction",)
     found = data_of(GIVEN, [recording(500)], [], Options(without=wanted))
-    assert set(IDS_AT_POSITION) - set(found.candidates) == set(wanted)
+    assert set(loaded_at_position()) - set(found.candidates) == set(wanted)
 
 
 def test_unknown_ids_are_refused_by_name() -> None:

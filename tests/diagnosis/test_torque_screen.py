@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from effects_at import IDS_AT_POSITION
+from effects_at import loaded_at_position
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.sets import in_order, size_of
 from elastic_tendon.diagnosis.torque_screen import Screen
@@ -123,7 +123,7 @@ def test_an_effect_that_no_motion_shows_has_no_smallest_size() -> None:
 
 def test_what_the_motion_does_not_resolve_is_not_seen() -> None:
     screen = screen_of("coulomb_friction")
-    unseen = [effect_id for effect_id in IDS_AT_POSITION if not screen.sees(effect_id)]
+    unseen = [effect_id for effect_id in loaded_at_position() if not screen.sees(effect_id)]
     assert unseen == ["spring_mass", "tendon_compliance"]
 
 
