@@ -228,10 +228,10 @@ def breaking(monkeypatch):
                 raise error
             return whole(given, added, *rest)
 
-        def library_path(effect_ids):
+        def library_path(effect_ids, kind):
             if effect_id in effect_ids:
                 raise error
-            return whole(effect_ids)
+            return whole(effect_ids, kind)
 
         if where == "refit":
             monkeypatch.setattr(refitting, "refit", refit)
