@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import elastic_tendon as et
 from command_line import MODEL, RATE, only_line
 from effects_at import AT_POSITION
 from elastic_tendon import cli
@@ -289,3 +290,48 @@ def test_add_writes_json_whatever_the_effect(run, recording: str, effect) -> Non
     } <= fitted.keys()
     assert {type(estimate["determined"]) for estimate in fitted.values()} == {bool}
     assert content["model"]["effects"].keys() == {effect.id}
+
+
+@pytest.fixture
+def driven_by_torque() -> str:
+    """A recording of a machine whose motor a torque drives, in the folder of the test."""
+    machine = load_model(MODEL).at("torque")
+    time = np.arange(0.0, 1.5, 5e-3)
+    torque, load = 0.6 * np.sin(5.0 * time), 1.5 * np.sin(3.0 * time)
+    moved = et.simulate(machine, time, load_torque=load, motor_torque=torque)
+    columns = {
+        "time_s": time,
+        "motor_position_rad": moved["motor_position"],
+        "joint_position_rad": moved["joint_position"],
+        "joint_torque_Nm": moved["joint_torque"],
+        "load_torque_Nm": load,
+        "motor_torque_Nm": torque,
+    }
+    pd.DataFrame(columns).to_csv("driven.csv", index=False)
+    return "driven.csv"
+
+
+@pytest.mark.parametrize("kind", ["torque", "joint", "torque_joint"])
+def test_every_interface_goes_through_the_commands(run, driven_by_torque: str, kind: str) -> None:
+    chosen = ("--interface", kind)
+    for command in (
+        ("simulate", MODEL, "-o", "plain.csv"),
+        ("simulate", MODEL, driven_by_torque, "-o", "moved.csv"),
+        ("compare", MODEL, driven_by_torque, "--json", "c.json"),
+        ("linearise", MODEL),
+        ("export", MODEL, "-o", "x.fmu"),
+        ("add", MODEL, "spring_hardening", driven_by_torque, "-o", "new.toml"),
+    ):
+        done = run(*command, *chosen)
+        assert done.exit_code == 0, done.output
+    (compared,) = json.loads(Path("c.json").read_text())["files"]
+    # the model is the machine; only a motor torque is another where the rotor is not computed
+    fits = {name: signal["fit_percent"] for name, signal in compared["signals"].items()}
+    assert min(fit for name, fit in fits.items() if name != "motor_torque") > 99.0
+    assert load_model("new.toml").kind == kind
+
+
+def test_an_interface_that_there_is_not_is_refused(run, driven_by_torque: str) -> None:
+    refused = run("compare", MODEL, driven_by_torque, "--interface", "tork")
+    assert refused.exit_code == 1
+    assert "should be 'position', 'torque', 'joint' or 'torque_joint'" in refused.stderr

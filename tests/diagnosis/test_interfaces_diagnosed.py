@@ -156,7 +156,7 @@ def test_what_an_interface_needs_and_lacks_is_told(plain):
         et.compare(GIVEN.at("torque"), without)
     with pytest.raises(et.MeasurementError, match="so there is nothing to compare"):
         et.compare(GIVEN.at("joint"), without)
-    with pytest.raises(et.ModelError, match="diagnose needs the link"):
+    with pytest.raises(et.ModelError, match="diagnose works at interface position or tor"):
         et.diagnose(GIVEN.at("joint"), plain)
     curve = replace(without, static=True)
     with pytest.raises(et.MeasurementError, match="a static curve is compared at interface posit"):

@@ -1,5 +1,7 @@
 """FMUs at every interface: the simulated model, in an importer that is not ours."""
 
+import re
+
 import fmpy
 import numpy as np
 import pytest
@@ -8,6 +10,8 @@ from fmpy.validation import validate_fmu
 import elastic_tendon as et
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.variables import interface
+from elastic_tendon.fmu.documentation import documentation
+from elastic_tendon.native.layout import layout
 from elastic_tendon.simulation.simulate import simulate
 
 TIME = np.arange(0.0, 0.5, 2e-3)
@@ -73,6 +77,24 @@ def test_an_fmu_moves_as_simulated(kind, version, tmp_path):
             error = np.abs(found[name][at] - expected[name][late])
             assert np.ptp(expected[name]) > 1e-2
             assert error.max() < AGREEMENT, (kind_of_fmu, name)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("kind", InterfaceKind)
+def test_the_documentation_says_what_to_connect_and_to_read(kind, version):
+    model = driven(kind)
+    variables = interface(*model.structure)
+    rows = layout(variables, model.values())
+    page = documentation(model, rows, version)["documentation/index.html"].decode()
+    connect = page[page.index("Connect it") : page.index("<nav>")]
+    give, read = re.findall(r"<li>(?:Give|Read) (.*?)</li>", connect, re.DOTALL)
+    asked = set(re.findall(r"<code>(\w+)</code>", give))
+    assert asked == {*variables.input_names} - {"motor_velocity"}
+    assert {*re.findall(r"<code>(\w+)</code>", read)} <= {
+        variable.name for variable in rows if variable.is_output
+    }
+    assert ("motor_velocity_connected" in connect) == ("motor_velocity" in variables.input_names)
+    assert ("motor.inertia" in page[page.index("Equations</h2>") :]) == kind.has_rotor
 
 
 @pytest.mark.parametrize("kind", InterfaceKind)

@@ -64,7 +64,7 @@ def build(
     angle = _pulley_angle(s, ends, upper, lower)
     outputs = {
         **s.state,
-        **(_link if kind.has_link else _held_joint)(s, ends.joint, upper, lower),
+        **(_link(s, ends.joint, upper, lower) if kind.has_link else _held_joint(s, upper, lower)),
         **_at_motor(s, ends, angle, upper, lower),
         "slack_state": _slack_state(s.mode["upper_spring.taut"], s.mode["lower_spring.taut"]),
         "overstretched": ca.logic_or(upper.overstretched, lower.overstretched),
@@ -238,9 +238,7 @@ def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) ->
     }
 
 
-def _held_joint(
-    s: Symbols, _joint: Joint, upper: TendonForces, lower: TendonForces
-) -> dict[str, Symbol]:
+def _held_joint(s: Symbols, upper: TendonForces, lower: TendonForces) -> dict[str, Symbol]:
     """Outputs seen at a joint that another simulator moves."""
     radius = s.parameter["transmission.joint_pulley_radius"]
     torque = transmission.joint_torque(upper.joint, lower.joint, radius)

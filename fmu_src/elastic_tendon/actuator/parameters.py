@@ -10,7 +10,7 @@ J, b inertia and damping of the link.
 import math
 import tomllib
 import unicodedata
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from numbers import Real
 from pathlib import Path
@@ -138,13 +138,13 @@ class Model(BaseModel):
         ModelError
             for an interface that there is not, or one without [motor] or a place for an effect
         """
-        other = self.model_dump() | {"interface": {"kind": str(kind)}}
+        tree = self.model_dump() | {"interface": {"kind": str(kind)}}
         if kind in tuple(InterfaceKind):
             used = InterfaceKind(kind).has_quantity
-            other["uncertainty"] = {
+            tree["uncertainty"] = {
                 path: sigma for path, sigma in self.uncertainty.items() if used(path)
             }
-        return parse_model(other, self.name)
+        return parse_model(tree, self.name)
 
     def at_position(self) -> "Model":
         """The same actuator at interface position, without effects that act on the rotor."""
@@ -156,20 +156,22 @@ class Model(BaseModel):
         ]
         return self.without(without_place).at(position)
 
-    def check_position(self, what: str) -> None:
-        """Refuse what needs the motor position and the load torque as inputs.
+    def check_interface(
+        self, what: str, allowed: Sequence[InterfaceKind] = (InterfaceKind.POSITION,)
+    ) -> None:
+        """Refuse what does not work at this model's interface; `what` begins the sentence.
 
         Raises
         ------
         ModelError
-            at another interface than position
+            at an interface that is not allowed
         """
-        if self.kind is not InterfaceKind.POSITION:
+        if self.kind not in allowed:
             raise ModelError(
                 self.name,
                 [
-                    f"interface: {what} works at interface position, not at {self.kind}; "
-                    "for this take the model with kind position, or its method at('position')"
+                    f"interface: {what} works at interface {' or '.join(allowed)}, not at "
+                    f"{self.kind}; take the model with that kind, or its method `at`"
                 ],
             )
 
@@ -300,7 +302,7 @@ class Model(BaseModel):
 
 
 def _kind_of(section: InterfaceSection | None) -> InterfaceKind:
-    return InterfaceKind(section.kind) if section else InterfaceKind.POSITION
+    return section.kind if section else InterfaceKind.POSITION
 
 
 def _refused(sentence: str) -> PydanticCustomError:

@@ -5,11 +5,11 @@ uncertainty; everything said of it elsewhere is derived from that.
 """
 
 import math
-from typing import Literal
 
-from pydantic import BaseModel, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.quantity import STRICT, declare
 
 
@@ -148,4 +148,4 @@ class InterfaceSection(BaseModel):
 
     model_config = STRICT
 
-    kind: Literal["position", "torque", "joint", "torque_joint"] = "position"
+    kind: InterfaceKind = Field(InterfaceKind.POSITION, strict=False)  # a text in model.toml

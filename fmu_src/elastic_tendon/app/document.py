@@ -244,7 +244,7 @@ class Document(BaseModel):
 
 def new_document(model: Model, sources: Sequence[Source] = ()) -> Document:
     """A document that looks at a model as given."""
-    model.check_position("the app")
+    model.check_interface("the app")
     root = Version(id="1", parent=None, title=GIVEN, model=model.to_toml())
     return Document(sources=tuple(sources), versions=(root,), current="1")
 

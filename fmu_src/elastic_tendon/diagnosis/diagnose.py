@@ -23,7 +23,6 @@ from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set, model_with
 from elastic_tendon.diagnosis.straight_inputs import STRAIGHT, with_straight_inputs
-from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import REFIT
 from elastic_tendon.measurement import Measurement, Recordings, listed
@@ -32,6 +31,8 @@ from elastic_tendon.progress import Progress, silent
 
 Ask = Callable[[Round], bool]
 
+# elsewhere there is no motion in which an effect on the link could show
+WITH_LINK = tuple(kind for kind in InterfaceKind if kind.has_link)
 # of a fit that was stopped before it had begun
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
@@ -66,7 +67,7 @@ def diagnose(
     Raises
     ------
     MeasurementError : a recording is both fitted and held out, or a held-out one lacks a signal
-    ModelError : options name effects that do not exist
+    ModelError : options name effects that do not exist, or the interface has no link
     SimulationError : the model as given cannot be simulated
     BuildError : the compiler refuses the model as given
     """
@@ -86,7 +87,7 @@ def _diagnosed(
 ) -> Diagnosis:
     begin = time.monotonic()
     options.check_ids()
-    _check_interface(model)
+    model.check_interface("diagnose", WITH_LINK)
     measurements = [part.at(model.kind) for part in measurements]
     validation = [part.at(model.kind) for part in validation]
     data = data_of(model, measurements, validation, options)
@@ -127,18 +128,6 @@ def _diagnosed(
             found.ladder, found.rounds = [], []
             _tell(search, found, None, refit=False)
         return conclude(data, search, found, options, progress, complete=complete, notes=notes)
-
-
-def _check_interface(model: Model) -> None:
-    """Refuse a model whose link another simulator has: nothing of it could be missing here."""
-    if not model.kind.has_link:
-        raise ModelError(
-            model.name,
-            [
-                f"interface: diagnose needs the link, which interface {model.kind} leaves to "
-                "another simulator; diagnose at interface position or torque"
-            ],
-        )
 
 
 @contextmanager

@@ -152,7 +152,7 @@ def gather_evidence(
     EvidenceError : the diagnosis cannot be read or is of another model
     SimulationError : the solver could not go on
     """
-    model.check_position("evidence in an FMU")
+    model.check_interface("evidence in an FMU")
     if keep not in get_args(Kept):
         raise EvidenceError(f'evidence keeps "data" or "hashes", not {keep!r}')
     found = None if diagnosis is None else _diagnosis(diagnosis, model)

@@ -13,11 +13,20 @@ from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.sections import Transmission
 from elastic_tendon.actuator.system import HYSTERESIS
-from elastic_tendon.actuator.variables import JOINT_MOTION, Kind, Mode, Variable, interface
+from elastic_tendon.actuator.variables import (
+    JOINT_MOTION,
+    MOTOR_MOTION,
+    MOTOR_VELOCITY,
+    Kind,
+    Mode,
+    Variable,
+    interface,
+)
 from elastic_tendon.effects.base import LAW_SYMBOLS, Effect
 from elastic_tendon.fmu.characteristic_plot import characteristic_plot
 from elastic_tendon.fmu.description import STEP_SIZE, TOLERANCE
@@ -44,13 +53,44 @@ _SYMBOLS = (
     *("F_p", "F_1", "F_2", "F_i", "k_1", "k_2", "k_i", "d_1", "d_2", "d_i", "x_1", "x_2", "x_i"),
     *("l_p_i", "l_max_1", "l_max_2", "l_max_i", "theta_j", "tau_j", "tau_m", "tau_load"),
 )
+# what the page says of each side, by whether the rotor, and the link, is computed
+_AT_MOTOR = {
+    False: {
+        "motor_given": "<code>motor_position</code>, the angle at the motor pulley in rad",
+        "motor_read": "<code>motor_torque</code> (N·m) is what the motor must exert",
+        "motor_task": "The motion of the motor",
+    },
+    True: {
+        "motor_given": "<code>motor_torque</code>, that of the motor at its pulley in N·m",
+        "motor_read": "<code>motor_position</code> (rad) and <code>motor_velocity</code> (rad/s)",
+        "motor_task": "The torque of the motor",
+    },
+}
+_AT_JOINT = {
+    True: {
+        "joint_given": "<code>load_torque</code> on the joint in N·m",
+        "joint_read": "<code>joint_position</code> (rad) and <code>joint_velocity</code> (rad/s)",
+        "joint_task": "a load on the joint",
+    },
+    False: {
+        "joint_given": "<code>joint_position</code> (rad) with <code>joint_velocity</code> (rad/s)",
+        "joint_read": "<code>joint_torque</code> (N·m), which the tendons exert on the joint",
+        "joint_task": "the motion of the joint",
+    },
+}
+_CALCULATED = {
+    InterfaceKind.POSITION: "the motion of the joint and the forces",
+    InterfaceKind.TORQUE: "the motion of motor and joint and the forces",
+    InterfaceKind.JOINT: "the forces",
+    InterfaceKind.TORQUE_JOINT: "the motion of the motor and the forces",
+}
 _INDICATORS = {
     2: "",
     3: ", and the event indicators, which carry the names of the relations under Events",
 }
 _JUMPS = {
     False: "No state jumps.",
-    True: "Where the joint begins to stick, its velocity becomes exactly 0; nothing else jumps.",
+    True: "What begins to stick has a velocity of exactly 0 from there on; nothing else jumps.",
 }
 _CURVE = "Torque on the joint over its deflection, at rest, as far as the springs bear it"
 _BUILD_LINK = ' <a href="#build">Build from source</a>'
@@ -229,10 +269,14 @@ def _count(effects: Sequence[Effect]) -> str:
     return f"with {len(effects)} effect{'s' if len(effects) > 1 else ''} beside the paper's model"
 
 
+def _page(name: str) -> str:
+    return (PAGES / f"{name}.html").read_text("utf-8")
+
+
 def _build(library: str, fmi_version: Literal[2, 3]) -> str:
     """How to build the packed source code; `library` is its file name without suffix."""
     folders = dict.fromkeys(platform.folder(fmi_version) for platform in PLATFORMS.values())
-    return Template((PAGES / "build.html").read_text("utf-8")).substitute(
+    return Template(_page("build")).substitute(
         identifier=library,
         folder=PLATFORMS["x86_64-linux"].folder(fmi_version),
         folders=", ".join(f"<code>{folder}</code>" for folder in folders),
@@ -251,13 +295,20 @@ def _index(
     ]
     of_effects = [parameter for parameter in parameters if parameter.name.startswith("effects.")]
     symbols = {name: _symbol(name) for name in _SYMBOLS}
+    kind, velocity = structure.kind, MOTOR_VELOCITY in structure.inputs
     of_version = {
-        part: (PAGES / f"fmi{fmi_version}_{part}.html").read_text("utf-8")
+        part: _page(f"fmi{fmi_version}_{part}")
         for part in ("connect", "co_simulation", "model_exchange")
     }
     numbers = {name: _number(value, 4) for name, value in design(model).to_dict().items()}
-    return Template((PAGES / "index.html").read_text("utf-8")).substitute(
-        symbols | numbers | of_version,
+    if not velocity and fmi_version == 2:  # it is of the velocity alone
+        of_version["connect"] = ""
+    return Template(_page("index")).substitute(
+        symbols | numbers | of_version | _AT_MOTOR[kind.has_rotor] | _AT_JOINT[kind.has_link],
+        calculated=_CALCULATED[kind],
+        velocity=_page("velocity") if velocity else "",
+        link_motion=Template(_page("link_motion")).substitute(symbols) if kind.has_link else "",
+        rotor_motion=_page("rotor_motion") if kind.has_rotor else "",
         R2="<msup><mi>R</mi><mn>2</mn></msup>",
         name=escape(model.name),
         style=(PAGES / "style.css").read_text("utf-8"),
@@ -276,7 +327,7 @@ def _index(
         effects=_effects(structure.effects, of_effects),
         modes=_modes(structure.modes),
         log_categories=_log_categories(),
-        jumps=_JUMPS[JOINT_MOTION in structure.modes],
+        jumps=_JUMPS[bool({JOINT_MOTION, MOTOR_MOTION} & {*structure.modes})],
         curve=_curve(model.transmission),
         dead_band=_number(HYSTERESIS),
         step_size=_number(1e3 * STEP_SIZE),

@@ -123,7 +123,7 @@ def export_pythonfmu(model: Model, path: str | Path, *, overwrite: bool = False)
     """
     from pythonfmu.builder import FmuBuilder
 
-    model.check_position("the pythonfmu flavour")
+    model.check_interface("the pythonfmu flavour")
     path = checked_path(path, overwrite=overwrite)
     if not FmuBuilder.has_binary():
         raise BuildError("pythonfmu has no wrapper for this platform; export the plain FMU instead")

@@ -183,7 +183,7 @@ def describing_function(
     ----------
     Gelb and Vander Velde, 1968, chapters 2 and 6
     """
-    model.check_position("a describing function")
+    model.check_interface("a describing function")
     if deflection is not None and load_torque is not None:
         raise LinearisationError(
             "deflection and load_torque are both given, but one settles the other; give one"

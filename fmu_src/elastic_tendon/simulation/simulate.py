@@ -298,6 +298,20 @@ def driving_torque(model: Model, time: Array, motor_position: Array, moved: Traj
     return np.asarray(moved["motor_torque"] + accelerating + model.motor.damping * velocity)
 
 
+def _by_name(
+    motor_position: ArrayLike | None,
+    load_torque: ArrayLike | None,
+    motor_torque: ArrayLike | None,
+    joint_position: ArrayLike | None,
+) -> dict[str, ArrayLike | None]:
+    return {
+        "motor_position": motor_position,
+        "load_torque": load_torque,
+        "motor_torque": motor_torque,
+        "joint_position": joint_position,
+    }
+
+
 def _given_inputs(model: Model, inputs: Mapping[str, ArrayLike | None], n: int) -> Array:
     """What drives the model, (k, n) in the library's order; raises ValueError."""
     names = given_names(model)
@@ -424,12 +438,7 @@ def simulate(
     as_measured: bool = False,
 ) -> Trajectory:
     """Simulate a motion that is given; `elastic_tendon.simulate` tells the arguments and errors."""
-    inputs = {
-        "motor_position": motor_position,
-        "load_torque": load_torque,
-        "motor_torque": motor_torque,
-        "joint_position": joint_position,
-    }
+    inputs = _by_name(motor_position, load_torque, motor_torque, joint_position)
     motion = _Motion.of(model, time, inputs, initial_state, interpolation, tolerance)
     trajectory, _ = _run(model, motion, (), as_measured)
     return trajectory
@@ -481,12 +490,7 @@ def sensitivities(
     if len(set(names)) < len(names):
         raise ValueError(f"a name stands twice among {', '.join(names)}")
     directions = [index[p] for p in parameters] + [states[s] for s in initial_states]
-    inputs = {
-        "motor_position": motor_position,
-        "load_torque": load_torque,
-        "motor_torque": motor_torque,
-        "joint_position": joint_position,
-    }
+    inputs = _by_name(motor_position, load_torque, motor_torque, joint_position)
     motion = _Motion.of(model, time, inputs, initial_state, interpolation, tolerance)
     trajectory, derivatives = _run(model, motion, directions, as_measured)
     known = (*variables.parameters, *variables.states)
@@ -532,12 +536,7 @@ def simulate_many(
         different lengths
     """
     variables = interface(*model.structure)
-    inputs = {
-        "motor_position": motor_position,
-        "load_torque": load_torque,
-        "motor_torque": motor_torque,
-        "joint_position": joint_position,
-    }
+    inputs = _by_name(motor_position, load_torque, motor_torque, joint_position)
     motion = _Motion.of(model, time, inputs, initial_state, interpolation, tolerance)
     sets = _parameter_sets(model, parameters, as_measured)
     unknown = [name for name in outputs if name not in variables.output_names]

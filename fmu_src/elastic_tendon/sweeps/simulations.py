@@ -290,7 +290,7 @@ def simulations(
     SweepError
         for an output that the model does not have, no output, or another word for `keep`
     """
-    model.check_position("a sweep of simulations")
+    model.check_interface("a sweep of simulations")
     known = interface(*model.structure).output_names
     unknown = [name for name in outputs if name not in known]
     if unknown:

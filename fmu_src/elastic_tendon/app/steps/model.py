@@ -390,7 +390,7 @@ def _chosen(
                 f"{len(sent)} files are one too many; choose one model.toml"
             )
         model = model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
-        model.check_position("the app")
+        model.check_interface("the app")
         return model
     return et.load_model(bundled) if bundled and bundled in et.models else None
 
