@@ -13,10 +13,11 @@ from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.system import HybridSystem, Symbols, linear_root, total_jacobian
 from elastic_tendon.actuator.tendon import TendonForces, tendon
 from elastic_tendon.actuator.variables import (
-    JOINT_MOTION,
-    MOTOR_MOTION,
+    LINK,
     POSITION_OF,
+    ROTOR,
     SPRINGS,
+    Body,
     interface,
 )
 from elastic_tendon.effects.base import (
@@ -132,7 +133,7 @@ def _rotor(s: Symbols, ends: _Ends, tendon_torque: Symbol, upper: TendonForces) 
     for added in s.fill(Slot.MOTOR_TORQUE, at):
         torque += added.value
     dry = _bounds(s.fill(Slot.MOTOR_FRICTION, at))
-    _accelerate(s, MOVED_ROTOR, torque, dry, motor.inertia, t.motor_pulley_radius * upper.largest)
+    _accelerate(s, ROTOR, torque, dry, t.motor_pulley_radius * upper.largest)
 
 
 def _pulley_angle(s: Symbols, ends: _Ends, upper: TendonForces, lower: TendonForces) -> Symbol:
@@ -227,7 +228,7 @@ def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) ->
     losses = s.fill(Slot.TENDON_LOSS, JointPulley(upper.joint, lower.joint, radius))
     loss = _bounds(losses)
     dry = _bounds(losses + s.fill(Slot.DRY_FRICTION, joint))
-    friction = _accelerate(s, MOVED_LINK, torque, dry, link.inertia, radius * upper.largest)
+    friction = _accelerate(s, LINK, torque, dry, radius * upper.largest)
     width = dry.upper - dry.lower
     share = (friction - dry.lower) / where(width > 0, width, 1)
     return {
@@ -253,36 +254,22 @@ def _held_joint(s: Symbols, upper: TendonForces, lower: TendonForces) -> dict[st
 # ---- motion under dry friction -------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Moved:
-    """Names of what a torque moves, and the mode that tells whether it sticks."""
-
-    position: str
-    velocity: str
-    motion: str
-
-
-MOVED_LINK = _Moved("joint_position", "joint_velocity", JOINT_MOTION.name)
-MOVED_ROTOR = _Moved("motor_position", "motor_velocity", MOTOR_MOTION.name)
-
-
 def _accelerate(
     s: Symbols,
-    moved: _Moved,
+    body: Body,
     torque: Symbol,
     dry: FrictionBounds,
-    inertia: Symbol,
     torque_scale: Symbol,
 ) -> Symbol:
     """Set the rates of what is moved by a torque (N·m); returns the dry friction on it, N·m."""
-    velocity = s.state[moved.velocity]
+    velocity = s.state[body.velocity]
     friction = ca.SX(0)
     moving: Symbol = 1
-    if moved.motion in s.mode:
-        friction = _dry_friction(s, moved.motion, velocity, torque, dry, torque_scale)
-        moving = s.mode[moved.motion]
-    s.rate[moved.position] = where(moving, velocity, 0)
-    s.rate[moved.velocity] = where(moving, (torque + friction) / inertia, 0)
+    if body.motion in s.mode:
+        friction = _dry_friction(s, body.motion, velocity, torque, dry, torque_scale)
+        moving = s.mode[body.motion]
+    s.rate[body.position] = where(moving, velocity, 0)
+    s.rate[body.velocity] = where(moving, (torque + friction) / s.parameter[body.inertia], 0)
     return friction
 
 
@@ -359,7 +346,7 @@ def _readings(s: Symbols, ends: _Ends, delay: Symbol) -> dict[str, Symbol]:
 def _reset(s: Symbols) -> ca.SX:
     """States after an event: what now sticks has no velocity."""
     after = dict(s.state)
-    for moved in (MOVED_LINK, MOVED_ROTOR):
-        if moved.motion in s.mode:
-            after[moved.velocity] = where(s.mode_next[moved.motion], s.state[moved.velocity], 0)
+    for body in (LINK, ROTOR):
+        if body.motion in s.mode:
+            after[body.velocity] = where(s.mode_next[body.motion], s.state[body.velocity], 0)
     return _column(after.values())

@@ -197,6 +197,21 @@ JOINT_MOTION = Mode("joint_motion", "sign of the motion; 0 while the joint stick
 MOTOR_MOTION = Mode("motor_motion", "sign of the motion; 0 while the motor sticks", 0.0, (-1, 0, 1))
 
 
+@dataclass(frozen=True)
+class Body:
+    """What a torque moves: names of its states and of the mode in which it sticks, path of its
+    inertia."""
+
+    position: str
+    velocity: str
+    motion: str
+    inertia: str
+
+
+LINK = Body("joint_position", "joint_velocity", JOINT_MOTION.name, "link.inertia")
+ROTOR = Body("motor_position", "motor_velocity", MOTOR_MOTION.name, "motor.inertia")
+
+
 def catalogue_order(effect_ids: Sequence[str]) -> tuple[Effect, ...]:
     """Effects of the given ids in the catalogue's order, whatever the order of listing."""
     return tuple(effect for effect in catalogue.BY_ID.values() if effect.id in effect_ids)

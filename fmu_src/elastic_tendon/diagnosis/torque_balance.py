@@ -18,8 +18,9 @@ from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
 from elastic_tendon.actuator.variables import (
-    JOINT_MOTION,
-    MOTOR_MOTION,
+    LINK,
+    ROTOR,
+    Body,
     catalogue_order,
     moved_states,
 )
@@ -49,21 +50,6 @@ class Motion:
     velocity: Array
     inputs_at: Callable[[float], tuple[Array, Array]]
     weights: Array
-
-
-@dataclass(frozen=True)
-class _Body:
-    """What a torque moves: names of its velocity and inertia, of the mode in which it sticks, and
-    where the weights of its motion stand."""
-
-    velocity: str
-    inertia: str
-    motion: str
-    weights: slice
-
-
-LINK = _Body("joint_velocity", "link.inertia", JOINT_MOTION.name, slice(0, 3))
-ROTOR = _Body("motor_velocity", "motor.inertia", MOTOR_MOTION.name, slice(3, 6))
 
 
 @dataclass(frozen=True)
@@ -313,6 +299,12 @@ def _evaluated(function: ca.Function, *arguments: Array) -> Array:
     return found
 
 
+def _weights_of(body: Body, weights: ca.SX) -> list[ca.SX]:
+    """With which a body moves up, moves down, and rests, of those of `Motion`."""
+    first = 0 if body is LINK else 3
+    return ca.vertsplit(weights[first : first + 3])
+
+
 class _Seen:
     """Expressions of a system in what a recording shows instead of its own states and inputs."""
 
@@ -396,7 +388,7 @@ class _Seen:
         system = self.system
         return total_jacobian(expression, symbol, system.w, self.seen(system.residuals))
 
-    def _moving(self, body: _Body, expression: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def _moving(self, body: Body, expression: ca.SX) -> tuple[ca.SX, ca.SX]:
         """An expression while the body moves up, and while it moves down."""
         names = [mode.name for mode in self.system.interface.modes]
         if body.motion not in names:
@@ -406,7 +398,7 @@ class _Seen:
         up, down = (self.seen(ca.substitute(expression, mode, sign)) for sign in (1, -1))
         return up, down
 
-    def total(self, body: _Body, weights: ca.SX) -> ca.SX:
+    def total(self, body: Body, weights: ca.SX) -> ca.SX:
         """Torque on a body; friction holds it as far as its bounds allow."""
         system = self.system
         inertia = system.p[system.interface.parameter_names.index(body.inertia)]
@@ -414,7 +406,7 @@ class _Seen:
         up, down = self._moving(body, inertia * rate)
         if up is down:
             return up
-        moves_up, moves_down, rests = ca.vertsplit(weights[body.weights])
+        moves_up, moves_down, rests = _weights_of(body, weights)
         held = ca.fmax(up, 0) + ca.fmin(down, 0)
         return moves_up * up + moves_down * down + rests * held
 
@@ -424,5 +416,5 @@ class _Seen:
         up, down = self._moving(LINK, output)
         if up is down:
             return up
-        moves_up, moves_down, rests = ca.vertsplit(weights[LINK.weights])
+        moves_up, moves_down, rests = _weights_of(LINK, weights)
         return moves_up * up + moves_down * down + rests * 0.5 * (up + down)

@@ -17,8 +17,9 @@ from scipy.interpolate import BSpline, CubicSpline
 from scipy.linalg import cholesky_banded
 from scipy.linalg.lapack import dtbtrs
 
+from elastic_tendon.actuator.variables import LINK, ROTOR
 from elastic_tendon.comparison.residuals import Array, noise_floors
-from elastic_tendon.diagnosis.torque_balance import LINK, ROTOR, Motion, Torques
+from elastic_tendon.diagnosis.torque_balance import Motion, Torques
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import noise_floors as measured_noise
 
