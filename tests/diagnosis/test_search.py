@@ -66,7 +66,8 @@ def begun(truth: Model, *only: str) -> Search:
 
 def run(search: Search) -> None:
     """From the base to an answer that no neighbour beats."""
-    search.climb()
+    for _ in search.climb():
+        pass
     search.settle()
 
 

@@ -19,10 +19,10 @@ from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.evidence import DECISIVE, HELDOUT_AT_NOISE
-from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, Check, Refits
+from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, Check, Refits
 from elastic_tendon.diagnosis.resonance import swings
 from elastic_tendon.diagnosis.sets import Set, model_with, simpler, size_of, told
-from elastic_tendon.diagnosis.torque_screen import AT_ONCE, badness
+from elastic_tendon.diagnosis.torque_screen import badness
 from elastic_tendon.effects.base import Spread
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.coordinates import Coordinates

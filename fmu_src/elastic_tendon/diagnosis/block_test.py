@@ -167,15 +167,15 @@ def weights_within(
     The coefficients are those of all blocks; the share is of blocks that, with their neighbours,
     were left out.
     """
-    own = products.own
-    gram, score = own.T @ products.gram.sum(axis=1) @ own, products.score.sum(axis=1) @ own
-    held = held_back(products)[RIDGES.index(ridge)] * np.eye(own.shape[1])
+    way = products.own
+    gram, score = way.T @ products.gram.sum(axis=1) @ way, products.score.sum(axis=1) @ way
+    held = held_back(products)[RIDGES.index(ridge)] * np.eye(way.shape[1])
     whole, total = gram.sum(axis=0) + held, score.sum(axis=0)
     gain = 0.0
-    for block in range(len(gram)):
-        near = _near(block)
-        found = _bounded(whole - gram[near].sum(axis=0), total - score[near].sum(axis=0), bounds)
-        gain += float(found @ (2.0 * score[block] - gram[block] @ found))
+    unseen = zip(whole - _near(gram), total - _near(score), gram, score, strict=True)
+    for others, told, own, error in unseen:
+        found = _bounded(others, told, bounds)
+        gain += float(found @ (2.0 * error - own @ found))
     return _bounded(whole, total, bounds), gain / float(products.square.sum())
 
 
@@ -207,28 +207,24 @@ def held_back(products: Products) -> list[float]:
 
 def _predicted(gram: Array, score: Array, held: float) -> Array:
     """Squared error (s, t) less, of products (b, s, k, k) and scores (b, s, k, t)."""
-    gain = np.zeros((gram.shape[1], score.shape[-1]))
-    found = _without_block(gram.sum(axis=1), score.sum(axis=1), held)
-    for own, told, weights in zip(gram, score, found, strict=True):
-        gain += np.einsum("kt,skt->st", weights, 2.0 * told - own @ weights)
-    return gain
+    weights = _without_block(gram.sum(axis=1), score.sum(axis=1), held)[:, np.newaxis]
+    return np.asarray(np.sum(weights * (2.0 * score - gram @ weights), axis=(0, 2)))
 
 
-def _without_block(gram: Array, score: Array, held: float) -> list[Array]:
-    """Coefficients (k, t) for each block, from those that are not its neighbours.
+def _without_block(gram: Array, score: Array, held: float) -> Array:
+    """Coefficients (b, k, t) for each block, from those that are not its neighbours.
 
     Neighbours are left out because their ends may be correlated with the block.
     """
-    whole, total = gram.sum(axis=0) + held * np.eye(gram.shape[-1]), score.sum(axis=0)
-    return [
-        np.linalg.solve(whole - gram[near].sum(axis=0), total - score[near].sum(axis=0))
-        for near in map(_near, range(len(gram)))
-    ]
+    whole = gram.sum(axis=0) + held * np.eye(gram.shape[-1])
+    return np.linalg.solve(whole - _near(gram), score.sum(axis=0) - _near(score))
 
 
-def _near(block: int) -> slice:
-    """A block and its neighbours."""
-    return slice(max(block - 1, 0), block + 2)
+def _near(blocks: Array) -> Array:
+    """Sums over each block and its neighbours."""
+    ends = np.zeros((1, *blocks.shape[1:]))
+    padded: Array = np.concatenate([ends, blocks, ends])
+    return padded[:-2] + blocks + padded[2:]
 
 
 def sudden(products: Products) -> tuple[float, Array]:

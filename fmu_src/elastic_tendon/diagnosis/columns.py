@@ -80,15 +80,15 @@ def _curve_term(curve: Curve) -> Term:
     acts, at_slot = _AT_SLOT[curve.form.slot]
 
     def columns(motion: Motion) -> Array:
-        answers = (_answer(namespace["equations"], curve, name) for name in curve.names)
-        return np.column_stack([at_slot(answer, motion) for answer in answers])
+        return at_slot(_answer(namespace["equations"], curve), motion).T
 
     return Term(curve.form.variables, acts, columns, curve)
 
 
-def _answer(equations: Callable[..., Any], curve: Curve, name: str) -> Answer:
-    """The equations with one coefficient 1 and the others 0."""
-    p = SimpleNamespace(**{coefficient: float(coefficient == name) for coefficient in curve.names})
+def _answer(equations: Callable[..., Any], curve: Curve) -> Answer:
+    """The equations with each of k coefficients 1 and the others 0, (k, n) at n places."""
+    each = np.eye(len(curve.names))[..., np.newaxis]
+    p = SimpleNamespace(**dict(zip(curve.names, each, strict=True)))
     return lambda at: equations(at, p, None, None)
 
 
@@ -116,12 +116,13 @@ def _tendon_loss(answer: Answer, motion: Motion) -> Array:
 
 def _spring_torque(answer: Answer, motion: Motion) -> Array:
     transmission = motion.model.transmission
-    radius, torque = transmission.joint_pulley_radius, np.zeros(len(motion.time))
+    radius, torque = transmission.joint_pulley_radius, np.zeros(1)
     springs = (transmission.upper_spring, transmission.lower_spring)
     for sign, spring, length in zip((1.0, -1.0), springs, motion.elongations, strict=True):
         rate = -sign * radius * motion.deflection_rate
         place = Spring(length, rate, spring.stiffness, spring.max_deflection)
-        torque += sign * radius * spring.parallel * np.where(length > 0, answer(place).value, 0.0)
+        own = np.where(length > 0, answer(place).value, 0.0)
+        torque = torque + sign * radius * spring.parallel * own
     return torque
 
 

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from signal import SIG_IGN, SIGINT, getsignal, signal
 from threading import Event, current_thread, main_thread
 from types import FrameType
@@ -18,6 +19,7 @@ from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.inputs import torque_notes
 from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.refits import AT_NOISE
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
@@ -108,15 +110,14 @@ def _diagnosed(
     search = begun(data)
     try:
         with _interrupts(interrupted):
-            search.base()
-            search.climb()
-            straight = with_straight_inputs(search, model, measurements, validation, options)
+            straight = _climbed(
+                search, partial(with_straight_inputs, model, measurements, validation, options)
+            )
             if straight is not None:
                 notes.append(STRAIGHT)
                 data = straight
                 search = begun(data)
-                search.base()
-                search.climb()
+                _climbed(search)
             search.settle()
             _tell(search, found, ask, refit=True)
             judge(data, search, found, options, search.progress)
@@ -128,6 +129,20 @@ def _diagnosed(
             found.ladder, found.rounds = [], []
             _tell(search, found, None, refit=False)
         return conclude(data, search, found, options, progress, complete=complete, notes=notes)
+
+
+def _climbed(search: Search, straight: Callable[..., Data | None] | None = None) -> Data | None:
+    """Climb as far as a search goes, or until straight inputs do better: the data with these."""
+    search.base()
+    asked = None
+    for _ in search.climb():
+        answer = search.answer
+        if straight is None or answer is asked or answer.mean_square < AT_NOISE:
+            continue
+        asked = answer
+        if (data := straight(search, final=False)) is not None:
+            return data
+    return None if straight is None else straight(search, final=True)
 
 
 @contextmanager

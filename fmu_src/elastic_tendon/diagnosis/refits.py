@@ -20,7 +20,7 @@ from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import Evidence
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import Set, model_with, told
-from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen
+from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
 from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.fit import Effort
@@ -32,6 +32,7 @@ from elastic_tendon.simulation.work import AFFORDABLE, Work, counted, enough
 Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
 T = TypeVar("T")
 
+AT_ONCE = 2  # refits; simulations let Python go on
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
 # multiplications after which nothing more is tried, and those of the way to a first answer

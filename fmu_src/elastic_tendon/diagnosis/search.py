@@ -34,7 +34,7 @@ from elastic_tendon.diagnosis.evidence import (
     worth_hearing,
 )
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, regress
-from elastic_tendon.diagnosis.refits import AT_NOISE, EFFORT, MOST_WORK, Check
+from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, MOST_WORK, Check
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
@@ -53,7 +53,7 @@ from elastic_tendon.diagnosis.significance import (
     heldout_worse,
     significance,
 )
-from elastic_tendon.diagnosis.torque_screen import AT_ONCE, Estimate, Screen, badness
+from elastic_tendon.diagnosis.torque_screen import Estimate, Screen, badness
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.native.library import library_path
@@ -124,19 +124,18 @@ class Search(Around):
             if not (self._better_detour() or self._doubted() or self._fades_in_time()):
                 return
 
-    def climb(self) -> None:
-        """From the base to sets whose neighbours do worse, with refits from places around them."""
-        ids = self._screened()
-        self._screen_singles(ids, None)
-        better_base = self._better_base()
-        self._refit_in_turn(self._best_single())
-        self._better_law()
+    def climb(self) -> Iterator[None]:
+        """From the base to sets whose neighbours do worse, with refits from places around them.
+
+        Yields
+        ------
+        where the answer may be another than before
+        """
         if not self._at_noise():
-            if better_base:
-                self._screen_singles(ids, self.estimates[()].values)
-            self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
+            yield from self._first_answer()
         for _ in range(MOST_ROUNDS):
             self._follow_neighbours()
+            yield
             if self._tired or (self._disturbed() and not self.answer.added):
                 break
             if self._hop():  # an effect that is not where it belongs leaves much that is shapeless
@@ -150,6 +149,20 @@ class Search(Around):
                 or self._better_single()
             ):
                 return
+
+    def _first_answer(self) -> Iterator[None]:
+        """The likeliest single effect and the likeliest pair, refitted."""
+        ids = self._screened()
+        self._screen_singles(ids, None)
+        better_base = self._better_base()
+        self._refit_in_turn(self._best_single())
+        self._better_law()
+        yield
+        if not self._at_noise():
+            if better_base:
+                self._screen_singles(ids, self.estimates[()].values)
+            self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
+            yield
 
     def base(self) -> None:
         """The model as given, its parameters refitted."""
@@ -496,9 +509,9 @@ class Search(Around):
         return [form for pair in far_better for form in (*simpler(pair), pair)]
 
     def _screen_singles(self, ids: Sequence[str], base: Mapping[str, float] | None) -> None:
-        for number, estimate in enumerate(self.screen.singles(ids, base)):
-            self._keep([estimate])
-            self.progress(told("screening", estimate.added), (number + 1) / len(ids))
+        for number, effect_id in enumerate(ids):
+            self.progress(told("screening", (effect_id,)), number / len(ids))
+            self._keep([self.screen.single(effect_id, base)])
 
     def _better_base(self) -> bool:
         """Whether the model alone does far better from where an effect has led its parameters."""

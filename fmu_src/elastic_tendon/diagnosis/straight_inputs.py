@@ -27,22 +27,36 @@ STRAIGHT = (
 
 
 def with_straight_inputs(
-    search: Search,
     model: Model,
     measurements: Sequence[Measurement],
     validation: Sequence[Measurement],
     options: Options,
+    search: Search,
+    *,
+    final: bool,
 ) -> Data | None:
-    """The data with straight lines, if the answer of a search then leaves clearly less, or no more
-    with an effect less; None where the curves stay."""
+    """The data with straight lines, if the answer of a search then leaves clearly less.
+
+    Parameters
+    ----------
+    model, measurements, validation, options : as asked
+    search : has an answer
+    final : also if no more is left with an effect less
+
+    Returns
+    -------
+    Data; None where the curves stay
+    """
     answer = search.answer
-    if not any(_would_show(answer.result.model, part) for part in measurements):
+    # who moves by less cannot leave clearly less
+    least = SEEN if final else (1.0 - CLEARLY_LESS**0.5) * answer.mean_square**0.5
+    if not any(_difference(answer.result.model, part) > least for part in measurements):
         return None
     fitted, held_out = (
         [part.with_straight_inputs() for part in parts] for parts in (measurements, validation)
     )
     data = data_of(model, fitted, held_out, options)
-    less = [without(answer.added, effect_id) for effect_id in answer.added]
+    less = [without(answer.added, effect_id) for effect_id in answer.added] if final else []
     for added in (answer.added, *less):
         most = answer.mean_square * (CLEARLY_LESS if added == answer.added else 1.0)
         starts = [search.answers[added].result.model] if added in search.answers else []
@@ -52,17 +66,17 @@ def with_straight_inputs(
     return None
 
 
-def _would_show(model: Model, measurement: Measurement) -> bool:
-    """Whether straight lines in the place of assumed curves move the joint visibly."""
+def _difference(model: Model, measurement: Measurement) -> float:
+    """How far straight lines in the place of assumed curves move the joint, RMS, in sigmas."""
     if not measurement.has_assumed_curves:
-        return False
+        return 0.0
     parts = [
         part.samples(slice(LOOKED_AT)) for part in (measurement, measurement.with_straight_inputs())
     ]
     with suppress(*FAILURES):
         start = estimate_initial_state(model, parts[0])
-        curved, straight = (
+        first, second = (
             simulate_measurement(model, part, start)["joint_position"] for part in parts
         )
-        return rms(curved - straight) > SEEN * measurement.noise["joint_position"].sigma
-    return False
+        return rms(first - second) / measurement.noise["joint_position"].sigma
+    return 0.0

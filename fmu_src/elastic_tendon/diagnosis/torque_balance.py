@@ -2,8 +2,7 @@
 
 With the motion given, the model's own equations say which torque acts on the link and, where a
 torque drives the motor, on its rotor; nothing is integrated but the memory of springs and bristles.
-CasADi's virtual machine evaluates them over all samples at once, with exact derivatives, so no
-library is compiled.
+They are evaluated over all samples at once, with exact derivatives, and no library is compiled.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -13,6 +12,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from scipy.linalg.lapack import dtbtrs
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
@@ -25,6 +25,7 @@ from elastic_tendon.actuator.variables import (
     moved_states,
 )
 from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.diagnosis.instants import AtInstants
 from elastic_tendon.effects.base import Effect, Slot
 from elastic_tendon.effects.symbolic import one_at_a_time
 
@@ -140,7 +141,7 @@ class Balance:
         own = motion.position, motion.velocity, np.full(n, delay)
         data = np.column_stack([*own, *motion.inputs_at(delay)])
         memory, carried = self._memory(data, motion.step, p)
-        columns = _evaluated(self._torques_along(n), data, motion.weights, memory, p).reshape(n, -1)
+        columns = self._torques_at(n, data, motion.weights, memory, p)
         bodies = len(self._seen.moved)
         found = [
             _torque(part, m, carried)
@@ -163,18 +164,13 @@ class Balance:
 
     @lru_cache(maxsize=512)  # noqa: B019 - of all balances together, which a search meets by dozens
     @one_at_a_time
-    def _torques_along(self, n: int) -> ca.Function:
-        """`_torque_function` at n instants, which share the parameters."""
-        return self._torque_function.map("map", "serial", n, [3], [])
-
-    @lru_cache(maxsize=512)  # noqa: B019
-    @one_at_a_time
     def _memory_along(self, n: int) -> ca.Function:
         """`_step` for n instants, one after the other."""
         return self._step.mapaccum(n)
 
     @cached_property
-    def _torque_function(self) -> ca.Function:
+    @one_at_a_time
+    def _torques_at(self) -> AtInstants:
         """(data, weights, memory, p) -> torques and derivatives, one column; see `_torque`."""
         seen, system = self._seen, self.system
         weights = ca.SX.sym("weights", 6)
@@ -187,7 +183,7 @@ class Balance:
         arguments = [seen.data, weights, seen.memory, system.p]
         inner = ca.Function("inner", [*arguments, system.w], [column])
         found = inner(*arguments, seen.unknowns)
-        return ca.Function("torques", arguments, [ca.cse(ca.densify(found))])
+        return AtInstants(ca.Function("torques", arguments, [ca.cse(ca.densify(found))]))
 
     # ---- memory ------------------------------------------------------------------------------
 
@@ -196,12 +192,18 @@ class Balance:
         n, s, m = len(data), self._seen.memory.numel(), len(self.paths)
         if not s:
             return np.zeros((n, 0)), np.zeros((n, m, 0))
-        carried = np.empty((n, s + m * s))
-        carried[0] = self._start(data[0], p).full().ravel()
-        known = np.broadcast_to(np.append(p, step), (n - 1, len(p) + 1))
-        inputs = np.hstack([data[:-1], data[1:], known])
-        carried[1:] = _evaluated(self._memory_along(n - 1), carried[0], inputs).reshape(n - 1, -1)
-        return np.ascontiguousarray(carried[:, :s]), carried[:, s:].reshape(n, m, s)
+        start = self._start(data[0], p).full().ravel()
+        known = np.append(p, step)
+        inputs = np.hstack([data[:-1], data[1:], np.broadcast_to(known, (n - 1, len(known)))])
+        moved = _evaluated(self._memory_along(n - 1), start[:s], inputs).reshape(n - 1, s)
+        memory = np.vstack([start[:s], moved])
+        if not m:
+            return memory, np.zeros((n, 0, s))
+        slopes = self._step_slopes(n - 1, memory[:-1], data[:-1], data[1:], known)
+        by_memory, by_parameter = np.split(slopes, [s * s], axis=1)
+        first = start[s:].reshape(m, s).T
+        carried = _carried(first, by_memory.reshape(-1, s, s), by_parameter.reshape(-1, s, m))
+        return memory, carried.transpose(0, 2, 1)
 
     @cached_property
     @one_at_a_time
@@ -223,8 +225,8 @@ class Balance:
         return ca.Function("start", [seen.data, system.p], [ca.densify(column)])
 
     @cached_property
-    def _step(self) -> ca.Function:
-        """One step of the memory with its derivatives, from one instant to the next."""
+    def _moved(self) -> tuple[list[ca.SX], ca.SX]:
+        """Arguments (memory, data, following, p and h) and the memory one step later."""
         seen, system = self._seen, self.system
         h, following = ca.SX.sym("h"), ca.SX.sym("following", seen.data.numel())
         rates = seen.at_modes(seen.seen(seen.remembered(system.rates)))
@@ -233,16 +235,23 @@ class Balance:
         rate = ca.Function("rate", arguments, [rate(*arguments, seen.unknowns)])
         step = _exponential if _apart(rates, seen.memory) else _rosenbrock
         moved = step(rate, seen.data, following, seen.memory, system.p, h)
-        carried = ca.SX.sym("carried", seen.memory.numel(), len(self.paths))
-        derivatives = ca.jacobian(moved, seen.memory) @ carried + ca.jacobian(moved, self._wanted)
-        return ca.Function(
-            "step",
-            [
-                ca.vertcat(seen.memory, ca.vec(carried)),
-                ca.vertcat(seen.data, following, system.p, h),
-            ],
-            [ca.cse(ca.densify(ca.vertcat(moved, ca.vec(derivatives))))],
-        )
+        return [seen.memory, seen.data, following, ca.vertcat(system.p, h)], moved
+
+    @cached_property
+    def _step(self) -> ca.Function:
+        """(memory, all else) -> memory one step later."""
+        (memory, *others), moved = self._moved
+        return ca.Function("step", [memory, ca.vertcat(*others)], [ca.cse(ca.densify(moved))])
+
+    @cached_property
+    @one_at_a_time
+    def _step_slopes(self) -> AtInstants:
+        """Arguments of `_moved` -> its derivatives by the memory and by the parameters, row by
+        row."""
+        arguments, moved = self._moved
+        slopes = [ca.vec(ca.jacobian(moved, by).T) for by in (self._seen.memory, self._wanted)]
+        column = ca.cse(ca.densify(ca.vertcat(*slopes)))
+        return AtInstants(ca.Function("slopes", arguments, [column]))
 
 
 def _torque(columns: Array, m: int, carried: Array) -> Torque:
@@ -252,6 +261,21 @@ def _torque(columns: Array, m: int, carried: Array) -> Torque:
     if by_memory.shape[1]:
         by_parameter = by_parameter + np.einsum("ns,nms->nm", by_memory, carried)
     return Torque(columns[:, 0], by_parameter, columns[:, 1], columns[:, 2])
+
+
+def _carried(first: Array, by_memory: Array, by_parameter: Array) -> Array:
+    """Derivatives D (n, s, m) with D[0] = first and D[k + 1] = by_memory[k] D[k] + by_parameter[k].
+
+    All at once, as a system of equations with a band below its diagonal.
+    """
+    n, s = len(by_memory) + 1, len(first)
+    band = np.zeros((2 * s, n * s))
+    for row in range(s):
+        for column in range(s):
+            band[s + row - column, column : (n - 1) * s : s] = -by_memory[:, row, column]
+    given = np.concatenate([first[np.newaxis], by_parameter])
+    found, _ = dtbtrs(band, given.reshape(n * s, -1), uplo="L", diag="U")
+    return np.asarray(found).reshape(given.shape)
 
 
 def _apart(rates: ca.SX, states: ca.SX) -> bool:

@@ -6,9 +6,8 @@ where refits of whole trajectories start, and tell which sets deserve one.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from math import log
 from operator import itemgetter
 
@@ -42,7 +41,6 @@ CONVERGED = 1e-3  # relative fall of the cost
 # share of the stiffness that an effect may take away before residuals count more, and the least
 ORDINARY_STIFFNESS, LEAST_STIFFNESS = 0.5, 1e-3
 DAMPINGS = 5  # tried in one step
-AT_ONCE = 2  # effects; CasADi's virtual machine lets Python go on
 
 
 @dataclass(frozen=True)
@@ -321,13 +319,6 @@ class Screen:
             for start in starts(self.given, effect, self.measurements, shares, dampings=(1.0,))
         ]
 
-    def singles(
-        self, effect_ids: Sequence[str], base: Mapping[str, float] | None = None
-    ) -> Iterator[Estimate]:
-        """The best estimate of each effect, as they come; see `single`."""
-        with ThreadPoolExecutor(AT_ONCE) as pool:
-            yield from pool.map(partial(self.single, base=base), effect_ids)
-
     def single(self, effect_id: str, base: Mapping[str, float] | None = None) -> Estimate:
         """The best estimate of one effect; remembers the starts that came out best.
 
@@ -384,16 +375,13 @@ class Screen:
         effect_of = {in_order((*estimate.added, effect_id)): effect_id for effect_id in effect_ids}
         possible = [added for added in effect_of if self.goes(added)]
         around = self._around(estimate)
-        with ThreadPoolExecutor(AT_ONCE) as pool:
-            scored = pool.map(
-                partial(self._extended, estimate, around, anew=anew),
-                (effect_of[added] for added in possible),
-            )
-            expected = dict(zip(possible, scored, strict=True))
-            likeliest = sorted(expected, key=lambda added: expected[added].square)[:most]
-            starts = [expected[added].start for added in likeliest]
-            found = pool.map(self.followed, likeliest, starts)
-            return dict(zip(likeliest, found, strict=True)), expected
+        expected = {
+            added: self._extended(estimate, around, effect_of[added], anew=anew)
+            for added in possible
+        }
+        likeliest = sorted(expected, key=lambda added: expected[added].square)[:most]
+        found = {added: self.followed(added, expected[added].start) for added in likeliest}
+        return found, expected
 
     def followed(self, added: tuple[str, ...], start: Mapping[str, float]) -> Estimate:
         """A set from one start: shapes held, then free."""
@@ -411,7 +399,8 @@ class Screen:
         self, estimate: Estimate, around: Around | None, effect_id: str, *, anew: bool
     ) -> Expected:
         """How well one more effect would do, to first order, and where its estimate begins."""
-        starts = [*self._kept[effect_id], *(self.starts(effect_id) if anew else ())]
+        kept = self._kept.get(effect_id, [])
+        starts = [*kept, *(self.starts(effect_id) if anew or not kept else ())]
         if around is None:
             return Expected(np.inf, {**estimate.values, **starts[0]})
         changes = self._changes(estimate, around, effect_id, starts)

@@ -170,9 +170,12 @@ def _gap(signal: Array, top: float) -> float | None:
         around = min(float(np.quantile(part, _LOBE)) for part in beside)
         return around / max(float(density[place]), 1e-300)
 
-    depths = [depth(place) for place in range(first, end - _FIRST_BIN)]
-    deepest = int(np.argmax(depths))
-    return (first + deepest) / length if depths[deepest] >= _GAP else None
+    # deep is only what lies far below something above it
+    highest = np.maximum.accumulate(density[end::-1])[::-1]
+    low = _GAP * np.maximum(density[: end - _FIRST_BIN], 1e-300) <= highest[1:-_FIRST_BIN]
+    depths = {place: depth(place) for place in (first + np.flatnonzero(low[first:])).tolist()}
+    deepest = max(depths, key=depths.__getitem__, default=None)
+    return None if deepest is None or depths[deepest] < _GAP else deepest / length
 
 
 def _taper(length: int) -> Array:
