@@ -21,8 +21,8 @@ from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.evidence import DECISIVE, HELDOUT_AT_NOISE
 from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, Check, Refits
 from elastic_tendon.diagnosis.resonance import swings
-from elastic_tendon.diagnosis.sets import Set, model_with, simpler, size_of, told
-from elastic_tendon.diagnosis.torque_screen import badness
+from elastic_tendon.diagnosis.sets import Set, in_order, model_with, simpler, size_of, told
+from elastic_tendon.diagnosis.torque_screen import BETTER, Estimate, badness
 from elastic_tendon.effects.base import Spread
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.coordinates import Coordinates
@@ -83,6 +83,21 @@ class Around(Refits):
     def _badness(self, added: Set) -> float:
         return badness(self.estimates[added]) if added in self.estimates else np.inf
 
+    def _estimate(self, answer: Answer) -> Estimate:
+        """The screen's estimate of a refitted set, from its refitted parameters."""
+        return self.screen.fit(in_order(answer.added), answer.result.model.values(), 6)
+
+    def _own(self, added: Set) -> Estimate:
+        refitted = self._estimate(self.answers[added])
+        known = self.estimates.get(added)
+        return refitted if known is None else min(refitted, known, key=badness)
+
+    def _keep(self, found: Iterable[Estimate]) -> None:
+        for estimate in found:
+            known = self.estimates.get(estimate.added)
+            if known is None or badness(estimate) < badness(known):
+                self.estimates[estimate.added] = estimate
+
     def _hop(self) -> bool:
         """Refit the answer, and what the screen holds for better, from places around them.
 
@@ -93,6 +108,7 @@ class Around(Refits):
         whether the answer has changed, or leaves far less
         """
         answer, before = self.answer, self.answer.mean_square
+        self._hop_on_screen(answer)
         self._lead_back()
         disputed = self._disputed()
         self._refit(disputed, "refitting again", again=True)
@@ -100,6 +116,17 @@ class Around(Refits):
             self._scan_around(added) if any(map(swings, added)) else self._hop_around(added)
         after = self.answer
         return after.added != answer.added or after.mean_square < FAR_HOP * before
+
+    def _hop_on_screen(self, answer: Answer) -> None:
+        """Refit the answer from where the screen finds better numbers around its own."""
+        if answer.mean_square < AT_NOISE or not all(map(self.screen.sees, answer.added)):
+            return
+        self.progress(told("estimating again", answer.added), 0.0)
+        known = self._own(answer.added)
+        found = self.screen.hopped(known)
+        if badness(found) < BETTER * badness(known):
+            self._keep([found])
+            self._refit([answer.added], "refitting again", again=True)
 
     def _disputed(self) -> list[Set]:
         """Sets that do better than the answer on the screen and worse when refitted."""

@@ -53,7 +53,7 @@ from elastic_tendon.diagnosis.significance import (
     heldout_worse,
     significance,
 )
-from elastic_tendon.diagnosis.torque_screen import Estimate, Screen, badness
+from elastic_tendon.diagnosis.torque_screen import Screen
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.native.library import library_path
@@ -692,23 +692,8 @@ class Search(Around):
         yield from dict.fromkeys((*better, *equal, *alike))
         yield from (near for near, expected in fresh if expected is None)
 
-    def _estimate(self, answer: Answer) -> Estimate:
-        """The screen's estimate of a refitted set, from its refitted parameters."""
-        return self.screen.fit(in_order(answer.added), answer.result.model.values(), 6)
-
-    def _own(self, added: Set) -> Estimate:
-        refitted = self._estimate(self.answers[added])
-        known = self.estimates.get(added)
-        return refitted if known is None else min(refitted, known, key=badness)
-
     def _sets(self, size: int) -> list[Set]:
         return [added for added in self.estimates if len(added) == size]
-
-    def _keep(self, found: Iterable[Estimate]) -> None:
-        for estimate in found:
-            known = self.estimates.get(estimate.added)
-            if known is None or badness(estimate) < badness(known):
-                self.estimates[estimate.added] = estimate
 
     def _at_noise(self) -> bool:
         """Whether the best so far leaves nothing but noise, on held-out recordings too."""

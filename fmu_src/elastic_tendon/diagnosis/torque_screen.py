@@ -33,6 +33,9 @@ STARTS = (0.1, 1.0)
 SCOUTING, POLISHING = 3, 8  # steps with shapes held, and with all parameters free
 SCOUTED, POLISHED = 3, 2  # starts of an effect that are followed, and those to the end ...
 ALIKE = 2.0  # ... where their mean squares differ by less than this factor
+# hops in vain that end a search around an estimate, how far they go, as logarithms of parameters,
+# and which share of the mean square a better one has to leave
+FRUITLESS, DISTANCES, BETTER = 20, (0.1, 0.2, 0.4), 0.95
 KEPT = 3  # from which it is scored beside other effects
 FITS = 1.3  # mean square up to which residuals are noise alone
 LONGEST_MEMORY = 40.0  # residuals that count as one, at the most
@@ -386,6 +389,22 @@ class Screen:
     def followed(self, added: tuple[str, ...], start: Mapping[str, float]) -> Estimate:
         """A set from one start: shapes held, then free."""
         return self.fit(added, self.fit(added, start, SCOUTING, hold=True).values, POLISHING)
+
+    def hopped(self, estimate: Estimate) -> Estimate:
+        """The best estimate of the same set from places around it, and around what is better.
+
+        Where contacts open and close, the sum of squares has many minima.
+        """
+        random, best, vain = np.random.default_rng(0), estimate, 0
+        paths = self.structure(estimate.added).coordinates.paths
+        while vain < FRUITLESS and best.square > FITS:
+            distance = DISTANCES[vain % len(DISTANCES)]
+            times = np.exp(distance * random.standard_normal(len(paths)))
+            start = dict(zip(paths, times * [best.values[path] for path in paths], strict=True))
+            found = self.fit(estimate.added, start, POLISHING)
+            better = badness(found) < BETTER * badness(best)
+            best, vain = (found, 0) if better else (best, vain + 1)
+        return best
 
     def goes(self, added: tuple[str, ...]) -> bool:
         """Whether a model can take these effects together."""
