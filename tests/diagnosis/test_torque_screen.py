@@ -57,6 +57,20 @@ def test_what_hides_is_estimated(effect_id: str) -> None:
     assert screen.fit((), {}, 8).square > 1.5
 
 
+def test_hops_lead_out_of_the_wrong_minima_of_contacts() -> None:
+    backlash, protection = names = ("gear_backlash", "overstretch_protection")
+    order = Order("two effects", names, 30.0, "multisine", "white", 3, duration=5.0)
+    found = build(order)
+    screen = Screen(found.given, found.fit)
+    (stuck,) = screen.combined(screen.single(backlash), [protection], 1)[0].values()
+    free = screen.hopped(stuck)
+    assert free.square < 0.2 * stuck.square
+    assert free.values[f"effects.{protection}.engagement"] == pytest.approx(
+        found.facts.numbers[f"effects.{protection}.engagement"], rel=0.02
+    )
+    assert screen.hopped(free).square <= free.square
+
+
 def test_what_hides_is_better_than_its_rivals() -> None:
     screen = screen_of("coulomb_friction")
     squares = {effect_id: screen.single(effect_id).square for effect_id in RIVALS}

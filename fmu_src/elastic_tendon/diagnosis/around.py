@@ -61,6 +61,7 @@ class Around(Refits):
 
     refused: dict[Set, str] = field(default_factory=dict)
     _hopped: dict[Set, Answer] = field(default_factory=dict)
+    _hopped_on_screen: dict[Set, Answer] = field(default_factory=dict)
 
     @property
     def answer(self) -> Answer:
@@ -108,7 +109,6 @@ class Around(Refits):
         whether the answer has changed, or leaves far less
         """
         answer, before = self.answer, self.answer.mean_square
-        self._hop_on_screen(answer)
         self._lead_back()
         disputed = self._disputed()
         self._refit(disputed, "refitting again", again=True)
@@ -117,9 +117,17 @@ class Around(Refits):
         after = self.answer
         return after.added != answer.added or after.mean_square < FAR_HOP * before
 
-    def _hop_on_screen(self, answer: Answer) -> None:
+    def _at_noise(self) -> bool:
+        """Whether the best so far leaves nothing but noise, on held-out recordings too."""
+        answer = self.answer
+        heldout = self.evidence.heldout_square(answer)
+        return answer.mean_square < AT_NOISE and heldout < HELDOUT_AT_NOISE
+
+    def _hop_on_screen(self) -> None:
         """Refit the answer from where the screen finds better numbers around its own."""
-        if answer.mean_square < AT_NOISE or not all(map(self.screen.sees, answer.added)):
+        answer = self.answer
+        hopped = answer is self._hopped_on_screen.get(answer.added)
+        if hopped or self._at_noise() or not all(map(self.screen.sees, answer.added)):
             return
         self.progress(told("estimating again", answer.added), 0.0)
         known = self._own(answer.added)
@@ -127,6 +135,7 @@ class Around(Refits):
         if badness(found) < BETTER * badness(known):
             self._keep([found])
             self._refit([answer.added], "refitting again", again=True)
+        self._hopped_on_screen[answer.added] = self.answers[answer.added]
 
     def _disputed(self) -> list[Set]:
         """Sets that do better than the answer on the screen and worse when refitted."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     -------
     (n,) array in units of the noise; one infinite value where the model cannot follow
     """
-    problem = Problem(result.problem.coordinates, tuple(recordings))
+    problem = replace(result.problem, measurements=tuple(recordings))
     floors = tuple(map(noise_floors, recordings))
     try:
         errors = stack(problem.errors(problem.start(result.model)), floors)

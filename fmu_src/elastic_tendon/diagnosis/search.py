@@ -25,7 +25,6 @@ from elastic_tendon.diagnosis.evidence import (
     DECISIVE,
     FADES,
     FADES_IN_TIME,
-    HELDOUT_AT_NOISE,
     LASTING,
     MUCH,
     WORSE_ELSEWHERE,
@@ -94,6 +93,8 @@ class Search(Around):
     neighbours: dict[Set, dict[Set, float | None]] = field(default_factory=dict)
     _exhausted: set[Set] = field(default_factory=set)
     _passed: set[Set] = field(default_factory=set)
+    # answers of which richer laws were tried
+    _other_laws: dict[Set, Answer] = field(default_factory=dict)
     # answers, and whether what they leave does not depend on the state
     _shapeless: dict[Set, tuple[Answer, bool]] = field(default_factory=dict)
     # additions that swing, as they were looked at last: beside which answer, and starts
@@ -220,6 +221,9 @@ class Search(Around):
         first of these that order turns: more looks would take all that a search may simulate.
         """
         for _ in range(MOST_ROUNDS):
+            self._hop_on_screen()
+            if self._better_law():
+                continue
             added = self.answer.added
             shares = self._neighbours(added)
             if self._half_gone(added, shares, most):
@@ -407,8 +411,11 @@ class Search(Around):
         whether the best has changed
         """
         answer = self.answer
+        if self._tired or answer is self._other_laws.get(answer.added):
+            return False
+        self._other_laws[answer.added] = answer
         white = self.evidence.facts([answer]) > WHITE * len(answer.floored)
-        if self._tired or white or answer.mean_square < 1.0 + AUDIBLE**2:
+        if white or answer.mean_square < 1.0 + AUDIBLE**2:
             return False
         self._take_beside(answer, list(richer(answer.added)), "trying other laws")
         return self.answer.added != answer.added
@@ -694,12 +701,6 @@ class Search(Around):
 
     def _sets(self, size: int) -> list[Set]:
         return [added for added in self.estimates if len(added) == size]
-
-    def _at_noise(self) -> bool:
-        """Whether the best so far leaves nothing but noise, on held-out recordings too."""
-        answer = self.answer
-        heldout = self.evidence.heldout_square(answer)
-        return answer.mean_square < AT_NOISE and heldout < HELDOUT_AT_NOISE
 
 
 def expected_evidence(before: float, share: float, facts: float, size: int) -> float:

@@ -396,15 +396,29 @@ class Screen:
         Where contacts open and close, the sum of squares has many minima.
         """
         random, best, vain = np.random.default_rng(0), estimate, 0
-        paths = self.structure(estimate.added).coordinates.paths
         while vain < FRUITLESS and best.square > FITS:
-            distance = DISTANCES[vain % len(DISTANCES)]
-            times = np.exp(distance * random.standard_normal(len(paths)))
-            start = dict(zip(paths, times * [best.values[path] for path in paths], strict=True))
+            start = self._beside(best, DISTANCES[vain % len(DISTANCES)], random)
             found = self.fit(estimate.added, start, POLISHING)
             better = badness(found) < BETTER * badness(best)
             best, vain = (found, 0) if better else (best, vain + 1)
         return best
+
+    def _beside(
+        self, estimate: Estimate, distance: float, random: np.random.Generator
+    ) -> dict[str, float]:
+        """Parameters some distance from an estimate's; those of effects that are at a bound, from
+        one of the effect's starts."""
+        structure = self.structure(estimate.added)
+        start: dict[str, float] = {}
+        for effect_id in estimate.added:
+            starts = self.starts(effect_id)
+            start |= starts[random.integers(len(starts))]
+        inside = (structure.lower < estimate.x) & (estimate.x < structure.upper)
+        times = np.exp(distance * random.standard_normal(len(inside)))
+        for path, kept, time in zip(structure.coordinates.paths, inside, times, strict=True):
+            own = estimate.values[path]
+            start[path] = time * (own if kept else start.get(path, own))
+        return start
 
     def goes(self, added: tuple[str, ...]) -> bool:
         """Whether a model can take these effects together."""

@@ -9,7 +9,7 @@ N_eff log(sum of squares) + prior, so the rounds below converge.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ from elastic_tendon.errors import SimulationError
 from elastic_tendon.estimation.coordinates import Limits, free_parameters
 from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import Findings, findings
-from elastic_tendon.estimation.problem import Problem, Sigmas, problem_of
+from elastic_tendon.estimation.problem import FINER, Problem, Sigmas, problem_of
 from elastic_tendon.measurement import CLEARLY_LESS, Recordings, listed
 from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.work import worked
@@ -71,6 +71,9 @@ class Effort:
 
 THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
 QUICK = Effort(scouted=3, scouting=6, polished=0, evaluations=20, rounds=2)
+# mean square, in the noise's, beyond which it does not matter how the solver errs; and the share of
+# what is left that nobody would see
+FAR_FROM_NOISE, UNSEEN = 100.0, 0.01
 REMEMBERED = 64  # vectors whose errors are kept
 AT_NOISE = 1.05  # mean square, in the noise's, that leaves nothing for other inputs to explain
 
@@ -285,8 +288,8 @@ def fit(
     paths = free_parameters(given) if free is None else tuple(free)
     problem = problem_of(given, measurements, paths, limits)
     if not any(part.has_assumed_curves for part in measurements):
-        return _fitted(problem, given, starts, effort, progress)
-    found = _fitted(problem, given, starts, effort, lambda share: progress(share / 2.0))
+        return _solved(problem, given, starts, effort, progress)
+    found = _solved(problem, given, starts, effort, lambda share: progress(share / 2.0))
     left = _mean_square(found)
     if found.interrupted or left <= AT_NOISE:
         progress(1.0)
@@ -294,7 +297,7 @@ def fit(
     straight = [part.with_straight_inputs() for part in measurements]
     problem = problem_of(given, straight, paths, limits)
     starts = [*starts, found.model]
-    again = _fitted(problem, given, starts, effort, lambda share: progress(0.5 + share / 2.0))
+    again = _solved(problem, given, starts, effort, lambda share: progress(0.5 + share / 2.0))
     return again if _mean_square(again) < CLEARLY_LESS * left else found
 
 
@@ -304,6 +307,30 @@ def _mean_square(found: FitResult) -> float:
     return float(np.mean(stack(found.problem.errors(found.vector), floors) ** 2))
 
 
+def _solved(
+    problem: Problem,
+    given: Model,
+    starts: Sequence[Model],
+    effort: Effort,
+    progress: ShareProgress,
+) -> FitResult:
+    """A fit; again under a finer solver where the solver errs visibly beside what remains."""
+    found = _fitted(problem, given, starts, effort, progress)
+    left = _mean_square(found)
+    if found.interrupted or left > FAR_FROM_NOISE:
+        return found
+    finer = replace(problem, tolerance=FINER * problem.tolerance)
+    floors = tuple(noise_floors(measurement) for measurement in problem.measurements)
+    try:
+        errors, finely = (stack(part.errors(found.vector), floors) for part in (problem, finer))
+    except SimulationError:
+        return found
+    if np.mean((errors - finely) ** 2) < UNSEEN * left:
+        return found
+    again = [*starts, found.model]
+    return _fitted(finer, given, again, effort, lambda _share: progress(1.0))
+
+
 def _fitted(
     problem: Problem,
     given: Model,
@@ -311,7 +338,7 @@ def _fitted(
     effort: Effort,
     progress: ShareProgress,
 ) -> FitResult:
-    remembering = _Remembering(problem.coordinates, problem.measurements)
+    remembering = _Remembering(problem.coordinates, problem.measurements, problem.tolerance)
     vectors = [problem.start(given)]
     for model in starts:
         try:

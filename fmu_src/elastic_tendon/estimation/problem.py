@@ -31,9 +31,10 @@ from elastic_tendon.measurement import Measurement
 
 # for each recording: signal -> one sigma in its unit
 Sigmas = tuple[Mapping[str, float], ...]
-# of the solver: it then errs by 1e-9 to 1e-6 rad, below what an encoder resolves, and quick
-# dynamics, of bristles or of masses on springs, take half the time
+# of the solver: it then errs by 1e-9 to 1e-6 rad in most machines, below what an encoder resolves,
+# and quick dynamics, of bristles or of masses on springs, take half the time
 TOLERANCE = 1e-6
+FINER = 0.01  # times that, where it errs by more
 STEEPEST = 1e100  # derivative of an error beyond which there is nothing to descend along
 
 
@@ -42,11 +43,12 @@ class Problem:
     """Fit of a model's free parameters and every recording's initial state.
 
     m free parameters, f recordings with s initial states each (2 at interface position); vectors
-    have m + s f entries.
+    have m + s f entries. `tolerance` : of the solver.
     """
 
     coordinates: Coordinates
     measurements: tuple[Measurement, ...]
+    tolerance: float = TOLERANCE
 
     @property
     def kind(self) -> InterfaceKind:
@@ -107,8 +109,8 @@ class Problem:
         model = self.model(vector)
         pairs = zip(self.measurements, self.initial_states(vector), strict=True)
         return [
-            residuals_of(simulate_measurement(model, measurement, initial, TOLERANCE), measurement)
-            for measurement, initial in pairs
+            residuals_of(simulate_measurement(model, part, initial, self.tolerance), part)
+            for part, initial in pairs
         ]
 
     def sigmas(self, vector: Array, *, independent: bool = False) -> Sigmas:
@@ -175,7 +177,7 @@ class Problem:
         count, paths = len(self.coordinates.paths), self.coordinates.paths
         blocks = []
         for index, measurement in enumerate(self.measurements):
-            found = sensitivity(model, measurement, states[index], paths, TOLERANCE)
+            found = sensitivity(model, measurement, states[index], paths, self.tolerance)
             own = stack([found.derivatives], [sigmas[index]])
             block = np.zeros((len(own), count + self.states * len(self.measurements)))
             block[:, :count] = own[:, :count]
