@@ -14,6 +14,7 @@ from elastic_tendon.estimation.determinability import (
     find_open_directions,
 )
 from elastic_tendon.estimation.fit import fit
+from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.simulate import sensitivities, simulate
 
@@ -55,6 +56,24 @@ def test_a_start_on_a_bound_does_not_stall_the_fit() -> None:
     recording = Measurement(time, motor, {"joint_position": position}, load, name="made")
     found = fit(truth.with_values({"link.inertia": 0.034}), [recording])
     assert found.model.link.inertia == pytest.approx(truth.link.inertia, rel=1e-4)
+
+
+def test_where_the_solver_errs_visibly_beside_the_noise_a_finer_one_fits(result) -> None:
+    assert result.problem.tolerance == TOLERANCE
+    noise, mass = 1e-6, {"mass": 1.2, "damping": 0.05}  # rings for long
+    truth = load_model("biorob_x4_joint_3").with_effect("spring_mass", mass)
+    time = np.arange(0.0, 3.0, 0.002)
+    motor, load = 0.4 * np.sin(5.0 * time), 5.0 * np.sin(8.0 * time)
+    position = simulate(truth, time, motor, load, tolerance=1e-10)["joint_position"]
+    position = position + noise * np.random.default_rng(1).standard_normal(len(time))
+    recording = Measurement(time, motor, {"joint_position": position}, load, "linear")
+    found = fit(truth, [recording], free=["link.damping"])
+    assert found.problem.tolerance < TOLERANCE
+    (initial,) = found.initial_states
+    errors = residuals.residuals_of(
+        residuals.simulate_measurement(found.model, recording, initial), recording
+    )
+    assert residuals.rms(errors["joint_position"]) < 1.03 * noise
 
 
 def test_right_model_is_weighed_with_its_noise(frictionless, result) -> None:

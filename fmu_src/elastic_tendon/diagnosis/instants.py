@@ -10,7 +10,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.special import erf
+from scipy.special import erf, erfinv
 
 from elastic_tendon.comparison.residuals import Array
 
@@ -33,11 +33,15 @@ _OPERATIONS: Mapping[int, Callable[..., Any]] = {
     ca.OP_SINH: np.sinh,
     ca.OP_COSH: np.cosh,
     ca.OP_TANH: np.tanh,
+    ca.OP_ASINH: np.arcsinh,
+    ca.OP_ACOSH: np.arccosh,
+    ca.OP_ATANH: np.arctanh,
     ca.OP_FLOOR: np.floor,
     ca.OP_CEIL: np.ceil,
     ca.OP_FABS: np.abs,
     ca.OP_SIGN: np.sign,
     ca.OP_ERF: erf,
+    ca.OP_ERFINV: erfinv,
     ca.OP_NOT: lambda x: 1.0 * (x == 0.0),
     ca.OP_TWICE: lambda x: x + x,
     ca.OP_ADD: np.add,
@@ -47,6 +51,7 @@ _OPERATIONS: Mapping[int, Callable[..., Any]] = {
     ca.OP_POW: np.power,
     ca.OP_CONSTPOW: np.power,
     ca.OP_FMOD: np.fmod,
+    ca.OP_REMAINDER: lambda x, y: x - y * np.rint(x / y),
     ca.OP_FMIN: np.fmin,
     ca.OP_FMAX: np.fmax,
     ca.OP_COPYSIGN: np.copysign,

@@ -71,9 +71,7 @@ class Effort:
 
 THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
 QUICK = Effort(scouted=3, scouting=6, polished=0, evaluations=20, rounds=2)
-# mean square, in the noise's, beyond which it does not matter how the solver errs; and the share of
-# what is left that nobody would see
-FAR_FROM_NOISE, UNSEEN = 100.0, 0.01
+UNSEEN = 0.01  # share of the mean square error that the solver's own may have
 REMEMBERED = 64  # vectors whose errors are kept
 AT_NOISE = 1.05  # mean square, in the noise's, that leaves nothing for other inputs to explain
 
@@ -316,8 +314,7 @@ def _solved(
 ) -> FitResult:
     """A fit; again under a finer solver where the solver errs visibly beside what remains."""
     found = _fitted(problem, given, starts, effort, progress)
-    left = _mean_square(found)
-    if found.interrupted or left > FAR_FROM_NOISE:
+    if found.interrupted:
         return found
     finer = replace(problem, tolerance=FINER * problem.tolerance)
     floors = tuple(noise_floors(measurement) for measurement in problem.measurements)
@@ -325,7 +322,7 @@ def _solved(
         errors, finely = (stack(part.errors(found.vector), floors) for part in (problem, finer))
     except SimulationError:
         return found
-    if np.mean((errors - finely) ** 2) < UNSEEN * left:
+    if np.mean((errors - finely) ** 2) < UNSEEN * np.mean(errors**2):
         return found
     again = [*starts, found.model]
     return _fitted(finer, given, again, effort, lambda _share: progress(1.0))
