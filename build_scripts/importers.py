@@ -336,7 +336,12 @@ class Importer:
 # tolerance. Model exchange has the error of the importer's own integrator.
 IMPORTERS = (
     Importer("fmpy rules", "fmpy", fmpy_validation, lacks="terminals"),
-    Importer("toolbox", "fmu_manipulation_toolbox", toolbox_check, lacks="running an FMU"),
+    Importer(
+        "toolbox",
+        "fmu_manipulation_toolbox",
+        toolbox_check,
+        lacks="running an FMU; terminals beside an icon",
+    ),
     Importer(
         *("fmpy CS", "fmpy", fmpy_co_simulation),
         allowed=1e-12,

@@ -1,6 +1,7 @@
 """Terminals: the file, that its variables exist, and that signs are what it says."""
 
 import io
+import zipfile
 
 import casadi as ca
 import numpy as np
@@ -9,6 +10,8 @@ from descriptions import STRUCTURES, described, strict_schema, structure_name
 from lxml import etree
 from matplotlib import image
 
+import elastic_tendon as et
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.fmu.description import to_bytes
 from elastic_tendon.fmu.icon import flanges
@@ -96,6 +99,48 @@ def test_what_flows_in_is_stored(root):
         )
         assert abs(float(found[1])) > 1e-9
         assert float(found[0]) == pytest.approx(float(found[1]), rel=1e-9)
+
+
+def _read_by_another(path):
+    """Terminals of an FMU as fmu-manipulation-toolbox reads them, and the variables by name.
+
+    It takes the first element for the terminals, where the schema puts the picture (3.0.2, section
+    2.4.9), which is therefore left out.
+    """
+    module = pytest.importorskip("fmu_manipulation_toolbox.terminals")
+    with zipfile.ZipFile(path) as archive:
+        read = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        listed = etree.fromstring(archive.read("modelDescription.xml")).find("ModelVariables")
+    read.remove(read.find("GraphicalRepresentation"))
+    found = module.Terminals.from_xml_source(io.BytesIO(etree.tostring(read)))
+    return found, {one.get("name"): one for one in listed}
+
+
+@pytest.mark.parametrize("kind", InterfaceKind)
+@pytest.mark.usefixtures("made_soon")
+def test_a_reader_that_is_not_ours_plugs_one_drive_into_another(kind, tmp_path):
+    model = et.models.biorob_x4_joint_3.at(kind)
+    found, variables = _read_by_another(et.export_fmu(model, tmp_path / "x.fmu", fmi_version=3))
+    assert {one.name: (one.kind, one.matching) for one in found} == {
+        "motor_flange": ("Modelica.Mechanics.Rotational.Interfaces.Flange_a", "plug"),
+        "joint_flange": ("Modelica.Mechanics.Rotational.Interfaces.Flange_b", "plug"),
+    }
+    assert found["motor_flange"].connect(found["joint_flange"]) == [
+        ("motor_position", "joint_position"),
+        ("motor_velocity", "joint_velocity"),
+        ("motor_torque", "load_torque"),
+    ]
+    given = {name for one in found for name in one.members.values()} & {
+        name for name, variable in variables.items() if variable.get("causality") == "input"
+    }
+    motor = {"motor_torque"} if kind.has_rotor else {"motor_position", "motor_velocity"}
+    joint = {"load_torque"} if kind.has_link else {"joint_position", "joint_velocity"}
+    assert given == motor | joint
+    units = {"phi": "rad", "w": "rad/s", "tau": "N.m"}
+    for one in found:
+        assert {
+            member: variables[name].get("unit") for member, name in one.members.items()
+        } == units
 
 
 def test_every_picture_is_there(root):
