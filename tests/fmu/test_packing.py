@@ -20,35 +20,18 @@ from elastic_tendon.native.library import library_path
 
 LICENSES = ("license", "casadi", "fmi_headers", "zig")
 EXPORT = """
-import sys
 from elastic_tendon import export_fmu, load_model
 model = load_model("biorob_x4_joint_3")
-options = {"platforms": sys.argv[2] or None, "source": True}
-export_fmu(model, "there.fmu", fmi_version=int(sys.argv[1]), **options)
+export_fmu(model, "there.fmu", platforms="all", source=True)
 """
 
 
-def _elsewhere(folder, version, platforms):
-    """The FMU of another user in another time zone and folder, also for temporary files."""
-    temporary = folder / "temporary"
-    temporary.mkdir()
-    other = {"TMPDIR": str(temporary), "PYTHONHASHSEED": "random", "TZ": "Pacific/Chatham"}
-    environment = os.environ | other | {"USER": "someone", "LOGNAME": "someone", "LC_ALL": "C"}
-    command = [sys.executable, "-c", EXPORT, str(version), platforms]
-    subprocess.run(command, cwd=folder, env=environment, check=True)
-    assert list(temporary.iterdir()) == []
-    return folder / "there.fmu"
-
-
 def test_two_exports_for_all_platforms_are_the_same_bytes(complete, tmp_path):
-    assert _elsewhere(tmp_path, 2, compiler.ALL).read_bytes() == complete(2).read_bytes()
-
-
-def test_two_exports_of_fmi3_are_the_same_bytes(tmp_path, monkeypatch):
-    """Dated ones too. Compiling is the same for both versions, so for this platform only."""
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    here = export_fmu(MODELS["base"], tmp_path / "here.fmu", fmi_version=3, source=True)
-    assert _elsewhere(tmp_path, 3, "").read_bytes() == here.read_bytes()
+    """As another process in another folder writes them; `test_reproducible` has other users."""
+    environment = os.environ | {"PYTHONHASHSEED": "random"}
+    command = [sys.executable, "-c", EXPORT]
+    subprocess.run(command, cwd=tmp_path, env=environment, check=True)
+    assert (tmp_path / "there.fmu").read_bytes() == complete(2).read_bytes()
 
 
 @pytest.mark.usefixtures("made_soon")
@@ -201,12 +184,6 @@ def test_any_name_can_be_exported(version, name, tmp_path):
     model = MODELS["base"].model_copy(update={"name": name})
     path = export_fmu(model, tmp_path / "x.fmu", fmi_version=version, source=True)
     assert validate_fmu(str(path)) == []
-
-
-@pytest.mark.usefixtures("made_soon")
-def test_two_exports_of_the_pythonfmu_flavour_are_the_same_bytes(tmp_path):
-    here, there = (export_pythonfmu(MODELS["base"], tmp_path / name) for name in ("a.fmu", "b.fmu"))
-    assert here.read_bytes() == there.read_bytes()
 
 
 @pytest.mark.usefixtures("made_soon")
