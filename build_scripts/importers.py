@@ -35,7 +35,9 @@ from typing import Any
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, load_model, models, typical_value
+from elastic_tendon.actuator.variables import interface
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
@@ -44,6 +46,7 @@ from elastic_tendon.simulation.simulate import Array, Trajectory, simulate
 STEP = 1e-3  # s
 DURATION = 1.0  # s
 START = {"motor_position": 0.5, "joint_velocity": 1.0}  # rad, rad/s; far enough for slack
+MOTOR_TORQUE = 1.0  # N m, where that is given and not the position; friction does not hold it
 TOLERANCE = 1e-8  # that of `simulate` and of an FMU that is told none
 
 
@@ -72,14 +75,20 @@ def several_effects() -> Model:
 # ---- what each importer finds --------------------------------------------------------------
 
 
-def expected(model: Model, time: Array, start: dict[str, float] = START) -> Trajectory:
+def start_of(model: Model) -> dict[str, float]:
+    """Starts of constant inputs and of states."""
+    return START | ({"motor_torque": MOTOR_TORQUE} if model.kind.has_rotor else {})
+
+
+def expected(model: Model, time: Array, start: dict[str, float]) -> Trajectory:
     """What `simulate` gives at constant inputs."""
-    held = np.full(time.size, start["motor_position"])
-    velocity = {"joint_velocity": start["joint_velocity"]}
-    return simulate(model, time, held, initial_state=velocity, tolerance=TOLERANCE)
+    inputs = interface(*model.structure).input_names
+    held = {name: np.full(time.size, value) for name, value in start.items() if name in inputs}
+    states = {name: value for name, value in start.items() if name not in inputs}
+    return simulate(model, time, **held, initial_state=states, tolerance=TOLERANCE)
 
 
-def _apart(model: Model, time: Array, position: Array, start: dict[str, float] = START) -> float:
+def _apart(model: Model, time: Array, position: Array, start: dict[str, float]) -> float:
     """Largest difference of a joint position from that of `simulate`, rad."""
     return float(np.abs(expected(model, time, start)["joint_position"] - position).max())
 
@@ -110,7 +119,7 @@ def toolbox_check(path: Path, _model: Model) -> None:
 def _fmpy(path: Path, model: Model, kind: str, **options: bool) -> Found:
     from fmpy import simulate_fmu
 
-    steps: list[float] = []
+    start, steps = start_of(model), list[float]()
 
     def stepped(_time: float, _recorder: object) -> bool:
         steps.append(perf_counter())
@@ -122,14 +131,14 @@ def _fmpy(path: Path, model: Model, kind: str, **options: bool) -> Found:
         stop_time=DURATION,
         output_interval=STEP,
         relative_tolerance=TOLERANCE,
-        start_values=START,
+        start_values=start,
         output=["joint_position"],
         step_finished=stepped,
         **options,
     )
     time, rows = np.unique(run["time"], return_index=True)  # at events there may be two
     step_time = (steps[-1] - steps[0]) / (len(steps) - 1)
-    return Found(_apart(model, time, run["joint_position"][rows]), step_time)
+    return Found(_apart(model, time, run["joint_position"][rows], start), step_time)
 
 
 def fmpy_co_simulation(path: Path, model: Model) -> Found:
@@ -157,7 +166,7 @@ def casadi_model_exchange(path: Path, model: Model) -> Found:
 
     # it tells states before initialisation nothing of their starts: from rest, which sets the same
     # relations; backwards, as a velocity of 0 counts
-    start = {"motor_position": -0.02, "joint_velocity": 0.0}
+    start = start_of(model) | {"motor_position": -0.02, "joint_velocity": 0.0}
     motion = expected(model, np.linspace(0.0, 0.2, 201), start)
     events = motion.event_times
     time = np.linspace(0.0, min([0.2, *0.9 * events[:1]]), 21)
@@ -203,7 +212,8 @@ def ecos_co_simulation(path: Path, model: Model) -> Found:
     load_tbb()
     from ecospy import EcosSimulation, EcosSimulationStructure
 
-    starts = {"one": START, "other": START | {"joint_velocity": -START["joint_velocity"]}}
+    start = start_of(model)
+    starts = {"one": start, "other": start | {"joint_velocity": -start["joint_velocity"]}}
     values = {
         f"{name}::{variable}": value
         for name, start in starts.items()
@@ -245,7 +255,8 @@ def libcosim_co_simulation(path: Path, model: Model) -> Found:
     index = execution.add_local_slave(slave)
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)
-    for name, value in START.items():
+    start = start_of(model)
+    for name, value in start.items():
         execution.real_initial_value(index, reference[name], value)
     rows = [(0.0, 0.0)]
     began = perf_counter()
@@ -256,7 +267,7 @@ def libcosim_co_simulation(path: Path, model: Model) -> Found:
         rows.append((1e-9 * execution.status().current_time, values[0]))
     step_time = (perf_counter() - began) / (len(rows) - 1)
     time, position = np.array(rows).T
-    return Found(_apart(model, time, position), step_time)
+    return Found(_apart(model, time, position, start), step_time)
 
 
 def fmuloader_co_simulation(path: Path, model: Model) -> Found:
@@ -283,7 +294,8 @@ def fmuloader_co_simulation(path: Path, model: Model) -> Found:
             slave.get_float64,
             {"tolerance": TOLERANCE},
         )
-    set_numbers([references[name] for name in START], [*START.values()])
+    start = start_of(model)
+    set_numbers([references[name] for name in start], [*start.values()])
     slave.enter_initialization_mode(**begin)
     slave.exit_initialization_mode()
     rows = [(0.0, 0.0)]
@@ -295,7 +307,7 @@ def fmuloader_co_simulation(path: Path, model: Model) -> Found:
     slave.terminate()
     slave.free_instance()
     time, position = np.array(rows).T
-    return Found(_apart(model, time, position), step_time)
+    return Found(_apart(model, time, position, start), step_time)
 
 
 # ---- importers and flavours ----------------------------------------------------------------
@@ -463,9 +475,11 @@ def chosen(names: Sequence[str], *, each_effect: bool) -> list[tuple[str, Model]
     found = [(name, load_model(name)) for name in names]
     if each_effect:
         base = load_model("biorob_x4_joint_3")
-        # effects on a rotor need another interface than the position that is driven here
-        here = [one.id for one in effects.CATALOGUE if base.kind.has_slot(one.slot)]
-        found += [(effect_id, with_typical(base, effect_id)) for effect_id in here]
+        driven = base.at(InterfaceKind.TORQUE)  # for effects on a rotor
+        found += [
+            (one.id, with_typical(base if base.kind.has_slot(one.slot) else driven, one.id))
+            for one in effects.CATALOGUE
+        ]
     return [*found, ("several effects", several_effects())]
 
 
@@ -479,8 +493,8 @@ def page(rows: Sequence[tuple[str, Sequence[Outcome]]]) -> str:
         "in the importers that can be installed from the package index. A cell shows the largest "
         "difference of the joint position from `simulate`, in rad, over a motion through slack at "
         "constant inputs, and the time that the importer takes for a step of 1 ms; ok where it "
-        "only reads; – where it does not know the kind of FMU. Made by "
-        "`build_scripts/importers.py`.",
+        "only reads; – where it does not know the kind of FMU. Effects on a rotor are driven by a "
+        "torque. Made by `build_scripts/importers.py`.",
         "\n".join(
             f"| {' | '.join(cells)} |"
             for cells in (
