@@ -1,5 +1,6 @@
 """Drives an exported FMU through fmpy, the way an importer would, with inputs from samples."""
 
+from collections.abc import Sequence
 from ctypes import c_double, c_uint
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,7 +64,7 @@ class Fmu:
 
 @dataclass
 class Segments:
-    """Motor position piecewise constant or linear between samples, as polynomials in time."""
+    """Motor position, or what else drives, piecewise constant or linear between samples."""
 
     time: Array
     position: Array
@@ -87,22 +88,23 @@ def run_co_simulation(
     *,
     tolerance: float | None,
     connected: bool = True,
+    driven: str = "motor_position",
 ) -> Array:
     """Steps from sample to sample; the output at each sample, with the inputs that begin there.
 
-    A velocity that is `connected` is that of a held position, 0.
+    A velocity that is `connected` is that of a held position, 0. `driven` : input that is moved.
     """
     result = []
     time, position, slope = segments.time, segments.position, segments.slope
-    start = {"motor_position": position[0]}
+    start = {driven: position[0]}
     if connected and not segments.linear:
         start["motor_velocity_connected"] = True
     instance.begin(start, tolerance=tolerance)
     now = time[0]
     for i in range(len(time)):
-        instance.set("motor_position", position[i])
+        instance.set(driven, position[i])
         if segments.linear:
-            instance.set_rate("motor_position", slope[i])
+            instance.set_rate(driven, slope[i])
         result.append(instance.get(name))
         if i + 1 < len(time):
             instance.advance(now, time[i + 1] - now)
@@ -113,10 +115,10 @@ def run_co_simulation(
 class _Input:
     """What CVodeSolver asks to apply inputs; the velocity goes along, for models that need it."""
 
-    def __init__(self, instance: Instance, segments: Segments) -> None:
-        names = ("motor_position", "motor_velocity")
-        self._values = (c_double * 2)()
-        arguments = ((c_uint * 2)(*instance.references(names)), 2, self._values, 2)
+    def __init__(self, instance: Instance, segments: Segments, names: Sequence[str]) -> None:
+        n = len(names)
+        self._values = (c_double * n)()
+        arguments = ((c_uint * n)(*instance.references(names)), n, self._values, n)
         self._arguments = arguments[: 3 if instance.version == 2 else 4]
         self._set = getattr(instance.fmu, f"fmi{instance.version}Set{instance.number}")
         self._component = instance.fmu.component
@@ -126,8 +128,8 @@ class _Input:
     def apply(self, time: float) -> None:
         """Set position and velocity at a time in the present segment, s."""
         s, i = self._segments, self.segment
-        self._values[0] = s.position[i] + s.slope[i] * (time - s.time[i])
-        self._values[1] = s.slope[i]
+        along = (s.position[i] + s.slope[i] * (time - s.time[i]), s.slope[i])
+        self._values[:] = along[: len(self._values)]
         self._set(self._component, *self._arguments)
 
 
@@ -147,13 +149,16 @@ def run_model_exchange(
     *,
     tolerance: float,
     connected: bool = True,
+    driven: str = "motor_position",
 ) -> tuple[Array, list[float]]:
     """Integrates with CVode; every sample is an input event. Output at the samples, event times."""
     fmu = instance.fmu
-    inputs = _Input(instance, segments)
     time = segments.time
-    start = {"motor_position": segments.position[0], "motor_velocity": segments.slope[0]}
-    instance.begin({"motor_velocity_connected": connected} | start)
+    start: dict[str, float] = {driven: segments.position[0]}
+    if driven == "motor_position":
+        start["motor_velocity"] = segments.slope[0]
+    inputs = _Input(instance, segments, list(start))
+    instance.begin(start | ({"motor_velocity_connected": True} if connected else {}))
     solver = _Solver(
         nx=instance.description.numberOfContinuousStates,
         nz=instance.description.numberOfEventIndicators,

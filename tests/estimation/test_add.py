@@ -140,6 +140,7 @@ def test_typical_values_without_data() -> None:
     # 3 % of R k l_max
     expected = 0.03 * 0.03 * 2 * 11580.0 * 0.015
     assert model.values()[TORQUE] == pytest.approx(expected)
+    assert repr(model.values()[TORQUE]) == "0.31266"  # where products leave 0.31265999999999994
 
 
 def test_several_effects_come_in_one_after_the_other(sticking) -> None:

@@ -1,18 +1,29 @@
 """modelDescription.xml of FMI 3.0, for every effect; what both versions share besides."""
 
+import math
 import re
 
 import pytest
-from descriptions import MANY, STRUCTURES, content, described, strict_schema, structure_name
+from descriptions import (
+    MANY,
+    SCHEMAS,
+    STRUCTURES,
+    content,
+    described,
+    strict_schema,
+    structure_name,
+)
 from fmpy import read_model_description
 from lxml import etree
 
+from elastic_tendon.actuator.variables import Kind
 from elastic_tendon.fmu import fmi3_description
 from elastic_tendon.fmu.description import seal, to_bytes
 
 # of FMI 2.0.4, section 2.2.9, and FMI 3.0.2, section 2.4.7.5, without quoted names
 PART = r"[A-Za-z_]\w*(\[\d+(,\d+)*\])?"
 STRUCTURED_NAME = re.compile(rf"(?a:{PART}(\.{PART})*|der\({PART}(\.{PART})*(,\d+)?\))")
+XSD = {"xs": "http://www.w3.org/2001/XMLSchema"}
 every_structure = pytest.mark.parametrize("effect_ids", STRUCTURES, ids=structure_name)
 both_versions = pytest.mark.parametrize("version", [2, 3])
 
@@ -34,6 +45,12 @@ def _root(effect_ids, version=3):
 
 def _variables(root):
     return {one.get("name"): one for one in root.find("ModelVariables")}
+
+
+def _typed(root):
+    """By name: the element that has a variable's unit, bounds and start."""
+    inside = root.get("fmiVersion") == "2.0"
+    return {name: one[0] if inside else one for name, one in _variables(root).items()}
 
 
 def _unknowns(root, group):
@@ -108,6 +125,47 @@ def test_every_number_is_described(effect_ids, version):
         assert one.variable.nominal > 0, one.name
         if one.start is not None:
             assert one.variable.lower <= one.start <= one.variable.upper, one.name
+
+
+@both_versions
+@every_structure
+def test_min_and_max_stand_where_a_quantity_has_them(effect_ids, version):
+    """Each parameter is bounded, a tension on one side; inputs and motion are not."""
+    found = {
+        name: (float(one.get("min", -math.inf)), float(one.get("max", math.inf)))
+        for name, one in _typed(_root(effect_ids, version)).items()
+    }
+    parameters = described(effect_ids, version).interface.parameters
+    bounded = {name: bounds for name, bounds in found.items() if bounds != (-math.inf, math.inf)}
+    assert bounded == {
+        **{one.name: (one.lower, one.upper) for one in parameters},
+        **dict.fromkeys(("slack_state", "slack_state_number"), (1, 4)),
+        **dict.fromkeys(("upper_spring_force", "lower_spring_force"), (0, math.inf)),
+    }
+    assert all(-math.inf < one.lower < one.upper < math.inf for one in parameters)
+
+
+@both_versions
+@every_structure
+def test_starts_are_the_shortest_decimals_that_read_back(effect_ids, version):
+    typed = _typed(_root(effect_ids, version))
+    reals = [one for one in described(effect_ids, version).variables if one.start is not None]
+    for one in reals:
+        if one.variable.kind is Kind.REAL:
+            assert typed[one.name].get("start") == repr(float(one.start)), one.name
+    assert typed["link.inertia"].get("start") == "0.03"
+
+
+@both_versions
+@every_structure
+def test_every_length_is_shown_in_millimetres(effect_ids, version):
+    lengths = [
+        one.get("displayUnit")
+        for one in _typed(_root(effect_ids, version)).values()
+        if one.get("unit") == "m"
+    ]
+    assert len(lengths) >= 4
+    assert set(lengths) == {"mm"}
 
 
 def test_sizes_agree():
@@ -278,4 +336,16 @@ def test_interfaces_with_their_capabilities():
         ("CoSimulation", fmi3_description.CO_SIMULATION),
     ):
         assert root.find(name).attrib == {"modelIdentifier": "model"} | capabilities
-        assert "providesEvaluateDiscreteStates" not in capabilities  # there is nothing to evaluate
+        assert capabilities["providesEvaluateDiscreteStates"] == "false"  # nothing to evaluate
+
+
+@both_versions
+def test_no_capability_is_left_to_the_default(version):
+    schemas = [etree.parse(str(path)) for path in (SCHEMAS / f"fmi{version}").glob("*.xsd")]
+    root = _root((), version)
+    for name in ("ModelExchange", "CoSimulation"):
+        places = f"*[@name='{name}' or @name='fmi3{name}' or @name='fmi3InterfaceType']"
+        query = f"//{places}//xs:attribute[@type='xs:boolean']/@name"
+        known = {one for schema in schemas for one in schema.xpath(query, namespaces=XSD)}
+        assert len(known) > 5
+        assert known <= set(root.find(name).keys())

@@ -16,8 +16,8 @@ from fmpy.validation import validate_fmu
 from fmu_cases import MODELS
 
 import importers as script
-from effects_at import IDS_AT_POSITION
 from elastic_tendon.actuator.parameters import load_model, models
+from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.fmu.pythonfmu_flavour import export_pythonfmu
 from fmu_driver import ERROR, Fmu
@@ -115,7 +115,9 @@ def test_a_wrong_jacobian_is_told():
 
 
 def test_the_models_of_the_script_go_slack():
-    for model in (*map(load_model, models), EFFECTS):
+    time = np.linspace(0.0, 1.0, 1001)
+    on_a_rotor = dict(script.chosen([], each_effect=True))["motor_friction"]
+    for model in (*map(load_model, models), EFFECTS, on_a_rotor):
         assert len(set(script.expected(model, time, script.start_of(model))["slack_state"])) > 1
 
 
@@ -140,8 +142,8 @@ def test_script_writes_a_page(monkeypatch, tmp_path):
     page = (tmp_path / "page.md").read_text()
     assert "1e-15; 12 µs" in page
     assert "| figure_8, pythonfmu |" in page
-    for effect_id in IDS_AT_POSITION:
-        assert f"| {effect_id}, FMI 3 |" in page
+    for effect in CATALOGUE:
+        assert f"| {effect.id}, FMI 3 |" in page
     assert re.search(r"fmpy CS \(\w+ \d+\.\d+", page)
     assert all(importer.lacks for importer in IMPORTERS)
 

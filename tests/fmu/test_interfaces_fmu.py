@@ -9,8 +9,10 @@ from fmpy.validation import validate_fmu
 
 import elastic_tendon as et
 from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.fmu.documentation import documentation
+from elastic_tendon.fmu.export import describe
 from elastic_tendon.native.layout import layout
 from elastic_tendon.simulation.simulate import simulate
 
@@ -86,15 +88,23 @@ def test_the_documentation_says_what_to_connect_and_to_read(kind, version):
     variables = interface(*model.structure)
     rows = layout(variables, model.values())
     page = documentation(model, rows, version)["documentation/index.html"].decode()
-    connect = page[page.index("Connect it") : page.index("<nav>")]
-    give, read = re.findall(r"<li>(?:Give|Read) (.*?)</li>", connect, re.DOTALL)
+    connect = " ".join(page[page.index("Connect it") : page.index("<nav>")].split())
+    give, read = re.findall(r"<li>(?:Give|Read) (.*?)</li>", connect)
     asked = set(re.findall(r"<code>(\w+)</code>", give))
     assert asked == {*variables.input_names} - {"motor_velocity"}
     assert {*re.findall(r"<code>(\w+)</code>", read)} <= {
         variable.name for variable in rows if variable.is_output
     }
-    assert ("motor_velocity_connected" in connect) == ("motor_velocity" in variables.input_names)
+    for told in ("motor_velocity_connected", "in model exchange it counts as 0 else"):
+        assert (told in connect) == ("motor_velocity" in variables.input_names)
     assert ("motor.inertia" in page[page.index("Equations</h2>") :]) == kind.has_rotor
+
+
+def test_each_interface_of_a_model_has_a_name_of_its_own():
+    models = [et.models.biorob_x4_joint_3.at(kind) for kind in InterfaceKind]
+    names = [describe(model, build(*model.structure), 3).name for model in models]
+    assert names[0] == "biorob_x4_joint_3"
+    assert len(set(names)) == len(names)
 
 
 @pytest.mark.parametrize("kind", InterfaceKind)

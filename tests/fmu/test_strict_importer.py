@@ -1,17 +1,21 @@
-"""Importers that stop at anything but OK, as some do, take every effect and every bundled model."""
+"""Importers that stop at anything but OK take every effect, bundled model and interface."""
 
 import pytest
 from fmu_cases import BOTH, motion, with_typical
 
-from effects_at import IDS_AT_POSITION
+from effects_at import placed
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import load_model, models
+from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.fmu.export import export_fmu
 from fmu_driver import Fmu, run_co_simulation, run_model_exchange
 
 TOLERANCE = 1e-6
-MODELS = {name: load_model(name) for name in models} | {
-    effect_id: with_typical(load_model("biorob_x4_joint_3"), effect_id)
-    for effect_id in IDS_AT_POSITION
+BASE = load_model("biorob_x4_joint_3")
+MODELS = {
+    **{name: load_model(name) for name in models},
+    **{effect.id: with_typical(placed(BASE, effect), effect.id) for effect in CATALOGUE},
+    **{kind: BASE.at(kind) for kind in InterfaceKind if kind is not InterfaceKind.POSITION},
 }
 
 
@@ -20,12 +24,14 @@ MODELS = {name: load_model(name) for name in models} | {
 @pytest.mark.usefixtures("made_soon")
 def test_every_call_returns_ok(name, version, instances, tmp_path):
     """Spring damping and rates without the motor's velocity, springs stretched too far."""
-    path = export_fmu(MODELS[name], tmp_path / "x.fmu", fmi_version=version)
-    fmu = Fmu(path, tmp_path / "unpacked")
+    model = MODELS[name]
+    fmu = Fmu(export_fmu(model, tmp_path / "x.fmu", fmi_version=version), tmp_path / "unpacked")
+    driven = "motor_torque" if model.kind.has_rotor else "motor_position"
     for make, run in ((fmu.slave, run_co_simulation), (fmu.model, run_model_exchange)):
         instance = instances(make())
         calls = []
         instance.fmu.fmiCallLogger = calls.append
-        run(instance, motion(False, n=51, amplitude=0.6), tolerance=TOLERANCE, connected=False)
+        segments = motion(False, n=51, amplitude=0.6)
+        run(instance, segments, tolerance=TOLERANCE, connected=False, driven=driven)
         assert len(calls) > 150
         assert [call for call in calls if not call.endswith("-> OK")] == []

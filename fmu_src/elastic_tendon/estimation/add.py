@@ -103,7 +103,11 @@ def add_typical(model: Model, effect_ids: str | Sequence[str]) -> Model:
     for effect_id in _listed(effect_ids):
         check_welcome(extended, effect_id)
         parameters = effects.BY_ID[effect_id].parameters
-        typical = {parameter.name: _typical(extended, parameter) for parameter in parameters}
+        typical = {
+            # without the last digits that arithmetic leaves: dialogs of importers show the number
+            parameter.name: float(f"{_typical(extended, parameter):.12g}")
+            for parameter in parameters
+        }
         extended = extended.with_effect(effect_id, typical)
     return named_after(model, extended)
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.system import HybridSystem
@@ -41,6 +42,12 @@ def model_identifier(name: str) -> str:
     return identifier[:_LONGEST_IDENTIFIER]
 
 
+def _variant_name(model: Model) -> str:
+    """The model's name, and its interface where that is not the default."""
+    kind = model.kind
+    return model.name if kind is InterfaceKind.POSITION else f"{model.name}, interface {kind}"
+
+
 def describe(
     model: Model,
     system: HybridSystem,
@@ -49,7 +56,7 @@ def describe(
 ) -> description.Description:
     """What the FMU of a model says of itself."""
     return description.Description(
-        name=model.name,
+        name=_variant_name(model),
         identifier=model_identifier(model.name),
         interface=system.interface,
         variables=layout(

@@ -18,6 +18,7 @@ _BOTH = {
     "providesDirectionalDerivatives": "true",
     "providesAdjointDerivatives": "true",
     "providesPerElementDependencies": "false",
+    "providesEvaluateDiscreteStates": "false",
 }
 MODEL_EXCHANGE = _BOTH | {"needsCompletedIntegratorStep": "false"}
 CO_SIMULATION = _BOTH | {
