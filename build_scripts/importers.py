@@ -85,7 +85,12 @@ def expected(model: Model, time: Array, start: dict[str, float]) -> Trajectory:
     inputs = interface(*model.structure).input_names
     held = {name: np.full(time.size, value) for name, value in start.items() if name in inputs}
     states = {name: value for name, value in start.items() if name not in inputs}
-    return simulate(model, time, **held, initial_state=states, tolerance=TOLERANCE)
+    return simulate(
+        *(model, time, held.get("motor_position")),
+        motor_torque=held.get("motor_torque"),
+        initial_state=states,
+        tolerance=TOLERANCE,
+    )
 
 
 def _apart(model: Model, time: Array, position: Array, start: dict[str, float]) -> float:

@@ -128,7 +128,7 @@ class _Input:
     def apply(self, time: float) -> None:
         """Set position and velocity at a time in the present segment, s."""
         s, i = self._segments, self.segment
-        along = (s.position[i] + s.slope[i] * (time - s.time[i]), s.slope[i])
+        along = [s.position[i] + s.slope[i] * (time - s.time[i]), s.slope[i]]
         self._values[:] = along[: len(self._values)]
         self._set(self._component, *self._arguments)
 
