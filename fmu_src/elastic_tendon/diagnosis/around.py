@@ -129,9 +129,9 @@ class Around(Refits):
         hopped = answer is self._hopped_on_screen.get(answer.added)
         if hopped or self._at_noise() or not all(map(self.screen.sees, answer.added)):
             return
-        self.progress(told("estimating again", answer.added), 0.0)
         known = self._own(answer.added)
-        found = self.screen.hopped(known)
+        words = told("estimating again", answer.added)
+        found = self.screen.hopped(known, partial(self.progress, words))
         if badness(found) < BETTER * badness(known):
             self._keep([found])
             self._refit([answer.added], "refitting again", again=True)

@@ -5,7 +5,7 @@ integrated and the problem is nearly linear, so that a good start is not needed.
 where refits of whole trajectories start, and tell which sets deserve one.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import log
@@ -390,13 +390,21 @@ class Screen:
         """A set from one start: shapes held, then free."""
         return self.fit(added, self.fit(added, start, SCOUTING, hold=True).values, POLISHING)
 
-    def hopped(self, estimate: Estimate) -> Estimate:
+    def hopped(
+        self, estimate: Estimate, check: Callable[[float], object] = lambda _share: None
+    ) -> Estimate:
         """The best estimate of the same set from places around it, and around what is better.
 
         Where contacts open and close, the sum of squares has many minima.
+
+        Parameters
+        ----------
+        estimate : of a set
+        check : called before each hop with the share that is done; may end the work
         """
         random, best, vain = np.random.default_rng(0), estimate, 0
         while vain < FRUITLESS and best.square > FITS:
+            check(vain / FRUITLESS)
             start = self._beside(best, DISTANCES[vain % len(DISTANCES)], random)
             found = self.fit(estimate.added, start, POLISHING)
             better = badness(found) < BETTER * badness(best)
