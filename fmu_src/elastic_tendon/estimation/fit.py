@@ -317,15 +317,23 @@ def _solved(
     if found.interrupted:
         return found
     finer = replace(problem, tolerance=FINER * problem.tolerance)
-    floors = tuple(noise_floors(measurement) for measurement in problem.measurements)
-    try:
-        errors, finely = (stack(part.errors(found.vector), floors) for part in (problem, finer))
-    except SimulationError:
-        return found
-    if np.mean((errors - finely) ** 2) < UNSEEN * np.mean(errors**2):
+    if not _differs(found, finer):
         return found
     again = [*starts, found.model]
-    return _fitted(finer, given, again, effort, lambda _share: progress(1.0))
+    try:
+        return _fitted(finer, given, again, effort, lambda _share: progress(1.0))
+    except SimulationError:  # it would take far too many steps wherever the fit may be
+        return found
+
+
+def _differs(found: FitResult, finer: Problem) -> bool:
+    """Whether a finer solver shows visibly other errors, or cannot follow."""
+    floors = tuple(noise_floors(measurement) for measurement in finer.measurements)
+    try:
+        coarse, fine = (stack(part.errors(found.vector), floors) for part in (found.problem, finer))
+    except SimulationError:
+        return True
+    return bool(np.mean((coarse - fine) ** 2) > UNSEEN * np.mean(coarse**2))
 
 
 def _fitted(
