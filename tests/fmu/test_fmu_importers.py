@@ -87,6 +87,34 @@ def test_a_description_against_the_rules_does_not_pass(flavours, tmp_path, impor
     assert told in outcome(chosen, path, EFFECTS).failure
 
 
+def _slack_states_by_ecos(path, model):
+    """Raise where they are not those of `simulate`; Ecos has no enumerations."""
+    script.load_tbb()
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    start, found = script.start_of(model), []
+    with EcosSimulationStructure() as structure:
+        structure.add_model("one", str(path))
+        structure.add_parameter_set("start", {f"one::{name}": start[name] for name in start})
+        with EcosSimulation(script.STEP, structure=structure) as simulation:
+            simulation.init(parameter_set="start")
+            for _ in range(500):
+                simulation.step()
+                found.append(simulation.get_integer("one::slack_state_number"))
+            simulation.terminate()
+    time = np.arange(501) * script.STEP
+    wanted = script.expected(model, time, start)["slack_state"][1:]
+    if found != wanted.astype(int).tolist() or len(set(found)) < 2:
+        raise script.ImporterError(f"slack states {set(found)}, and not those of simulate")
+
+
+@pytest.mark.parametrize("flavour", ["FMI 2", "FMI 3"])
+def test_an_importer_without_enumerations_reads_the_number_of_the_slack_state(flavours, flavour):
+    ecos = Importer("slack states in Ecos", "ecospy", _slack_states_by_ecos)
+    _skip_where_absent(ecos)
+    assert outcome(ecos, flavours(flavour), EFFECTS).failure == ""
+
+
 def _die(_path, _model):
     os.write(2, b"some reason\n")
     os.abort()
