@@ -4,9 +4,10 @@
 
 A sequence is the life of an instance for co-simulation or model exchange: 1 to 512 calls, about
 100 on the average. The sequences are shared out among both versions of FMI and all effects: none,
-each alone, and two sets of several. Needs gcc. With `--done` every finished part is noted in a
-file, and a run that was interrupted goes on behind them. Exit status: 0 nothing found, 1 a finding,
-which is printed with what repeats it, 2 not possible.
+each alone, sets of several, and sets at the interfaces where another simulator has the link. Needs
+gcc. With `--done` every finished part is noted in a file, and a run that was interrupted goes on
+behind them. Exit status: 0 nothing found, 1 a finding, which is printed with what repeats it, 2 not
+possible.
 """
 
 import argparse
@@ -37,7 +38,10 @@ SEVERAL: dict[str, tuple[str, ...]] = {
     "friction and protection": ("coulomb_friction", "overstretch_protection"),
     "rotor": ("motor_friction", "gear_backlash", "joint_stop"),
     "implicit": ("spring_hardening", "spring_relaxation", "tendon_compliance"),
+    "springs alone": ("spring_hysteresis",),
+    "rotor and springs": ("motor_friction", "spring_hysteresis"),
 }
+KINDS = {"springs alone": "joint", "rotor and springs": "torque_joint"}  # others: as they need it
 EFFECTS = SEVERAL | {effect_id: (effect_id,) for effect_id in BY_ID}
 PART = 20_000  # sequences of one run
 _VALID = {"motor_position": (-0.5, 0.5), "deflection": (-0.1, 0.1)}  # rad
@@ -70,8 +74,8 @@ class Fuzzer:
         return "", f"exit status {done.returncode}\n{done.stdout}{done.stderr}"
 
 
-def _model(effect_ids: tuple[str, ...]) -> Model:
-    model = load_model("biorob_x4_joint_3")
+def _model(effect_ids: tuple[str, ...], kind: str) -> Model:
+    model = load_model("biorob_x4_joint_3").at(kind)
     for effect_id in effect_ids:
         if not model.kind.has_slot(BY_ID[effect_id].slot):  # it acts on a rotor
             model = model.at("torque")
@@ -94,8 +98,12 @@ def _reference(variables: Sequence[FmuVariable], name: str) -> int:
     return next(part.value_reference for part in variables if part.name == name)
 
 
-def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer:
+def build(
+    effect_ids: tuple[str, ...], fmi_version: int, folder: Path, kind: str = "position"
+) -> Fuzzer:
     """Compile the library of a model together with the calls of a version of FMI.
+
+    `kind` is the model's interface; effects on a rotor take it to "torque".
 
     Raises
     ------
@@ -104,7 +112,7 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
     subprocess.CalledProcessError
         where gcc refuses
     """
-    model = _model(effect_ids)
+    model = _model(effect_ids, kind)
     system = build_system(*model.structure)
     variables = layout(
         system.interface, model.values(), indicators=fmi_version == 3, validity=_VALID
@@ -114,7 +122,7 @@ def build(effect_ids: tuple[str, ...], fmi_version: int, folder: Path) -> Fuzzer
     legal = {f"{kind.value.upper()}_": _first(variables, kind) for kind in Kind}
     sizes = legal | {
         "REFERENCES": len(variables),
-        "LOAD_TORQUE": _reference(variables, "load_torque"),
+        "LAST_INPUT": _reference(variables, system.interface.input_names[-1]),
         "STATES": len(system.interface.states),
         "INDICATORS": sum(mode.indicators for mode in system.interface.modes),
     }
@@ -143,7 +151,8 @@ class _Case:
     def fuzzer(self) -> Fuzzer:
         """Built once."""
         self.folder.mkdir()
-        return build(EFFECTS[self.name], self.fmi_version, self.folder)
+        kind = KINDS.get(self.name, "position")
+        return build(EFFECTS[self.name], self.fmi_version, self.folder, kind)
 
 
 @dataclass(frozen=True)

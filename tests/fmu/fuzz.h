@@ -249,11 +249,11 @@ static double now(Target *t) {
   return result;
 }
 
-/* A load that no step bears. */
+/* A load, or a joint's velocity, that no step bears. */
 static int call_overload(Target *t) {
-  const unsigned load_torque = LOAD_TORQUE;
+  const unsigned input = LAST_INPUT;
   const double load = 1.7e308;
-  return SET_NUMBER(handle(t), &load_torque, &load);
+  return SET_NUMBER(handle(t), &input, &load);
 }
 
 static int call_set_time(Target *t) {

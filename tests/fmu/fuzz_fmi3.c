@@ -281,7 +281,7 @@ static void update(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Bo
 
 static void instantiate(Target *t, const char *token) {
   /* an input, the last one, and outputs behind it that are continuous: a torque and a state */
-  const unsigned required[] = {1, LOAD_TORQUE, LOAD_TORQUE + 1, LOAD_TORQUE + 3}, wrong[] = {REFERENCES + draw(9)};
+  const unsigned required[] = {1, LAST_INPUT, LAST_INPUT + 1, LAST_INPUT + 3}, wrong[] = {REFERENCES + draw(9)};
   const int logging = draw(4) != 0;
   t->is_slave = draw(3) != 0;
   t->logs = logging ? 15 : 0;

@@ -6,7 +6,7 @@ import pytest
 from fmu_cases import BOTH
 from refusals import functions_of_header
 
-from fuzz_fmus import FUZZERS, SEVERAL, build
+from fuzz_fmus import FUZZERS, KINDS, SEVERAL, build
 
 SEQUENCES = 2000  # of each case: above 100 000 calls of each version
 
@@ -29,7 +29,8 @@ def test_every_function_of_the_header_is_called(version):
 @BOTH
 def test_sanitizers_find_nothing_in_random_calls(effects, version, tmp_path):
     """gcc's, because zig's do not link; warnings of the hand-written C are errors here too."""
-    fuzzer = build(SEVERAL[effects], version, tmp_path)
+    kind = KINDS.get(effects, "position")
+    fuzzer = build(SEVERAL[effects], version, tmp_path, kind)
     assert fuzzer.warnings == ()
     told, finding = fuzzer.run(SEQUENCES, seed=1)
     assert finding == ""
