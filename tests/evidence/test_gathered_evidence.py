@@ -135,12 +135,12 @@ def test_it_holds_no_path_and_no_name(monkeypatch, tmp_path) -> None:
     columns.columns = [f"{name}_{'s' if name == 'time' else 'rad'}" for name in columns.columns]
     columns.rename(columns={"load_torque_rad": "load_torque_Nm"}).to_csv(demo, index=False)
     evidence = et.gather_evidence(
-        friction_model(),
+        friction_model().model_copy(update={"name": "Alice's joint"}),
         et.read(demo),
         diagnosis=friction_diagnosis(),
         command=f"elastic-tendon export {home}/m.toml --with-evidence {demo}",
     )
-    packed = b"".join(evidence.contents(None).values())
+    packed = b"".join(evidence.contents(None).values()).lower()
     for name in (b"alice", b"wonderland", b"/home", str(tmp_path).encode(), str(ROOT).encode()):
         assert name not in packed
     told = json.loads(evidence.contents(None)[REPORT])
@@ -157,14 +157,16 @@ def test_no_name_of_this_machine_is_in_the_fmu(files, tmp_path) -> None:
 
 
 def test_equal_evidence_is_equal_bytes(monkeypatch) -> None:
+    """Also of who, or whose machine, is called by a word that evidence has of its own."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     recording = et.load_demo().recording.window(0.0, 1.0)
     made = []
-    for user in ("alice", "bob"):
+    for user, host in (("alice", "lab-7"), ("tendon", "joint"), ("recording", "motor")):
         monkeypatch.setattr(getpass, "getuser", lambda user=user: user)
+        monkeypatch.setattr(socket, "gethostname", lambda host=host: host)
         evidence = et.gather_evidence(friction_model(), recording)
         made.append(evidence.contents("ab"))
-    assert made[0] == made[1]
+    assert made[0] == made[1] == made[2]
     assert json.loads(made[0][REPORT])["date"] == "2023-11-14"
 
 

@@ -171,16 +171,16 @@ def gather_evidence(
     related = (*(file for part in parts for file in part.related), *_ALWAYS)
     report = {
         "schema": SCHEMA,
-        "model": model.name,
+        "model": without_names(model.name),
         "effects": list(model.effect_ids),
         "date": _date(),
         "recordings": described,
         "smoke_test": {"tolerances": parts[0].tolerances},
         "range": _ranges(compared),
-        "diagnosis": found,
+        "diagnosis": without_names(plain(found)),
         "provenance": _provenance(command),
     }
-    return Evidence(compared, without_names(plain(report)), files, related)
+    return Evidence(compared, plain(report), files, related)
 
 
 # ---- experiments ---------------------------------------------------------------------------
@@ -246,7 +246,7 @@ def _recording(
     part = _experiment(experiment, model, measured) if keep == "data" else _Part({}, (), {})
     source = Path(recording.source)
     return part, {
-        "name": recording.name,
+        "name": without_names(recording.name),
         "experiment": name,
         "packed": keep == "data",
         "role": role,
@@ -394,7 +394,7 @@ def _correlation(problem: Problem, model: Model) -> Array:
 
 def _parameter_set(model: Model, uncertainty: Uncertainty) -> bytes:
     units = {variable.name: variable.unit for variable in interface(*model.structure).parameters}
-    return parameter_set(model.name, model.values(), units, uncertainty)
+    return parameter_set(without_names(model.name), model.values(), units, uncertainty)
 
 
 # ---- who, when, with what ------------------------------------------------------------------
@@ -409,7 +409,7 @@ def _date() -> str:
 
 def _provenance(command: str | None) -> dict[str, Any]:
     return {
-        "command": command,
+        "command": without_names(command),
         "python": platform.python_version(),
         "versions": {name: version(name) for name in _PACKAGES},
     }

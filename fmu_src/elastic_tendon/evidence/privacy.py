@@ -16,9 +16,12 @@ _LEFT_OUT = "\N{HORIZONTAL ELLIPSIS}"
 
 
 def without_names(content: Any) -> Any:
-    """Plain data, at any depth: of paths the last part is left, names become an ellipsis."""
+    """Plain data, at any depth: of paths the last part is left, names become an ellipsis.
+
+    Keys stay: they are words of ours, which a user or a machine may be called by too.
+    """
     if isinstance(content, dict):
-        return {without_names(key): without_names(value) for key, value in content.items()}
+        return {key: without_names(value) for key, value in content.items()}
     if isinstance(content, (list, tuple)):
         return [without_names(value) for value in content]
     return _text(content) if isinstance(content, str) else content
