@@ -4,6 +4,7 @@ import re
 import zipfile
 from dataclasses import replace
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +14,14 @@ from fmpy.validation import validate_fmu
 
 import elastic_tendon as et
 from elastic_tendon.evidence.gather import REPORT, replayable
-from elastic_tendon.evidence.manifest import MANIFEST, Related, manifest
+from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, Related, manifest
 from elastic_tendon.evidence.parameter_set import Uncertainty, parameter_set
 from elastic_tendon.evidence.replay import IMPORTERS
 from elastic_tendon.native import compiler
 from fmu_driver import Fmu
 
 PLAIN = ("modelDescription.xml", "binaries/")
+STANDARD = Path(__file__).parents[3] / "shared/standards/fmi-ls-ref"
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -37,6 +39,7 @@ def test_it_reproduces_what_is_stated(version, sealed, keys) -> None:
         *("x.fmu", "reproduces", "valid", "validated", "signed")
     ]
     assert "diagnosis: missing_effect" in lines[3]
+    assert "not replayed" not in lines[3]
     assert found.to_dict()["schema"] == "elastic-tendon/verification/1"
 
 
@@ -56,7 +59,20 @@ def test_other_importers_reproduce_it(importer, sealed) -> None:
         pytest.skip(f"{importer} is not installed")
     found = et.verify(sealed(2), importer=importer)
     assert found.passed
+    assert found.lines[3].count("as stated, not replayed") == 2
     assert max(found.differences.values()) < 1e-7
+
+
+def test_hashes_alone_are_said_not_to_be_replayed(sealed, tmp_path) -> None:
+    recording = et.load_demo().recording.window(0.0, 1.0)
+    kept = et.gather_evidence(friction_model(), recording, keep="hashes")
+    plain = {n: c for n, c in contents(sealed(2)).items() if not n.startswith(FOLDER)}
+    path = tmp_path / "x.fmu"
+    resealed(path, plain | kept.contents(None))
+    found = et.verify(path)
+    assert found.passed, found.faults
+    assert found.differences is not None
+    assert found.lines[3].count("as stated, not replayed") == 1
 
 
 def test_an_importer_that_cannot_take_it_says_so(sealed) -> None:
@@ -75,6 +91,7 @@ def test_a_planned_motion_is_judged_by_its_range(sealed) -> None:
     stronger = replace(recording, load_torque=1.5 * recording.load_torque)
     found = et.verify(sealed(2), inputs=stronger)
     (fault,) = found.faults
+    assert found.lines[0] == "x.fmu: as it was sealed"  # it is its use that is wrong
     at = float(re.search(r"load_torque from (\S+) s", fault)[1])
     low, high = found.ranges["load_torque"]
     beyond = np.abs(stronger.load_torque - (low + high) / 2) > 0.52 * (high - low)
@@ -155,6 +172,22 @@ def test_what_another_maker_packed_is_read(sealed, tmp_path) -> None:
     assert found.passed
     assert len(repr(found).splitlines()) == 5
     assert "1 parameter, 1 experiment, 1 report" in repr(found)
+
+
+def test_the_standards_own_example_is_read(sealed, tmp_path) -> None:
+    example = STANDARD / "manifest_example.xml"
+    if not example.is_file():
+        pytest.skip("the example of LS-REF is not here")
+    path = tmp_path / "x.fmu"
+    plain = {n: c for n, c in contents(sealed(2)).items() if n.startswith(PLAIN)}
+    values = parameter_set("theirs", {"link.inertia": 0.03}, {}, Uncertainty((), (), (), "model"))
+    sets = [f"{FOLDER}{name}-params.ssv" for name in ("baseline", "midrange", "highend", "dynamic")]
+    others = ("modelica/mymodel.mo", "smoke-tests.exp")
+    theirs = {MANIFEST: example.read_bytes(), **dict.fromkeys(sets, values)}
+    packed(path, plain | theirs | {f"{FOLDER}{name}": b"anything" for name in others})
+    found = et.verify(path)
+    assert found.faults == ("metadata/model.srmd is listed and missing",)
+    assert "1 model, 4 parameter, 1 experiment, 1 meta-data" in repr(found)
 
 
 @pytest.mark.parametrize(

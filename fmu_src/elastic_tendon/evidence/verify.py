@@ -263,7 +263,7 @@ class _Check:
             self.faults.append("it was signed, and the signature was taken out or replaced")
         if public_key is not None:
             self._check_signer(signed_by, load_public_key(public_key))
-        planned = ""
+        planned, leaves = "", None
         if not self.faults:
             with _unpacked(self.files) as folder:
                 self._check_parameters(folder)
@@ -271,12 +271,12 @@ class _Check:
                 if self.importer == "fmpy":
                     self._replay(folder, report)
                 if inputs is not None:
-                    planned = self._planned(folder, report["range"], inputs)
+                    planned, leaves = self._planned(folder, report["range"], inputs)
         ran = bool(self.differences)
         ranges = {name: (low, high) for name, (low, high) in report.get("range", {}).items()}
         return Verification(
             name=self.name,
-            faults=tuple(map(one_line, self.faults)),
+            faults=tuple(map(one_line, [*self.faults, *([leaves] if leaves else [])])),
             differences=self.differences if ran else None,
             signed_by=signed_by,
             ranges=ranges,
@@ -370,8 +370,11 @@ class _Check:
 
     def _planned(
         self, folder: str, ranges: Mapping[str, tuple[float, float]], inputs: Measurement
-    ) -> str:
-        """Run a planned motion; whether it leaves the range of validity, in one line."""
+    ) -> tuple[str, str | None]:
+        """Run a planned motion; whether it leaves the range of validity, in one line, and where.
+
+        Nothing is wrong with the FMU then, but with its use.
+        """
         time = inputs.time - inputs.time[0]
         starts = _starts(folder, self.name)
         radii = [float(starts[f"transmission.{end}_pulley_radius"]) for end in ("motor", "joint")]
@@ -389,10 +392,12 @@ class _Check:
             if beyond.any():
                 leaves.append(f"{name} from {inputs.time[np.argmax(beyond)]:.6g} s")
         if not leaves:
-            return "planned inputs: stay in the range in which it was validated"
+            return "planned inputs: stay in the range in which it was validated", None
         share = f"{100.0 * np.mean(outside):.3g} % of the samples"
-        self.faults.append(f"the planned inputs leave the range of validity: {', '.join(leaves)}")
-        return f"planned inputs: leave the range in which it was validated, {share}"
+        return (
+            f"planned inputs: leave the range in which it was validated, {share}",
+            f"the planned inputs leave the range of validity: {', '.join(leaves)}",
+        )
 
     def _lines(
         self,
@@ -411,23 +416,27 @@ class _Check:
             f"{self.name}: {'as it was sealed' if not self.faults else 'NOT as it should be'}",
             f"reproduces: {apart or 'not run'}{f' ({self.importer})' if apart else ''}",
             f"valid for: {valid or 'not told'}",
-            f"validated against: {_validated(report)}",
+            f"validated against: {self._validated(report)}",
             f"signed by {signed_by}" if signed_by else "unsigned",
             *([planned] if planned else []),
         )
         return tuple(map(one_line, told))
 
-
-def _validated(report: Mapping[str, Any]) -> str:
-    parts = []
-    for recording in report.get("recordings", ()):
-        errors = (
-            f"{signal} {error['rmse']:.3g} {_UNITS[signal]} RMS, {error['noise_ratio']:.3g} x noise"
-            for signal, error in recording["signals"].items()
-        )
-        parts.append(f"{recording['name']} ({'; '.join(errors)})")
-    if not parts:
-        return "not told"
-    found = report.get("diagnosis")
-    verdict = f"; diagnosis: {found['verdict']}" if found else ""
-    return f"{', '.join(parts)}, {report['date']}{verdict}"
+    def _validated(self, report: Mapping[str, Any]) -> str:
+        """Recordings with the errors that are stated, and which of them were not replayed."""
+        parts = []
+        for recording in report.get("recordings", ()):
+            told = [
+                f"{signal} {error['rmse']:.3g} {_UNITS[signal]} RMS, "
+                f"{error['noise_ratio']:.3g} x noise"
+                for signal, error in recording["signals"].items()
+            ]
+            replayed = self.errors.get(recording["name"], {}).values()
+            if None in [again for _, again in replayed] or not replayed:
+                told.append("as stated, not replayed")
+            parts.append(f"{recording['name']} ({'; '.join(told)})")
+        if not parts:
+            return "not told"
+        found = report.get("diagnosis")
+        verdict = f"; diagnosis: {found['verdict']}" if found else ""
+        return f"{', '.join(parts)}, {report['date']}{verdict}"
