@@ -55,6 +55,19 @@ def test_a_planned_motion_that_leaves_the_range_is_told(exported) -> None:
     assert "leave the range of validity" in result.stdout
 
 
+def test_a_planned_motion_is_read_as_it_is_mapped(exported, tmp_path) -> None:
+    planned = tmp_path / "planned.csv"
+    rows = "".join(f"{i / 50},{-0.6 * i}\n" for i in range(51))
+    planned.write_text(f"time_s,angle\n{rows}")
+    words = f"verify {exported}/x.fmu --inputs {planned}"
+    refused = _run(words)
+    assert refused.exit_code == 1
+    assert "--map motor_position=COLUMN" in refused.output
+    result = _run(f"{words} --map motor_position=angle:deg")
+    assert "planned inputs: " in result.stdout
+    assert "motor_position from" not in result.stdout  # 30 rad would leave the range
+
+
 def test_the_command_is_kept_without_folders(exported) -> None:
     with zipfile.ZipFile(exported / "x.fmu") as archive:
         (name,) = (one for one in archive.namelist() if one.endswith("evidence.json"))

@@ -3,13 +3,14 @@
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 import elastic_tendon as et
-from elastic_tendon.cli.reading import read_all
+from elastic_tendon.cli.reading import MapOption, read_all, read_options
 from elastic_tendon.cli.shared import (
     ForceOption,
     JsonOption,
@@ -78,6 +79,7 @@ def verify(
             help="Tell whether this motion leaves the range in which the model was validated.",
         ),
     ] = None,
+    mapping: MapOption = None,
     json_file: JsonOption = None,
     force: ForceOption = False,
 ) -> None:
@@ -88,12 +90,19 @@ def verify(
     """
     read = [str(path) for path in (fmu, public_key, inputs) if path is not None]
     check_outputs(json_file, picture=None, force=force, read=read)
-    planned = None if inputs is None else et.read(inputs, joint_required=False)
+    planned = None if inputs is None else _planned(inputs, mapping)
     found = et.verify(fmu, importer=importer, public_key=public_key, inputs=planned)
     output.print(found.summary(), highlight=False, soft_wrap=True, markup=False)
     save_json(found.to_dict(), json_file, force)
     if not found.passed:
         raise typer.Exit(1)
+
+
+def _planned(inputs: str, mapping: list[str] | None) -> "et.Measurement":
+    """A motion that need not have been recorded."""
+    from elastic_tendon.measurement.reader import read_measurement
+
+    return read_measurement(inputs, replace(read_options(mapping), joint_required=False))
 
 
 def check_belonging(
