@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from contract_cases import LOAD, MOTOR, PAPER, TIME
 
+from elastic_tendon.actuator.transmission import characteristic_stiffness
 from elastic_tendon.effects import BY_ID, CATALOGUE
 from elastic_tendon.simulation.simulate import simulate
 
@@ -104,6 +105,27 @@ def test_friction_of_guides_is_that_of_the_joint_while_both_tendons_are_taut():
 def test_friction_of_guides_differs_where_a_tendon_is_slack():
     guides, joint = rubbing(0.1, 20.0)
     assert np.abs(guides - joint).max() > 1e-4
+
+
+def pulled(pretension):
+    """Measured with a constant torque, and with the joint's encoder off by what that deflects."""
+    model = GEARED.with_values({"transmission.pretension_force": pretension})
+    offset = 0.1 * OFFSET
+    stiffness = float(characteristic_stiffness(0.0, model.transmission))
+    torque = model.with_effect("constant_torque", {"torque": offset * stiffness})
+    zero = model.with_effect("joint_encoder_offset", {"offset": offset})
+    return measured(torque, initial_state={"joint_position": offset}), measured(zero)
+
+
+def test_a_constant_torque_is_an_encoder_offset_while_both_tendons_are_taut():
+    torque, zero = pulled(300.0)
+    assert np.abs(torque - measured(GEARED)).max() > 1e-3
+    assert np.abs(torque - zero).max() < AGREEMENT
+
+
+def test_a_constant_torque_is_no_offset_where_a_tendon_is_slack():
+    torque, zero = pulled(20.0)
+    assert np.abs(torque - zero).max() > 1e-4
 
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.id)

@@ -222,8 +222,9 @@ ALONE = [
     Case(("coulomb_friction",), sticking),
     Case(("stribeck_friction",), sticking),
     Case(("lugre_friction",), turning, duration=0.6),
-    # these three act on different things and share a library
+    # these act on different things and share a library
     Case(("quadratic_drag", "gravity_load", "pulley_eccentricity"), turning),
+    Case(("directional_damping", "constant_torque"), turning),
     Case(("joint_stop",), both_stops_released),
     Case(("spring_hardening",)),
     Case(("spring_hysteresis",), loops),

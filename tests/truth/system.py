@@ -185,6 +185,8 @@ class System:
             + link.extra_torque(time, position, velocity)
             - link.damping * velocity
             - link.drag * mode.direction * velocity**2
+            - link.uneven_damping * mode.direction * velocity
+            + link.constant_torque
             + self.stop_torque(state, mode)
         )
         if link.gravity is not None:
@@ -207,7 +209,8 @@ class System:
     def has_direction(self) -> bool:
         """Whether anything depends on the sign of the joint's velocity."""
         link = self.actuator.link
-        return self.sticks or link.friction is not None or link.drag != 0.0
+        bent = link.drag != 0.0 or link.uneven_damping != 0.0
+        return self.sticks or link.friction is not None or bent
 
     def guide_torque(self, direction: int, tensions: list[float]) -> float:
         """What the tendons' guides take of the torque, N·m, against positive motion."""

@@ -7,7 +7,9 @@ coulomb_friction: Effect
 stribeck_friction: Effect
 lugre_friction: Effect
 quadratic_drag: Effect
+directional_damping: Effect
 gravity_load: Effect
+constant_torque: Effect
 joint_stop: Effect
 overstretch_protection: Effect
 spring_hardening: Effect

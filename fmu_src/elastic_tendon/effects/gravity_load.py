@@ -28,8 +28,8 @@ EFFECT = Effect(
     law="-torque sin(q + angle)",
     confused_with="Pulley eccentricity: a sine too, but of the motor's angle; and its error does "
     "not grow where a tendon is slack or with less pretension, while the sag of a weight does. "
-    "Joint encoder offset and motor encoder offset: alike over a small range of angles. A load "
-    "that was not recorded: it does not follow the joint's angle.",
+    "Joint encoder offset and motor encoder offset: alike over a small range of angles. Constant "
+    "torque: it does not follow the joint's angle.",
     confirm="Let the motor rest at angles over the whole range, each approached from both sides, "
     "and plot the deflection against the joint's angle: one sine, the same from both sides. Add a "
     "known mass at a known distance: the sine grows by its torque. With the joint's axis upright "

@@ -65,16 +65,17 @@ class Coordinates:
         """Coordinates for some of a model's parameters; each needs an uncertainty above zero.
 
         Where the load drives the machine, its springs do not say how large an effect's torque may
-        be: that is uncertain by no less than the largest load torque of the measurements.
+        be: that is uncertain by no less than the largest load torque of the measurements, and what
+        makes a torque of the velocity by no less than what takes that load at the largest speed.
         """
         values = given.values()
-        load = _largest_load(measurements)
+        least = _load_sizes(measurements)
         declared = declared_quantities(given)
 
         def sigma(path: str) -> float:
             own = given.uncertainty_of(path)
             told = path in given.uncertainty or not path.startswith("effects.")
-            return own if told or declared[path].unit != "N.m" else max(own, load)
+            return own if told else max(own, least.get(declared[path].unit, 0.0))
 
         return cls(
             given=given,
@@ -175,7 +176,20 @@ def _largest_force(values: Mapping[str, float], spring: str) -> float:
     return stiffness * values[f"{spring}.max_deflection"]
 
 
-def _largest_load(measurements: Sequence[Measurement]) -> float:
-    """Largest load torque of some recordings, N·m."""
-    loads = [measurement.load_torque for measurement in measurements]
-    return max((float(np.abs(load).max()) for load in loads if load is not None), default=0.0)
+def _load_sizes(measurements: Sequence[Measurement]) -> dict[str, float]:
+    """By unit, what makes a torque as large as the largest load of some recordings."""
+    loads = [part.load_torque for part in measurements if part.load_torque is not None]
+    load = max((float(np.abs(torque).max()) for torque in loads), default=0.0)
+    speed = max(map(_largest_speed, measurements), default=0.0)
+    powers = {"N.m": 0, "N.m.s/rad": 1, "N.m.s2/rad2": 2}
+    return {unit: load / speed**power for unit, power in powers.items() if speed or not power}
+
+
+def _largest_speed(measurement: Measurement) -> float:
+    """Largest speed of the joint, rad/s; between samples so far apart that noise does not count."""
+    if "joint_position" not in measurement.signals:
+        return 0.0
+    apart = max(len(measurement.time) // 1000, 1)
+    position = measurement.signals["joint_position"]
+    moved = np.abs(position[apart:] - position[:-apart])
+    return float((moved / (measurement.time[apart:] - measurement.time[:-apart])).max(initial=0.0))
