@@ -223,8 +223,7 @@ ALONE = [
     Case(("stribeck_friction",), sticking),
     Case(("lugre_friction",), turning, duration=0.6),
     # these act on different things and share a library
-    Case(("quadratic_drag", "gravity_load", "pulley_eccentricity"), turning),
-    Case(("directional_damping", "constant_torque"), turning),
+    Case(("quadratic_drag", "gravity_load", "constant_torque", "pulley_eccentricity"), turning),
     Case(("joint_stop",), both_stops_released),
     Case(("spring_hardening",)),
     Case(("spring_hysteresis",), loops),

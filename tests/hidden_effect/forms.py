@@ -82,15 +82,13 @@ def forms(effect: str, tree: Tree, reached: Reached) -> list[Form]:
     s = sizes_of(tree)
     turns = np.linspace(-math.pi, math.pi, 8, endpoint=False).tolist()
     offsets: list[Form] = [({}, {"offset": sign * 0.01}) for sign in (-1.0, 1.0)]
-    uneven, pull = 0.05 * s.stiffness / s.frequency, 0.03 * s.torque
     grids = spring_forms(s, reached) | {
         "coulomb_friction": [({}, {"torque": 0.03 * s.torque})],
         "stribeck_friction": frictions(s),
         "lugre_friction": bristles(s),
         "quadratic_drag": [({}, {"coefficient": 0.003})],
-        "directional_damping": [({}, {"difference": sign * uneven}) for sign in (-1.0, 1.0)],
         "gravity_load": [({"angle": turn}, {"torque": 0.1 * s.torque}) for turn in turns],
-        "constant_torque": [({}, {"torque": sign * pull}) for sign in (-1.0, 1.0)],
+        "constant_torque": [({}, {"torque": sign * 0.03 * s.torque}) for sign in (-1.0, 1.0)],
         "joint_stop": stops(s, reached),
         "gear_backlash": [({}, {"gap": 0.01})],
         "pulley_eccentricity": [({"phase": turn}, {"amplitude": 0.02}) for turn in turns],

@@ -190,7 +190,6 @@ def hidden_numbers(
             ("coulomb_torque", "static_torque"),
         ),
         "quadratic_drag": ({"coefficient": 0.003 * shake()}, ("coefficient",)),
-        "directional_damping": ({"difference": sign * 0.1 * damping}, ("difference",)),
         "gravity_load": ({"torque": 0.1 * sizes.torque, "angle": turn}, ("torque",)),
         "constant_torque": ({"torque": sign * dry}, ("torque",)),
         "joint_stop": (
@@ -257,7 +256,7 @@ class Hidden:
 
 EFFECTS = (
     *("coulomb_friction", "stribeck_friction", "lugre_friction", "quadratic_drag"),
-    *("directional_damping", "constant_torque"),
+    "constant_torque",
     *("gravity_load", "joint_stop", "overstretch_protection", "spring_hardening"),
     *("spring_hysteresis", "spring_relaxation", "spring_mass", "tendon_guide_friction"),
     *("tendon_compliance", "gear_backlash", "pulley_eccentricity", "joint_encoder_offset"),

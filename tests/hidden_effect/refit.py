@@ -229,7 +229,7 @@ PARAMETERS = {
     "overstretch_protection": 2, "spring_hysteresis": 3, "spring_relaxation": 2,
     "spring_mass": 2, "pulley_eccentricity": 2,
 } | dict.fromkeys(
-    ("coulomb_friction", "quadratic_drag", "directional_damping", "constant_torque",
+    ("coulomb_friction", "quadratic_drag", "constant_torque",
      "spring_hardening", "tendon_guide_friction",
      "tendon_compliance", "gear_backlash", "joint_encoder_offset", "motor_encoder_offset",
      "measurement_delay"), 1,

@@ -55,7 +55,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Link:
-    """J q'' = jτ_e + τ_load - b q' - c q' |q'| - d |q'| + T + gravity + stops + rest - friction."""
+    """J q'' = jτ_e + τ_load - b q' - c q' |q'| + T + gravity + stops + extra - friction."""
 
     inertia: float  # kg m²
     damping: float = 0.0  # N m s/rad
@@ -63,7 +63,6 @@ class Link:
     # further torque on the joint, N·m, of time (s), position (rad) and velocity (rad/s); smooth
     extra_torque: Callable[[float, float, float], float] = field(default=no_torque)
     drag: float = 0.0  # c, N·m s²/rad²
-    uneven_damping: float = 0.0  # d, N·m s/rad
     constant_torque: float = 0.0  # T, N·m
     gravity: Gravity | None = None
     stop: Stop | None = None

@@ -185,7 +185,6 @@ class System:
             + link.extra_torque(time, position, velocity)
             - link.damping * velocity
             - link.drag * mode.direction * velocity**2
-            - link.uneven_damping * mode.direction * velocity
             + link.constant_torque
             + self.stop_torque(state, mode)
         )
@@ -209,8 +208,7 @@ class System:
     def has_direction(self) -> bool:
         """Whether anything depends on the sign of the joint's velocity."""
         link = self.actuator.link
-        bent = link.drag != 0.0 or link.uneven_damping != 0.0
-        return self.sticks or link.friction is not None or bent
+        return self.sticks or link.friction is not None or link.drag != 0.0
 
     def guide_torque(self, direction: int, tensions: list[float]) -> float:
         """What the tendons' guides take of the torque, N·m, against positive motion."""

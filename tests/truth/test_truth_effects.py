@@ -180,17 +180,6 @@ def test_drag_slows_a_body_as_a_hyperbola() -> None:
     np.testing.assert_allclose(run["joint_velocity"], expected, rtol=0, atol=POSITION_ERROR)
 
 
-@pytest.mark.parametrize("speed", [-6.0, 6.0])
-def test_uneven_damping_slows_a_body_by_its_direction(speed: float) -> None:
-    damping, uneven = 0.1, 0.04
-    body = free_body(Link(INERTIA, damping=damping, uneven_damping=uneven))
-    time = np.linspace(0.0, 1.0, 11)
-    run = simulate(body, Experiment(1.0, constant(0.0), initial_velocity=speed), time)
-    rate = (damping + math.copysign(uneven, speed)) / INERTIA
-    expected = speed * np.exp(-rate * time)
-    np.testing.assert_allclose(run["joint_velocity"], expected, rtol=0, atol=POSITION_ERROR)
-
-
 def test_a_constant_torque_accelerates_a_body() -> None:
     torque = -0.07
     body = free_body(Link(INERTIA, constant_torque=torque))

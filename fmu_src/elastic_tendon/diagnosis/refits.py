@@ -36,7 +36,7 @@ AT_ONCE = 2  # refits; simulations let Python go on
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
 # multiplications after which nothing more is tried, and those of the way to a first answer
-MOST_WORK, CLIMBING = 4e9, 2.5e9
+MOST_WORK, CLIMBING = 2e9, 1.5e9
 EFFORT = Effort(
     scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5, most=AFFORDABLE
 )
@@ -244,6 +244,7 @@ class Refits:
                 own = self._of_effects(values, added)
                 with suppress(ModelError):
                     yield model_with(self.data.given, added, {**base, **own})
+        yield from self._exchanged(added)
         if added in self.answers:
             yield self.answers[added].result.model
         larger = [part for part in list(self.answers) if set(part) > set(added)]
@@ -254,6 +255,18 @@ class Refits:
         if larger and added:
             more = self.answers[min(larger, key=self._left)]
             yield model_with(self.data.given, added, more.result.model.values())
+
+    def _exchanged(self, added: Set) -> Iterator[Model]:
+        """The best answer with one of its effects exchanged for another, as that one is estimated
+        by itself: nothing may tell the two apart."""
+        best = min(list(self.answers.values()), key=mean_square, default=None)
+        if best is None or len(best.added) != len(added):
+            return
+        new = tuple(effect_id for effect_id in added if effect_id not in best.added)
+        if len(new) == 1 and new in self.estimates:
+            own = self._of_effects(self.estimates[new].values, new)
+            with suppress(ModelError):
+                yield model_with(self.data.given, added, {**best.result.model.values(), **own})
 
     def _left(self, added: Set) -> float:
         return self.answers[added].mean_square

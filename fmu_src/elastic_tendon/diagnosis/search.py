@@ -9,6 +9,7 @@ around it included, or when enough was simulated (`refits.MOST_WORK`).
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import combinations
 from math import log
 
 import numpy as np
@@ -60,6 +61,7 @@ from elastic_tendon.progress import Progress
 
 FAR_BETTER = 0.5  # a pair that leaves less than this share of the best single's square is tried
 PAIRED = 8  # singles, the best first, that are looked at with every other effect
+TRIED = 8  # effects of the likeliest pairs, of which any three are tried
 TRUSTED = 2.0  # mean square on the torque screen of an answer that leaves nothing but noise
 # singles whose base is tried, and the share of the square it must leave
 BASES, BETTER_BASE = 3, 0.8
@@ -67,6 +69,7 @@ LOOKED, FOLLOWED = 6, 3  # sets with one more effect that are estimated, from ea
 REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
 EQUALS = 2  # ... and those that promise about as much with no more parameters
 ABOUT = 100.0  # evidence by which these may seem worse on the screen
+LONG = 6e8  # multiplications after which a search that is not at the noise has lasted long
 WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
@@ -78,7 +81,9 @@ DETOURS = 4  # sets of fewer effects than the answer, the best first, that are g
 SHARES = (0.3,)  # of typical strengths, at which trajectories are looked at
 MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
-FIRST = 0.5  # share of the mean square; who promises less is refitted before looks at what swings
+FIRST = 0.5  # share of the mean square; who promises less is refitted before all others
+NEARLY = 1.5  # times the square on the torque screen, from where a refit may come to as little
+BLIND = 10.0  # times the mean square of the trajectory that the torque screen leaves there
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -152,17 +157,20 @@ class Search(Around):
                 return
 
     def _first_answer(self) -> Iterator[None]:
-        """The likeliest single effect and the likeliest pair, refitted."""
+        """The likeliest single effect, then the likeliest pair and three effects, refitted."""
         ids = self._screened()
         self._screen_singles(ids, None)
         better_base = self._better_base()
         self._refit_in_turn(self._best_single())
         self._better_law()
         yield
+        if better_base and not self._at_noise():
+            self._screen_singles(ids, self.estimates[()].values)
         if not self._at_noise():
-            if better_base:
-                self._screen_singles(ids, self.estimates[()].values)
             self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
+            yield
+        if not self._at_noise():
+            self._refit_in_turn(self._best_three())
             yield
 
     def base(self) -> None:
@@ -217,10 +225,13 @@ class Search(Around):
     def _follow_neighbours(self, most: float = MOST_REFITS) -> None:
         """Refit neighbours of the best until it stays the best, or so many sets are refitted.
 
-        What is dear comes last: looks at what swings, and then refits of every addition. After the
-        first of these that order turns: more looks would take all that a search may simulate.
+        What is dear comes last: refits of every addition, and then looks at what swings. Where long
+        work leaves more than noise, the catalogue may lack something, and what does not last is not
+        built upon.
         """
         for _ in range(MOST_ROUNDS):
+            while self.work > LONG and self._fades_in_time():
+                pass
             self._hop_on_screen()
             if self._better_law():
                 continue
@@ -228,18 +239,20 @@ class Search(Around):
             shares = self._neighbours(added)
             if self._half_gone(added, shares, most):
                 continue
-            first = not self._exhausted
-            if first:
-                shares |= self._swinging(added)
-                if self._half_gone(added, shares, most):
-                    continue
-            if not self._dear(self.answer) and self._better_addition():
+            tries = [partial(self._promised, added, shares, most), self._affordable_addition]
+            if any(better() for better in (reversed(tries) if self._blind(added) else tries)):
                 continue
-            if not first:
-                shares |= self._swinging(added)
-            self._refit_promising(added, shares, most)
-            if self.answer.added == added:
+            if not self._promised(added, shares | self._swinging(added), most):
                 return
+
+    def _blind(self, added: Set) -> bool:
+        """Whether the torque screen errs so much more than the trajectory that what it promises is
+        worth little."""
+        return self._own(added).square > BLIND * self.answer.mean_square
+
+    def _affordable_addition(self) -> bool:
+        """A better addition, where refits do not take so long that they are cut short."""
+        return not self._dear(self.answer) and self._better_addition()
 
     def _swinging(self, added: Set) -> dict[Set, float]:
         """What additions that swing would leave, unless nothing is left or time for it."""
@@ -250,21 +263,21 @@ class Search(Around):
     def _half_gone(self, added: Set, shares: Mapping[Set, float | None], most: float) -> bool:
         """Refit neighbours if one of them promises to leave half; whether the best has changed."""
         untried = [near for near in shares if near not in {*self.answers, *self.failures}]
-        if not any((shares[near] or 1.0) <= FIRST for near in untried):
-            return False
-        self._refit_promising(added, shares, most)
-        return self.answer.added != added
+        half = any((shares[near] or 1.0) <= FIRST for near in untried)
+        return half and self._promised(added, shares, most)
 
-    def _refit_promising(self, added: Set, shares: Mapping[Set, float | None], most: float) -> None:
-        """Refit the neighbours of a set that may do better, unless enough was refitted."""
+    def _promised(self, added: Set, shares: Mapping[Set, float | None], most: float) -> bool:
+        """Refit the neighbours of a set that may do better, unless enough was refitted; whether the
+        best has changed."""
         self.neighbours[added] = self._expected(added, shares)
         if self._tired or len(self.answers) >= most:
-            return
+            return False
         chosen = list(self._promising(added))
         turn = AT_ONCE if self._weary else max(len(chosen), 1)
         for start in range(0, len(chosen), turn):
             if not self._tired:
                 self._refit(chosen[start : start + turn], "refitting what may do better")
+        return self.answer.added != added
 
     def ladder(self, *, refit: bool) -> list[Set]:
         """Sets from the first effect to the answer, each with one more, the best first.
@@ -354,8 +367,16 @@ class Search(Around):
         return square
 
     def _close(self, added: Set, answer: Answer) -> bool:
-        """Whether a set leaves not much more than an answer: from there it may do better."""
-        return added in self.answers and self._left(added) < POOR * answer.mean_square
+        """Whether a set leaves not much more than an answer, or would by the torque screen from
+        where that is: from there it may do better."""
+        if added in self.answers and self._left(added) < POOR * answer.mean_square:
+            return True
+        if not all(self.screen.sees(effect_id) for effect_id in answer.added):
+            return False
+        own = self._own(answer.added)
+        less = self.screen.fit(added, own.values, 6)
+        self._keep([less])
+        return less.square < NEARLY * own.square
 
     def _disturbed(self) -> bool:
         """Whether much is left that does not depend on the state of the machine at all, as a
@@ -511,9 +532,34 @@ class Search(Around):
         self._pairs(singles, ids)
         if min(map(self._badness, self._sets(2)), default=0.0) > FAR_BETTER * best:
             self._pairs(singles, ids, as_given=True)
-        pairs = sorted(self._sets(2), key=self._badness)[:1]
-        far_better = (pair for pair in pairs if self._badness(pair) < FAR_BETTER * best)
-        return [form for pair in far_better for form in (*simpler(pair), pair)]
+        return self._far_better(2, best)
+
+    def _best_three(self) -> list[Set]:
+        """The likeliest three effects, simpler laws first, if they leave far less than any pair.
+
+        Three may explain all of what no two of them begin to. So all of the effects that do well in
+        pairs are tried, each from its own estimate, beside the parameters as given.
+        """
+        pairs = sorted(self._sets(2), key=self._badness)
+        effect_ids = list(dict.fromkeys(effect_id for pair in pairs for effect_id in pair))
+        threes = [in_order(three) for three in combinations(effect_ids[:TRIED], 3)]
+        possible = [three for three in threes if self.screen.goes(three)]
+        for number, three in enumerate(possible):
+            self.progress("screening three effects at once", number / len(possible))
+            start: dict[str, float] = {}
+            for effect_id in three:
+                single = (effect_id,)
+                start |= self._of_effects(self.estimates[single].values, single)
+            self._keep([self.screen.fit(three, start, 8)])
+        return self._far_better(3, self._badness(pairs[0])) if pairs else []
+
+    def _far_better(self, size: int, best: float) -> list[Set]:
+        """The likeliest of the sets of a size, simpler laws of it first, if it leaves far less than
+        the best of those with fewer."""
+        likeliest = min(self._sets(size), key=self._badness, default=None)
+        if likeliest is None or self._badness(likeliest) > FAR_BETTER * best:
+            return []
+        return [*simpler(likeliest), likeliest]
 
     def _screen_singles(self, ids: Sequence[str], base: Mapping[str, float] | None) -> None:
         for number, effect_id in enumerate(ids):

@@ -7,9 +7,7 @@ coulomb_friction: Effect
 stribeck_friction: Effect
 lugre_friction: Effect
 quadratic_drag: Effect
-directional_damping: Effect
 gravity_load: Effect
-constant_torque: Effect
 joint_stop: Effect
 overstretch_protection: Effect
 spring_hardening: Effect
@@ -22,6 +20,7 @@ pulley_eccentricity: Effect
 gear_backlash: Effect
 joint_encoder_offset: Effect
 motor_encoder_offset: Effect
+constant_torque: Effect
 measurement_delay: Effect
 motor_friction: Effect
 motor_cogging: Effect

@@ -16,7 +16,7 @@ EFFECT = Effect(
     id="constant_torque",
     title="Constant torque",
     slot=Slot.JOINT_TORQUE,
-    catalogue_order=55,
+    catalogue_order=175,
     physics="A load that was not recorded: a hose or cable that pulls, a counterweight, the "
     "weight on a vertical axis, the zero of a load cell or of a drive's current.",
     in_data="The joint rests beside the motor's position by the same torque over its stiffness, so "
@@ -27,8 +27,7 @@ EFFECT = Effect(
     confused_with="Joint encoder offset: the same while both tendons are taut; a torque moves the "
     "joint farther where one is slack. Gravity load: its torque changes with the angle, and over a "
     "small range of angles the two are alike. Coulomb friction: it changes its sign with the "
-    "velocity; a machine that moves in one direction only cannot distinguish the two. Directional "
-    "damping: it vanishes at rest.",
+    "velocity; a machine that moves in one direction only cannot distinguish the two.",
     confirm="Hold the motor, push the joint gently to both sides and let it come to rest from "
     "each, at several angles and with another pretension: the mean of the two rest positions is "
     "beside the motor's by the torque over the stiffness, which changes with the pretension; the "
