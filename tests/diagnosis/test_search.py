@@ -38,6 +38,7 @@ from smooth_motion import DURATION, GIVEN, played, typical_model
 COULOMB, GRAVITY, DRAG = ("coulomb_friction",), ("gravity_load",), ("quadratic_drag",)
 FEW = Options(only=(*COULOMB, *GRAVITY, *DRAG))
 MASS, ECCENTRICITY = ("spring_mass",), ("pulley_eccentricity",)
+THREE = ("gear_backlash", "joint_encoder_offset", "constant_torque")
 SHORT, NOISE = 3.0, 2e-4  # s, rad
 BELIEVED = {"link.inertia": 0.033, "transmission.upper_spring.stiffness": 11000.0}  # 5 to 10 % off
 
@@ -113,6 +114,7 @@ def test_aliases_take_the_place_of_an_effect() -> None:
     assert list(aliases(("gravity_load",))) == []
     assert list(aliases((*COULOMB, "joint_encoder_offset"))) == [
         ("tendon_guide_friction", "joint_encoder_offset"),
+        (*COULOMB, "constant_torque"),
         (*COULOMB, "motor_encoder_offset"),
     ]
     assert list(aliases(("tendon_compliance",))) == []  # its aliases are no effects
@@ -567,6 +569,68 @@ def test_pairs_are_looked_at_beside_the_parameters_as_given_too(monkeypatch) -> 
     given = search.data.given.values()
     assert {path: as_given.values[path] for path in given} == pytest.approx(given)
     assert estimated.values["link.inertia"] != pytest.approx(given["link.inertia"], rel=1e-4)
+
+
+def test_three_effects_are_tried_where_no_two_of_them_begin_to_explain() -> None:
+    search = begun(typical_model(*THREE), *THREE, *DRAG)
+    search._screen_singles(search._screened(), None)
+    assert search._best_three() == []  # without pairs nothing tells which three to try
+    search._best_pair(search._screened())
+    assert search._best_three() == [THREE]
+    assert search._badness(THREE) < 2.0 < 100.0 < min(map(search._badness, search._sets(2)))
+
+
+def test_an_exchange_begins_at_the_best_answer() -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *GRAVITY, *DRAG)
+    search._screen_singles(search._screened(), None)
+    search._refit([(*DRAG, *GRAVITY)], "")
+    (start,) = search._exchanged((*COULOMB, *DRAG))
+    answer = search.answers[(*DRAG, *GRAVITY)].result.model.values()
+    known = {**search.estimates[COULOMB].values, **answer}
+    assert start.values() == pytest.approx({path: known[path] for path in start.values()})
+    assert not list(search._exchanged(DRAG))  # that is no exchange
+
+
+def test_an_effect_that_the_screen_does_not_miss_is_refitted_without() -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
+    search._refit([(*COULOMB, *DRAG)], "")
+    answer = search.answers[(*COULOMB, *DRAG)]
+    assert search._close(DRAG, answer)
+    assert not search._close(COULOMB, answer)
+
+
+@pytest.mark.parametrize("blind", [False, True])
+def test_looks_at_what_swings_come_last(blind, monkeypatch) -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
+    tried = []
+
+    def trying(name, result):
+        monkeypatch.setattr(search, name, lambda *_: tried.append(name) or result)
+
+    monkeypatch.setattr(search, "_blind", lambda _: blind)
+    trying("_half_gone", result=False)
+    trying("_promised", result=False)
+    trying("_affordable_addition", result=False)
+    trying("_swinging", result={})
+    search._follow_neighbours()
+    # what the torque screen promises is worth little where it errs far more than the trajectory
+    first = (
+        ["_affordable_addition", "_promised"] if blind else ["_promised", "_affordable_addition"]
+    )
+    assert tried == ["_half_gone", *first, "_swinging", "_promised"]
+
+
+def test_a_search_that_lasts_long_builds_on_nothing_that_fades(monkeypatch) -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
+    fades = iter([True, False, False])
+    monkeypatch.setattr(search, "_fades_in_time", lambda: next(fades))
+    search._follow_neighbours()
+    assert len(list(fades)) == 3  # it has only begun
+    fades = iter([True, False, False])
+    search.work = 2.0 * searching.LONG
+    monkeypatch.setattr(search, "_promised", lambda *_: False)
+    search._follow_neighbours()
+    assert len(list(fades)) == 1
 
 
 def test_refits_of_one_list_begin_at_the_same_answers_whatever_their_timing(monkeypatch) -> None:
