@@ -127,7 +127,8 @@ class Around(Refits):
         """Refit the answer from where the screen finds better numbers around its own."""
         answer = self.answer
         hopped = answer is self._hopped_on_screen.get(answer.added)
-        if hopped or self._at_noise() or not all(map(self.screen.sees, answer.added)):
+        over = hopped or self._tired or self._at_noise()
+        if over or not all(map(self.screen.sees, answer.added)):
             return
         known = self._own(answer.added)
         words = told("estimating again", answer.added)

@@ -69,7 +69,7 @@ LOOKED, FOLLOWED = 6, 3  # sets with one more effect that are estimated, from ea
 REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
 EQUALS = 2  # ... and those that promise about as much with no more parameters
 ABOUT = 100.0  # evidence by which these may seem worse on the screen
-LONG = 6e8  # multiplications after which a search that is not at the noise has lasted long
+LONG = 2e8  # multiplications after which a search that is not at the noise has lasted long
 WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
@@ -124,11 +124,14 @@ class Search(Around):
         """From where the climb ended to an answer that no neighbour beats."""
         self.limit = MOST_WORK
         while True:
-            if self.answer.mean_square > MUCH and not self._disturbed():
+            if self.answer.mean_square > MUCH and not (self._tired or self._disturbed()):
                 self._follow_neighbours(np.inf)
                 self._hop()
             if not (self._better_detour() or self._doubted() or self._fades_in_time()):
-                return
+                break
+        added = self.answer.added
+        if self._tired and added not in self.neighbours:
+            self.neighbours[added] = self._expected(added, self._neighbours(added))
 
     def climb(self) -> Iterator[None]:
         """From the base to sets whose neighbours do worse, with refits from places around them.
@@ -308,7 +311,7 @@ class Search(Around):
         """Refit what is left of a refused set that does better than the answer, each effect taken
         out in turn: one may be all that spoils it."""
         answer, best = self.answer, self.evidence.best(list(self.answers.values()))
-        if best is not answer:
+        if best is not answer and not self._tired:
             less = [without(best.added, effect_id) for effect_id in best.added]
             self._refit(less, "checking what is needed")
         return self.answer is not answer
@@ -319,8 +322,9 @@ class Search(Around):
         answer = self.answer
         less = [without(answer.added, effect_id) for effect_id in answer.added]
         self._refit(less, "checking what is needed")
-        close = [added for added in less if self._close(added, answer)]
-        self._refit(close, "checking what is needed", again=True)
+        if not self._tired:
+            close = [added for added in less if self._close(added, answer)]
+            self._refit(close, "checking what is needed", again=True)
         doubts = [
             (reason, chance)
             for effect_id in answer.added
