@@ -149,7 +149,7 @@ MACHINES = (
         axis,
         partial(emps, "emps_estimation.csv"),
         partial(emps, "emps_pulses.csv"),
-        (frozenset(["coulomb_friction", "gravity_load"]),),
+        (frozenset(["coulomb_friction", "constant_torque"]),),
         (6.5, 6.5),
         60.0,
         unit="mm",

@@ -49,7 +49,7 @@ DRAWN = tuple(name for name in EFFECTS if name not in cases.ALIASED)
 ANGULAR = {"gravity_load", "joint_stop", "pulley_eccentricity"}  # depend on the angle itself
 # laws that most recordings do not tell apart, for whoever cannot wait for refits
 LIKE_ONE_ANOTHER: tuple[Names, ...] = (
-    OFFSETS,
+    OFFSETS | {"constant_torque"},  # as long as both tendons are taut
     frozenset({"coulomb_friction", "stribeck_friction", "lugre_friction"}),
 )
 
