@@ -233,5 +233,5 @@ def test_aliases_in_data_without_noise_are_open_and_named(effect_id: str) -> Non
     )
     result = add(model, effect_id, [recording])
     assert all(np.isfinite(one.sigma) for one in result.findings.estimates)
-    (alias,) = BY_ID.aliases_of(BY_ID[effect_id])
+    (alias,) = BY_ID[effect_id].aliases
     assert any(alias.when in sentence for sentence in addition_sentences(result))
