@@ -6,7 +6,7 @@ removal, exchange or simpler law among its neighbours does better (`evidence`), 
 around it included, or when enough was simulated (`refits.MOST_WORK`).
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import combinations
@@ -242,8 +242,13 @@ class Search(Around):
             shares = self._neighbours(added)
             if self._half_gone(added, shares, most):
                 continue
-            tries = [partial(self._promised, added, shares, most), self._affordable_addition]
-            if any(better() for better in (reversed(tries) if self._blind(added) else tries)):
+            tries: list[Callable[[], bool]] = [
+                partial(self._promised, added, shares, most),
+                self._affordable_addition,
+            ]
+            if self._blind(added):
+                tries.reverse()
+            if any(better() for better in tries):
                 continue
             if not self._promised(added, shares | self._swinging(added), most):
                 return
