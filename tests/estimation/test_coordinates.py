@@ -1,5 +1,7 @@
 """The fit's variables: inverse, derivatives, and models that exist everywhere within bounds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,6 +77,18 @@ def test_a_load_beyond_the_springs_widens_the_prior_of_an_effects_torque(load) -
     (sigma,) = Coordinates.of(model, [path], None, [measurement]).sigma
     assert sigma == max(load, model.uncertainty_of(path))
     assert Coordinates.of(model, [UPPER], None, [measurement]).sigma == model.uncertainty_of(UPPER)
+
+
+def test_a_load_widens_the_prior_of_what_makes_a_torque_of_the_velocity() -> None:
+    model = load_model("biorob_x4_joint_3").with_effect("quadratic_drag", None)
+    path, time = "effects.quadratic_drag.coefficient", np.linspace(0.0, 1.0, 11)
+    moved = Measurement(time, 0.0 * time, {"joint_position": 2.0 * time}, 400.0 + time, name="run")
+    (sigma,) = Coordinates.of(model, [path], None, [moved]).sigma
+    assert sigma == pytest.approx(401.0 / 2.0**2)
+    assert sigma > model.uncertainty_of(path)
+    still = replace(moved, signals={"joint_position": 0.0 * time})
+    (unmoved,) = Coordinates.of(model, [path], None, [still]).sigma
+    assert unmoved == model.uncertainty_of(path)  # nothing tells how large it may be
 
 
 def test_rounding_never_leads_out_of_the_bounds(coordinates: Coordinates) -> None:

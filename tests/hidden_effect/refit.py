@@ -229,10 +229,9 @@ PARAMETERS = {
     "overstretch_protection": 2, "spring_hysteresis": 3, "spring_relaxation": 2,
     "spring_mass": 2, "pulley_eccentricity": 2,
 } | dict.fromkeys(
-    ("coulomb_friction", "quadratic_drag", "constant_torque",
-     "spring_hardening", "tendon_guide_friction",
-     "tendon_compliance", "gear_backlash", "joint_encoder_offset", "motor_encoder_offset",
-     "measurement_delay"), 1,
+    ("coulomb_friction", "quadratic_drag", "constant_torque", "spring_hardening",
+     "tendon_guide_friction", "tendon_compliance", "gear_backlash", "joint_encoder_offset",
+     "motor_encoder_offset", "measurement_delay"), 1,
 )  # fmt: skip
 OFFSETS = frozenset({"joint_encoder_offset", "motor_encoder_offset"})
 LAWS_OF_FRICTION = {"coulomb_friction", "stribeck_friction", "lugre_friction"}

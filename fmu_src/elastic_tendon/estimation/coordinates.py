@@ -190,6 +190,8 @@ def _largest_speed(measurement: Measurement) -> float:
     if "joint_position" not in measurement.signals:
         return 0.0
     apart = max(len(measurement.time) // 1000, 1)
-    position = measurement.signals["joint_position"]
-    moved = np.abs(position[apart:] - position[:-apart])
-    return float((moved / (measurement.time[apart:] - measurement.time[:-apart])).max(initial=0.0))
+    passed, moved = (
+        values[apart:] - values[:-apart]
+        for values in (measurement.time, measurement.signals["joint_position"])
+    )
+    return float(np.abs(moved / passed).max(initial=0.0))
