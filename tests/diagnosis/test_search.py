@@ -422,7 +422,7 @@ def test_hops_leave_a_good_answer_as_it_is(monkeypatch) -> None:
     """Without the drag that is there much is left, and nothing better is near."""
     search = begun(typical_model(*DRAG))
     good = search.answer
-    assert mean_square(good) > searching.AT_NOISE
+    assert mean_square(good) > refitting.AT_NOISE
     hops = counted(search, monkeypatch)
     assert not search._hop()
     assert len(hops) == around.FRUITLESS

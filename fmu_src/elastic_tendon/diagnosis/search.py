@@ -9,7 +9,6 @@ around it included, or when enough was simulated (`refits.MOST_WORK`).
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import combinations
 from math import log
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.around import POOR, UNSEEN_SHARES, Around
+from elastic_tendon.diagnosis.around import POOR, UNSEEN_SHARES
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.cross_validation import crossed_square
 from elastic_tendon.diagnosis.data import Data
@@ -34,7 +33,8 @@ from elastic_tendon.diagnosis.evidence import (
     worth_hearing,
 )
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, regress
-from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, MOST_WORK, Check
+from elastic_tendon.diagnosis.likeliest_sets import FAR_BETTER, FOLLOWED, LikeliestSets
+from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, MOST_WORK, Check
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
@@ -59,19 +59,13 @@ from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Progress
 
-FAR_BETTER = 0.5  # a pair that leaves less than this share of the best single's square is tried
-PAIRED = 8  # singles, the best first, that are looked at with every other effect
-TRIED = 8  # effects of the likeliest pairs, of which any three are tried
 TRUSTED = 2.0  # mean square on the torque screen of an answer that leaves nothing but noise
-# singles whose base is tried, and the share of the square it must leave
-BASES, BETTER_BASE = 3, 0.8
-LOOKED, FOLLOWED = 6, 3  # sets with one more effect that are estimated, from each origin
+LOOKED = 6  # sets with one more effect that are estimated beside the best
 REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
 EQUALS = 2  # ... and those that promise about as much with no more parameters
 ABOUT = 100.0  # evidence by which these may seem worse on the screen
 LONG = 2e8  # multiplications after which a search that is not at the noise has lasted long
 WHITE = 0.9  # share of the samples that are independent facts, of noise alone
-PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 # times by which the mean square falls for what is no chance: without held-out recordings, on these
@@ -88,7 +82,7 @@ HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than wha
 
 
 @dataclass(kw_only=True)
-class Search(Around):
+class Search(LikeliestSets):
     """What a search has so far; an interrupt leaves it as it is.
 
     `neighbours` : for each set that was the best, those one change away with their evidence less
@@ -213,10 +207,6 @@ class Search(Around):
         found, _ = self.screen.combined(self._estimate(answer), [effect_id], 1)
         self._keep(found.values())
         return list(self._starts(added))
-
-    def _screened(self) -> list[str]:
-        """Candidates that the screen sees."""
-        return [effect_id for effect_id in self.data.candidates if self.screen.sees(effect_id)]
 
     def _refit_in_turn(self, short: Sequence[Set]) -> None:
         """Refit what is likeliest, until the rest cannot win any more."""
@@ -519,84 +509,7 @@ class Search(Around):
             return f"{title} may be chance, p = {chance:.2g}", chance
         return None
 
-    # ---- sets --------------------------------------------------------------------------------
-
-    def _best_single(self) -> list[Set]:
-        """The likeliest single effect, simpler laws of it first."""
-        singles = sorted(self._sets(1), key=self._badness)[:1]
-        return [form for single in singles for form in (*simpler(single), single)]
-
-    def _best_singles(self) -> list[Set]:
-        """The likeliest singles, that are looked at with every other effect."""
-        return sorted(self._sets(1), key=self._badness)[:PAIRED]
-
-    def _best_pair(self, ids: Sequence[str]) -> list[Set]:
-        """The likeliest pair, simpler laws first, if it leaves far less than any single."""
-        singles = self._best_singles()
-        if not singles:
-            return []
-        best = self._badness(singles[0])
-        if best < AT_NOISE or best > PROMISING * self._badness(()):
-            return []
-        self._pairs(singles, ids)
-        if min(map(self._badness, self._sets(2)), default=0.0) > FAR_BETTER * best:
-            self._pairs(singles, ids, as_given=True)
-        return self._far_better(2, best)
-
-    def _best_three(self) -> list[Set]:
-        """The likeliest three effects, simpler laws first, if they leave far less than any pair.
-
-        Three may explain all of what no two of them begin to. So all of the effects that do well in
-        pairs are tried, each from its own estimate, beside the parameters as given.
-        """
-        pairs = sorted(self._sets(2), key=self._badness)
-        effect_ids = list(dict.fromkeys(effect_id for pair in pairs for effect_id in pair))
-        threes = [in_order(three) for three in combinations(effect_ids[:TRIED], 3)]
-        possible = [three for three in threes if self.screen.goes(three)]
-        for number, three in enumerate(possible):
-            self.progress("screening three effects at once", number / len(possible))
-            start: dict[str, float] = {}
-            for effect_id in three:
-                single = (effect_id,)
-                start |= self._of_effects(self.estimates[single].values, single)
-            self._keep([self.screen.fit(three, start, 8)])
-        return self._far_better(3, self._badness(pairs[0])) if pairs else []
-
-    def _far_better(self, size: int, best: float) -> list[Set]:
-        """The likeliest of the sets of a size, simpler laws of it first, if it leaves far less than
-        the best of those with fewer."""
-        likeliest = min(self._sets(size), key=self._badness, default=None)
-        if likeliest is None or self._badness(likeliest) > FAR_BETTER * best:
-            return []
-        return [*simpler(likeliest), likeliest]
-
-    def _screen_singles(self, ids: Sequence[str], base: Mapping[str, float] | None) -> None:
-        for number, effect_id in enumerate(ids):
-            self.progress(told("screening", (effect_id,)), number / len(ids))
-            self._keep([self.screen.single(effect_id, base)])
-
-    def _better_base(self) -> bool:
-        """Whether the model alone does far better from where an effect has led its parameters."""
-        before = self._badness(())
-        for single in sorted(self._sets(1), key=self._badness)[:BASES]:
-            self._keep([self.screen.fit((), self.estimates[single].values, 8)])
-        if self._badness(()) > BETTER_BASE * before:
-            return False
-        del self.answers[()]
-        self._refit([()], "refitting the parameters")
-        return True
-
-    def _pairs(self, singles: Sequence[Set], ids: Sequence[str], *, as_given: bool = False) -> None:
-        """Look at every effect beside some singles, or beside their strengths in the model as
-        given: one effect alone may have led the other parameters far away."""
-        for number, single in enumerate(singles):
-            self.progress("screening pairs", number / len(singles))
-            origin = self.estimates[single]
-            if as_given:
-                origin = self.screen.fit(single, self._of_effects(origin.values, single), 0)
-            others = [effect_id for effect_id in ids if effect_id not in single]
-            found, _ = self.screen.combined(origin, others, FOLLOWED)
-            self._keep(found.values())
+    # ---- neighbours ---------------------------------------------------------------------------
 
     def _unseen(self) -> list[str]:
         """Effects that only whole trajectories show."""
@@ -753,9 +666,6 @@ class Search(Around):
         alike = [near for near in aliases(added) if near in dict(scored)]
         yield from dict.fromkeys((*better, *equal, *alike))
         yield from (near for near, expected in fresh if expected is None)
-
-    def _sets(self, size: int) -> list[Set]:
-        return [added for added in self.estimates if len(added) == size]
 
 
 def expected_evidence(before: float, share: float, facts: float, size: int) -> float:
