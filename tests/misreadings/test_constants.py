@@ -97,7 +97,7 @@ def test_a_model_that_is_right_needs_no_constant(seed: int) -> None:
     assert explained_by(case.model, case.measurement) is None
 
 
-@pytest.mark.parametrize("seed", [5, 11, 14, 20, 27])
+@pytest.mark.parametrize("seed", [5, 11, 14, 26, 27])
 def test_a_missing_effect_is_no_constant(seed: int) -> None:
     case = truth_case(seed)
     assert case.effect
