@@ -64,34 +64,35 @@ class Outcome:
     seconds: float
 
 
-def springs(radius: float, stiffness: float, pretension: float, **link: float) -> et.Model:
-    """A model of two equal springs without end stops."""
+def shaft(radius: float, stiffness: float, **link: float) -> et.Model:
+    """A model of two equal springs that also push, like a shaft, without end stops."""
     spring = {"stiffness": stiffness, "damping": 0.0, "max_deflection": 1.0}
     content: dict[str, Any] = {
         "name": "given",
         "transmission": {
             "joint_pulley_radius": radius,
             "motor_pulley_radius": radius,
-            "pretension_force": pretension,
+            "pretension_force": 0.0,
+            "slack": 0,
             "upper_spring": spring,
             "lower_spring": spring,
         },
         "link": link,
+        "uncertainty": {"transmission.pretension_force": 0.0},
     }
     return et.load_model(content)
 
 
 def oscillator() -> et.Model:
     """Silverbox: gain 1 at rest, resonance near 68 Hz; volts stand for rad and N·m."""
-    return springs(0.1, 50.0, 20.0, inertia=5.4e-6, damping=2e-4)
+    return shaft(0.1, 50.0, inertia=5.4e-6, damping=2e-4)
 
 
 def axis() -> et.Model:
     """EMPS: mass and viscous friction; springs, which the model has to have, too soft to matter."""
-    model = springs(1e-3, 20.0, 1e-3, inertia=95.0, damping=203.0)
+    model = shaft(1e-3, 20.0, inertia=95.0, damping=203.0)
     ends = ("upper_spring", "lower_spring")
-    known = [f"transmission.{end}.{name}" for end in ends for name in ("stiffness", "damping")]
-    sure = dict.fromkeys(["transmission.pretension_force", *known], 0.0)
+    sure = {f"transmission.{end}.{name}": 0.0 for end in ends for name in ("stiffness", "damping")}
     return model.model_copy(update={"uncertainty": {**model.uncertainty, **sure}})
 
 

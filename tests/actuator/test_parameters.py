@@ -220,6 +220,7 @@ def test_quantities_are_the_run_time_numbers_only() -> None:
         "transmission.motor_pulley_radius",
         *springs,
         "transmission.pretension_force",
+        "transmission.slack",
         "link.inertia",
         "link.damping",
     ]
@@ -233,7 +234,7 @@ def test_quantity_is_declared_in_full(quantity: Any) -> None:
     assert quantity.lower <= quantity.default <= quantity.upper
     assert quantity.lower <= quantity.nominal <= quantity.upper
     assert quantity.nominal > 0.0
-    assert quantity.integer == quantity.path.endswith(".parallel")
+    assert quantity.integer == quantity.path.endswith((".parallel", ".slack"))
 
 
 def test_order_of_effects_is_the_catalogue_s() -> None:

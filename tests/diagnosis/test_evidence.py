@@ -37,7 +37,8 @@ class Made:
     heldout: float = 1.0
     result: SimpleNamespace = field(
         default_factory=lambda: SimpleNamespace(
-            model=GIVEN, problem=SimpleNamespace(measurements=())
+            model=GIVEN,
+            problem=SimpleNamespace(measurements=(), coordinates=SimpleNamespace(sizes={})),
         )
     )
 

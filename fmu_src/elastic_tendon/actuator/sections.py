@@ -72,6 +72,10 @@ class Transmission(BaseModel):
     pretension_force: float = declare(
         "N", "force F_p in both tendons at rest", (0.0, 1e6), 50.0, uncertainty=0.3, tunable=True
     )
+    slack: int = declare(
+        *("1", "1: tendons only pull and can be slack; 0: their springs push too", (0, 1), 1),
+        default=1,
+    )
 
     @field_validator("pretension_force")
     @classmethod

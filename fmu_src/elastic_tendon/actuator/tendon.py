@@ -190,7 +190,8 @@ def _strand(s: Symbols, name: str, side: _Side, length: Symbol, rate: Symbol) ->
         force = parallel * law.at(law.force, length, rate)
         stretch = _Stretch(length, rate, force, parallel * law.at(law.static, length, 0))
     taut = s.mode[f"{name}.taut"]
-    s.relations.threshold(f"{name}.taut", stretch.force / side.largest)
+    slackens = s.parameter["transmission.slack"] > 0
+    s.relations.threshold(f"{name}.taut", where(slackens, stretch.force / side.largest, 1))
     driving = stretch.elongation, stretch.rate
     if law.remembers or side.in_series:
         # nothing is solved for a taut spring

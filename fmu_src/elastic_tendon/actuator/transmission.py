@@ -205,8 +205,10 @@ def slack_boundaries(transmission: "Transmission") -> tuple[float, float]:
 
     Returns
     -------
-    tuple of two floats; rad
+    tuple of two floats; rad. Where springs push too, `deflection_limits`
     """
+    if not transmission.slack:
+        return deflection_limits(transmission)
     upper, lower = _prestretched_lengths(transmission)
     R = transmission.joint_pulley_radius
     return -lower / R, upper / R
@@ -251,7 +253,9 @@ def characteristic_torque(
     rate_1 = displacement(np.asarray(deflection_rate, dtype=float), 0.0, R)
     F1 = spring_force(upper.combined_stiffness, length_1, upper.combined_damping, rate_1)
     F2 = spring_force(lower.combined_stiffness, length_2, lower.combined_damping, -rate_1)
-    return np.asarray(joint_torque(tension(F1), tension(F2), R))
+    if transmission.slack:
+        F1, F2 = tension(F1), tension(F2)
+    return np.asarray(joint_torque(F1, F2, R))
 
 
 def characteristic_stiffness(deflection: ArrayLike, transmission: "Transmission") -> FloatArray:
@@ -290,7 +294,8 @@ def _sum_of_taut(
     """R² times the sum of a value of the springs whose tendons are taut."""
     upper, lower = value_of(transmission.upper_spring), value_of(transmission.lower_spring)
     length_1, length_2 = _elongations(deflection, transmission)
-    total = where(length_1 < 0, 0.0, upper) + where(length_2 < 0, 0.0, lower)
+    slack = bool(transmission.slack)
+    total = where(slack & (length_1 < 0), 0.0, upper) + where(slack & (length_2 < 0), 0.0, lower)
     return np.asarray(transmission.joint_pulley_radius**2 * total)
 
 

@@ -79,9 +79,10 @@ def rows_of(
 def _possible(measurement: Measurement | None) -> tuple[str, ...]:
     if measurement is None:
         return READ
-    return (
-        STATIC if measurement.static else tuple(name for name in READ if name != "joint_deflection")
-    )
+    if measurement.static:
+        return STATIC
+    unread = "joint_deflection" if measurement.motor_share is None else "joint_position"
+    return tuple(name for name in READ if name != unread)
 
 
 def _items(source: Source) -> list[str]:

@@ -71,7 +71,7 @@ def simulate(
         where an argument has the wrong shape or is not finite
     """
     if isinstance(time, Measurement):
-        time = time.at(model.kind)
+        time = time.for_model(model)
         return simulate_measurement(model, time, starting_state(model, time))
     return call(
         *(model, time, motor_position, load_torque),
@@ -122,7 +122,7 @@ def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:
     -------
     DataFrame; SI units, as the columns' suffixes say
     """
-    measurement = measurement.at(model.kind)
+    measurement = measurement.for_model(model)
     initial = starting_state(model, measurement)
     trajectory = simulate_measurement(model, measurement, initial)
     return _table(model, trajectory, measurement.inputs)

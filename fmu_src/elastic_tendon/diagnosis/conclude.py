@@ -153,7 +153,8 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
             smallest = search.screen.smallest(estimate, effect_id)
         else:
             smallest = _smallest(search.data, trajectory, answer, effect_id)
-        if smallest is not None and not is_plausible(answer.result.model, path, smallest):
+        sizes = answer.result.problem.coordinates.sizes
+        if smallest is not None and not is_plausible(answer.result.model, path, smallest, sizes):
             smallest = None
         found.append(WouldShow(effect_id, path, units[path], smallest))
     return tuple(found)

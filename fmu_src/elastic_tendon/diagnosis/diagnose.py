@@ -90,8 +90,8 @@ def _diagnosed(
     begin = time.monotonic()
     options.check_ids()
     model.check_interface("diagnose", WITH_LINK)
-    measurements = [part.at(model.kind) for part in measurements]
-    validation = [part.at(model.kind) for part in validation]
+    measurements = [part.for_model(model) for part in measurements]
+    validation = [part.for_model(model) for part in validation]
     data = data_of(model, measurements, validation, options)
     looked_at = measurements if model.kind is InterfaceKind.POSITION else ()
     notes = [finding.sentence for finding in sign_errors(model, looked_at)]

@@ -9,6 +9,7 @@ from elastic_tendon.comparison.bins import Bin
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.diagnosis.evidence import is_plausible
 from elastic_tendon.diagnosis.result import Diagnosis, LearnedTerm
+from elastic_tendon.estimation.coordinates import sizes_in
 from elastic_tendon.result import plain
 
 SCHEMA = "elastic-tendon/diagnosis/2"
@@ -67,8 +68,11 @@ def _names(comparison: Comparison | None) -> list[str]:
 
 
 def _parameters(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
+    model = diagnosis.model
+    files = diagnosis.steps[-1].comparison.files
+    sizes = sizes_in(model, [file.measurement for file in files])
     for estimate in diagnosis.findings.estimates:
-        plausible = is_plausible(diagnosis.model, estimate.path, estimate.fitted)
+        plausible = is_plausible(model, estimate.path, estimate.fitted, sizes)
         yield asdict(estimate) | {"plausible": plausible}
 
 

@@ -10,7 +10,7 @@ Errors are in units of the noise floor. `N` and `n` count the independent facts 
 the best answer hold: samples that err together are one.
 """
 
-from collections.abc import Container, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import exp, log
 
@@ -202,17 +202,19 @@ def beside_unknown(without: float, left: float) -> float:
 
 def implausible_values(answer: Answer) -> dict[str, float]:
     """Estimates of effects at a bound, or that no real actuator of this size has, by path."""
-    model = answer.result.model
+    model, sizes = answer.result.model, answer.result.problem.coordinates.sizes
     found = {}
     for effect_id in answer.added:
         for parameter in effects.BY_ID[effect_id].parameters:
             value = answer.values(effect_id)[parameter.name]
-            if not _plausible(model, parameter, value):
+            if not _plausible(model, parameter, value, sizes):
                 found[f"effects.{effect_id}.{parameter.name}"] = value
     return found
 
 
-def is_plausible(model: Model, path: str, value: float) -> bool:
+def is_plausible(
+    model: Model, path: str, value: float, sizes: Mapping[str, float] | None = None
+) -> bool:
     """Whether a real actuator of this size may have such a value.
 
     Parameters
@@ -220,16 +222,20 @@ def is_plausible(model: Model, path: str, value: float) -> bool:
     model : Model
     path : dotted path; parameters of the model itself have their prior
     value : in its unit
+    sizes : by unit, of what matters in the recordings at hand, see `sizes_in`: springs that bear
+        little, or more than they are used for, do not make it implausible
     """
     section, _, rest = path.partition(".")
     if section != "effects":
         return True
     effect_id, _, name = rest.partition(".")
     parameter = next(part for part in effects.BY_ID[effect_id].parameters if part.name == name)
-    return _plausible(model, parameter, value)
+    return _plausible(model, parameter, value, sizes or {})
 
 
-def _plausible(model: Model, parameter: Parameter, value: float) -> bool:
+def _plausible(
+    model: Model, parameter: Parameter, value: float, sizes: Mapping[str, float]
+) -> bool:
     """Whether a value is at no bound, and within what the catalogue calls typical, widely taken."""
     if value in (parameter.lower, parameter.upper) and value != parameter.null:
         return False
@@ -237,6 +243,7 @@ def _plausible(model: Model, parameter: Parameter, value: float) -> bool:
         return True  # where it lies is the machine's own
     typical = abs(typical_value(model, parameter))
     if not parameter.shape:
+        typical = max(typical, sizes.get(parameter.unit, 0.0))
         return abs(value - parameter.null) <= PLAUSIBLE * typical
     return typical / PLAUSIBLE <= abs(value) <= typical * PLAUSIBLE
 

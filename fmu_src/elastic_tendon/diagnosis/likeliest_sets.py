@@ -8,6 +8,7 @@ from elastic_tendon.diagnosis.around import Around
 from elastic_tendon.diagnosis.refits import AT_NOISE
 from elastic_tendon.diagnosis.sets import Set, in_order, simpler, told
 
+CLOSE = 1.2  # times the square of the best single, up to which another is refitted too
 FAR_BETTER = 0.5  # share of the best square of fewer effects that a larger set leaves at most
 PAIRED = 8  # singles, the best first, that are looked at with every other effect
 TRIED = 8  # effects of the likeliest pairs, of which any three are tried
@@ -26,9 +27,14 @@ class LikeliestSets(Around):
         return [effect_id for effect_id in self.data.candidates if self.screen.sees(effect_id)]
 
     def _best_single(self) -> list[Set]:
-        """The likeliest single effect, simpler laws of it first."""
-        singles = sorted(self._sets(1), key=self._badness)[:1]
-        return [form for single in singles for form in (*simpler(single), single)]
+        """The likeliest single effects, simpler laws of each first; the second only if it is close.
+
+        Which of two that are close is better, only the trajectory can tell.
+        """
+        singles = sorted(self._sets(1), key=self._badness)[:2]
+        most = CLOSE * min(map(self._badness, singles), default=0.0)
+        close = [single for single in singles if self._badness(single) <= most]
+        return [form for single in close for form in (*simpler(single), single)]
 
     def _best_singles(self) -> list[Set]:
         """The likeliest singles, that are looked at with every other effect."""

@@ -278,12 +278,12 @@ def _missing(added: Sequence[str], certainty: Mapping[str, float]) -> str:
 
 def _or_else(alike: Sequence[str]) -> str:
     """What may be there instead, as ", or else Stribeck friction, which these data ..."."""
-    if not alike:
-        return ""
     titles = [
         " with ".join(effects.BY_ID[effect_id].title for effect_id in name.split("+"))
-        for name in alike
+        for name in dict.fromkeys(filter(None, alike))
     ]
+    if not titles:
+        return ""
     return f", or else {' or '.join(titles)}, which these data do not tell apart"
 
 

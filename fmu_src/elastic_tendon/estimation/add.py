@@ -15,6 +15,7 @@ from elastic_tendon.actuator.parameters import Model, parse_model, typical_value
 from elastic_tendon.comparison.compare import Comparison, compare
 from elastic_tendon.effects.base import Effect, Parameter, Spread
 from elastic_tendon.errors import MeasurementError, ModelError
+from elastic_tendon.estimation.coordinates import sizes_in
 from elastic_tendon.estimation.determinability import Estimate, Findings
 from elastic_tendon.estimation.fit import FitResult, fit
 from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, FittedStep, Step, climb, steps_text
@@ -210,7 +211,8 @@ class _Way:
             given = self.given
             for added_id in self.added:
                 given = given.with_effect(added_id, refitted.effects[added_id])
-            starts = list(_starts(given, refitted, effect_id))
+            sizes = sizes_in(self.given, self.measurements)
+            starts = list(_starts(given, refitted, effect_id, sizes))
         result = fit(start, self.measurements, starts=starts, progress=progress)
         self.added = added
         self.fits.append(result)
@@ -315,29 +317,43 @@ def check_apart(fitted: Sequence[Measurement], heldout: Sequence[Measurement]) -
             )
 
 
-def _typical(model: Model, parameter: Parameter, multiple: float = 1.0) -> float:
-    value = typical_value(model, parameter) * multiple
+def _typical(
+    model: Model, parameter: Parameter, multiple: float = 1.0, least: float = 0.0
+) -> float:
+    value = max(typical_value(model, parameter), least) * multiple
     return min(max(value, parameter.lower), parameter.upper)
 
 
-def _starts(given: Model, refitted: Model, effect_id: str) -> Iterator[Model]:
+def _starts(
+    given: Model, refitted: Model, effect_id: str, sizes: Mapping[str, float]
+) -> Iterator[Model]:
     """The null on the refitted model, then a grid of effects on both models."""
     yield refitted.with_effect(effect_id, None)
     for origin in (given, refitted):
-        for values in _grid(origin, effect_id):
+        for values in _grid(origin, effect_id, sizes):
             with suppress(ModelError):  # the effect may refuse some values together
                 yield origin.with_effect(effect_id, values)
 
 
-def _grid(model: Model, effect_id: str) -> Iterator[Mapping[str, float]]:
-    """Parameters of an effect to start from: several strengths, at each several shapes."""
+def _grid(
+    model: Model, effect_id: str, sizes: Mapping[str, float]
+) -> Iterator[Mapping[str, float]]:
+    """Parameters of an effect to start from: several strengths, at each several shapes.
+
+    Parameters
+    ----------
+    sizes : by unit, of strengths that matter in the recordings, see `sizes_in`
+    """
     parameters = effects.BY_ID[effect_id].parameters
     strengths = [parameter for parameter in parameters if not parameter.shape]
     shapes = [parameter for parameter in parameters if parameter.shape]
     names = [shape.name for shape in shapes]
     signed = any(parameter.lower < 0.0 for parameter in strengths)
     for multiple in _with_signs(STRENGTHS, signed):
-        typical = {parameter.name: _typical(model, parameter, multiple) for parameter in strengths}
+        typical = {
+            parameter.name: _typical(model, parameter, multiple, sizes.get(parameter.unit, 0.0))
+            for parameter in strengths
+        }
         for values in product(*(_tried(model, shape) for shape in shapes)):
             yield typical | dict(zip(names, values, strict=True))
 

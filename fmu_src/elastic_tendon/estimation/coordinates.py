@@ -45,7 +45,7 @@ class Coordinates:
 
     `given` is the model that the prior is centred on; `paths` are the m free parameters; `sigma`
     (m,) is the prior's one sigma in their units and `centre` (m,) their given values. `limits`
-    (m, 2) are bounds beside those of the quantities.
+    (m, 2) are bounds beside those of the quantities; `sizes`, see `sizes_in`.
     """
 
     given: Model
@@ -53,6 +53,7 @@ class Coordinates:
     centre: Array
     sigma: Array
     limits: Array
+    sizes: Mapping[str, float]
 
     @classmethod
     def of(
@@ -67,15 +68,17 @@ class Coordinates:
         Where the load drives the machine, its springs do not say how large an effect's torque may
         be: that is uncertain by no less than the largest load torque of the measurements, and what
         makes a torque of the velocity by no less than what takes that load at the largest speed.
+        Springs that are used in a part of their range may be curved as much there: a cubic
+        stiffness is uncertain by no less than what doubles their force where they were.
         """
         values = given.values()
-        least = _load_sizes(measurements)
+        sizes = sizes_in(given, measurements)
         declared = declared_quantities(given)
 
         def sigma(path: str) -> float:
             own = given.uncertainty_of(path)
             told = path in given.uncertainty or not path.startswith("effects.")
-            return own if told else max(own, least.get(declared[path].unit, 0.0))
+            return own if told else max(own, sizes.get(declared[path].unit, 0.0))
 
         return cls(
             given=given,
@@ -83,6 +86,7 @@ class Coordinates:
             centre=np.array([values[path] for path in paths]),
             sigma=np.array([sigma(path) for path in paths]),
             limits=np.array([(limits or {}).get(path, UNLIMITED) for path in paths]).reshape(-1, 2),
+            sizes=sizes,
         )
 
     def values(self, x: Array) -> Array:
@@ -176,6 +180,11 @@ def _largest_force(values: Mapping[str, float], spring: str) -> float:
     return stiffness * values[f"{spring}.max_deflection"]
 
 
+def sizes_in(given: Model, measurements: Sequence[Measurement]) -> dict[str, float]:
+    """By unit, how large an effect has to be that matters in some recordings, in that unit."""
+    return _load_sizes(measurements) | _spring_sizes(given, measurements)
+
+
 def _load_sizes(measurements: Sequence[Measurement]) -> dict[str, float]:
     """By unit, what makes a torque as large as the largest load of some recordings."""
     loads = [part.load_torque for part in measurements if part.load_torque is not None]
@@ -183,6 +192,23 @@ def _load_sizes(measurements: Sequence[Measurement]) -> dict[str, float]:
     speed = max(map(_largest_speed, measurements), default=0.0)
     powers = {"N.m": 0, "N.m.s/rad": 1, "N.m.s2/rad2": 2}
     return {unit: load / speed**power for unit, power in powers.items() if speed or not power}
+
+
+def _spring_sizes(given: Model, measurements: Sequence[Measurement]) -> dict[str, float]:
+    """By unit, what doubles the force of the stiffer spring at the largest deflection measured."""
+    springs = given.transmission
+    ratio = springs.motor_pulley_radius / springs.joint_pulley_radius
+    reached = max(
+        (
+            float(np.abs(part.signals["joint_position"] - ratio * part.motor_position).max())
+            for part in measurements
+            if "joint_position" in part.signals
+        ),
+        default=0.0,
+    )
+    stiffness = max(springs.upper_spring.stiffness, springs.lower_spring.stiffness)
+    elongation = reached * springs.joint_pulley_radius
+    return {"N/m3": stiffness / elongation**2} if elongation else {}
 
 
 def _largest_speed(measurement: Measurement) -> float:

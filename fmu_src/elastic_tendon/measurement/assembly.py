@@ -202,7 +202,9 @@ def _of_piece(
 ) -> Measurement | None:
     """Measurement of one piece, None where fewer than ten samples are in common."""
     first, last = common_time(part)
-    reference = "joint_position" if "joint_position" in part else "motor_position"
+    reference = next(
+        (name for name in ("joint_position", "joint_deflection") if name in part), "motor_position"
+    )
     if not first < last or len(part[reference].time) < MINIMUM_SAMPLES:
         return None
     step = reading.preparation.resample

@@ -115,12 +115,13 @@ def find_layout(
         columns = [search.column(signal, required=True) for signal in STATIC]
         times = {}
     else:
-        required = ["motor_position", *(["joint_position"] if joint_required else [])]
+        joint, other = search.joint_signals()
+        required = ["motor_position", *([joint] if joint_required else [])]
         search.check_time(required)
         columns = [
             search.column(signal, required=signal in required)
             for signal in DIMENSIONS
-            if signal not in ("time", "joint_deflection")
+            if signal not in ("time", other)
         ]
         search.check_load(columns)
         used = {column.group for column in columns if column is not None}
@@ -169,6 +170,14 @@ class _Search:
         return all(map(self._mentioned, STATIC)) and not any(
             map(self._mentioned, ("time", "motor_position"))
         )
+
+    def joint_signals(self) -> tuple[str, str]:
+        """What says where the joint is, and what does not: its deflection only where that is all
+        there is."""
+        position, deflection = "joint_position", "joint_deflection"
+        if self._mentioned(deflection) and not self._mentioned(position):
+            return deflection, position
+        return position, deflection
 
     def check_time(self, required: Sequence[str]) -> None:
         """Refuse a file without time, and a static curve that has one."""

@@ -25,8 +25,11 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from elastic_tendon.actuator.parameters import Model
+
 Array = NDArray[np.float64]
 
+JOINT, DEFLECTION = "joint_position", "joint_deflection"
 # fewer samples than this cannot distinguish an initial state from noise
 MINIMUM_SAMPLES = 10
 CLEARLY_LESS = 0.95  # of a mean square error, which straight inputs have to leave at most
@@ -49,6 +52,11 @@ def window_text(start: float | None, end: float | None) -> str:
     return f"[{low}:{high}]"
 
 
+def _compared(signal: str) -> str:
+    """The signal by which a measured one is compared."""
+    return JOINT if signal == DEFLECTION else signal
+
+
 @dataclass(frozen=True, repr=False)
 class Measurement(Result):
     """One recorded experiment.
@@ -58,7 +66,8 @@ class Measurement(Result):
     time : (n,) array, s; strictly increasing, starts where the file says
     motor_position : (n,) array, rad at the motor pulley
     signals : name of a model output -> (n,) array in its SI unit; what is compared with the model.
-        Holds ``joint_position`` (rad) wherever it is compared; ``joint_torque`` and
+        Holds ``joint_position`` (rad) wherever it is compared, or in its place
+        ``joint_deflection`` (rad), see `with_joint_position`; ``joint_torque`` and
         ``motor_torque`` (N·m) where measured
     load_torque : (n,) array, N·m on the joint, or None: none acts
     interpolation : of motor position and load between the samples, as of `simulate`, or "auto":
@@ -72,6 +81,8 @@ class Measurement(Result):
     name : what tables and figures call it
     kind : interface of the model for which `at` sorted inputs from signals
     driving : inputs of that interface beside motor position and load torque, by name, (n,) SI
+    motor_share : of the motor position in a joint position that was not measured itself, see
+        `with_joint_position`; None: it was
     """
 
     time: Array
@@ -87,6 +98,7 @@ class Measurement(Result):
     name: str = "recording"
     kind: InterfaceKind = InterfaceKind.POSITION
     driving: Mapping[str, Array] = field(default_factory=dict)
+    motor_share: float | None = None
 
     def __post_init__(self) -> None:
         """Lists become arrays; all have one value for each sample."""
@@ -112,6 +124,37 @@ class Measurement(Result):
         if self.kind.has_link and self.load_torque is not None:
             inputs["load_torque"] = self.load_torque
         return inputs
+
+    def for_model(self, model: "Model") -> "Measurement":
+        """The recording as a model is compared with it: at its interface, with a joint position.
+
+        Raises
+        ------
+        MeasurementError : see `with_joint_position` and `at`
+        """
+        return self.with_joint_position(model).at(model.kind)
+
+    def with_joint_position(self, model: "Model") -> "Measurement":
+        """The recording with the joint position where the deflection was measured instead: that,
+        and what the model's pulleys make of the motor position.
+
+        Raises
+        ------
+        MeasurementError : both were measured, of which one follows from the other
+        """
+        if DEFLECTION not in self.signals:
+            return self
+        if JOINT in self.signals:
+            raise MeasurementError(
+                f"{self.name}: it holds {JOINT} and {DEFLECTION}, of which one follows from the "
+                "other and the motor position; leave one out"
+            )
+        radii = model.transmission
+        share = radii.motor_pulley_radius / radii.joint_pulley_radius
+        joint = self.signals[DEFLECTION] + share * self.motor_position
+        noise = {_compared(name): sigma for name, sigma in self.given_noise.items()}
+        signals = {_compared(name): values for name, values in self.signals.items()}
+        return replace(self, signals=signals | {JOINT: joint}, given_noise=noise, motor_share=share)
 
     def at(self, kind: InterfaceKind | str) -> "Measurement":
         """The recording with inputs and signals as of an interface.
@@ -253,6 +296,8 @@ class Measurement(Result):
         MeasurementError : a signal was not measured, or a size is not positive
         """
         notes = []
+        if self.motor_share is not None:
+            sigmas = {_compared(name): sigma for name, sigma in sigmas.items()}
         for name, sigma in sigmas.items():
             if name not in self.signals:
                 raise MeasurementError(f"{self.name}: {name} was not measured and has no noise")

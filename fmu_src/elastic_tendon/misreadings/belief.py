@@ -24,7 +24,7 @@ def believed(
     Parameters
     ----------
     model : Model
-    measurements : as read; taken as they are where the joint's position is not in them, or where
+    measurements : as read; believed as they are where the joint's position is not in them, or where
         the model's interface has no link
     progress : called with what is being done, and the share of it that is done
     as_declared : note what looks read wrongly instead of refusing it
@@ -37,9 +37,10 @@ def believed(
     ------
     MeasurementError : a recording looks as if it was read wrongly
     """
+    measurements = [part.with_joint_position(model) for part in measurements]
     known = all("joint_position" in measurement.signals for measurement in measurements)
     if not known or not model.kind.has_link:  # a load that was not given looks like anything
-        return list(measurements)
+        return measurements
     model = model.at_position()
     # simulating comes next, and a library that has yet to be compiled takes a while
     library_path(*model.structure, progress)

@@ -13,7 +13,6 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.recording import Array
 from elastic_tendon.misreadings.readings import (
     GAIN,
-    POSITIONS,
     TIMES,
     UNITS,
     WELL_IF_STRANGE,
@@ -22,6 +21,7 @@ from elastic_tendon.misreadings.readings import (
     declared_factor,
     gear_reading,
     gear_slope,
+    positions_of,
     ratio_of_pulleys,
     unit_readings,
 )
@@ -95,7 +95,7 @@ def _largest_travel(model: Model) -> float:
 
 def _angle_advice(times: float, model: Model, measurement: Measurement) -> str:
     """Advice on unit and gear of the positions, which span `times` what is usual."""
-    positions = ("joint_deflection",) if measurement.static else POSITIONS
+    positions = ("joint_deflection",) if measurement.static else positions_of(measurement)
     # what is far off even in degrees is in the smaller unit
     unit = "deg" if times <= FAR_DEFLECTION / UNITS["joint_position"]["deg"] else "mrad"
     advice = f"if it is in {WORDS[unit]} {_read_in(unit, positions, measurement)}"

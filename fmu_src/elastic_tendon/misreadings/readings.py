@@ -9,6 +9,7 @@ import numpy as np
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.preparation import Preparation, SignalColumn
+from elastic_tendon.measurement.recording import Array
 from elastic_tendon.measurement.units import parse_unit
 
 # by how much less a reading must leave unexplained than what is declared
@@ -74,18 +75,27 @@ class Reading:
 
     def apply(self, measurement: Measurement) -> Measurement:
         """The recording, read like this."""
+
+        def factor(signal: str) -> float:
+            return self.factors.get(signal, 1.0)
+
         load, signals = measurement.load_torque, dict(measurement.signals)
         motor, joint = measurement.motor_position, signals["joint_position"]
         if self.swapped:
             motor, joint = joint, motor
-        signals |= {name: self.factors.get(name, 1.0) * values for name, values in signals.items()}
-        joint = self.factors.get("joint_position", 1.0) * joint + self.motor_share * motor
+        signals |= {name: factor(name) * values for name, values in signals.items()}
+        read_motor = factor("motor_position") * motor
+        share = measurement.motor_share
+        if share is None:
+            joint = factor("joint_position") * joint + self.motor_share * motor
+        else:
+            joint = factor("joint_deflection") * (joint - share * motor) + share * read_motor
         signals["joint_position"] = joint
         return replace(
             measurement,
-            time=self.factors.get("time", 1.0) * measurement.time,
-            motor_position=self.factors.get("motor_position", 1.0) * motor,
-            load_torque=None if load is None else self.factors.get("load_torque", 1.0) * load,
+            time=factor("time") * measurement.time,
+            motor_position=read_motor,
+            load_torque=None if load is None else factor("load_torque") * load,
             signals=signals,
         )
 
@@ -129,19 +139,32 @@ def _item(signal: str, column: SignalColumn, factor: float, unit: str | None) ->
 def readings_of(measurement: Measurement) -> tuple[Reading, ...]:
     """Readings of positions, load and time to try, the plainest first."""
     loads = () if measurement.load_torque is None else ("load_torque",)
+    positions = positions_of(measurement)
     signs = [
         Reading(f"the {name(signal)} looks as if it had the opposite sign", {signal: -1.0})
-        for signal in (*POSITIONS, *loads)
+        for signal in (*positions, *loads)
     ]
+    swapped = "motor and joint position look as if they were swapped"
     return (
-        Reading("motor and joint position look as if they were swapped", {}, swapped=POSITIONS),
+        *([Reading(swapped, {}, swapped=POSITIONS)] if positions == POSITIONS else []),
         *signs,
-        *unit_readings(measurement, ("joint_position",)),
-        *unit_readings(measurement, ("motor_position",)),
-        *unit_readings(measurement, POSITIONS),
+        *(reading for signal in positions for reading in unit_readings(measurement, (signal,))),
+        *unit_readings(measurement, positions),
         *(reading for load in loads for reading in unit_readings(measurement, (load,))),
         *time_readings(measurement),
     )
+
+
+def positions_of(measurement: Measurement) -> tuple[str, str]:
+    """What was measured of the joint, its position or deflection, and the motor's position."""
+    return POSITIONS if measurement.motor_share is None else ("joint_deflection", "motor_position")
+
+
+def measured_of(measurement: Measurement, joint: Array) -> Array:
+    """What a sensor like the recording's shows of a joint position, (n,) rad: that, or its
+    deflection."""
+    share = measurement.motor_share
+    return joint if share is None else joint - share * measurement.motor_position
 
 
 def torque_readings(measurement: Measurement, signal: str) -> tuple[Reading, ...]:

@@ -24,7 +24,15 @@ from elastic_tendon.errors import SimulationError
 from elastic_tendon.estimation.stretches import left_out
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.excerpt import liveliest
-from elastic_tendon.misreadings.readings import GAIN, WELL, Reading, name, ratio_of_pulleys
+from elastic_tendon.misreadings.readings import (
+    GAIN,
+    WELL,
+    Reading,
+    measured_of,
+    name,
+    positions_of,
+    ratio_of_pulleys,
+)
 from elastic_tendon.misreadings.suspicion import SAMPLES, unexplained_motion
 
 POSITION = "joint_position"
@@ -102,12 +110,13 @@ def _flipped_motion(model: Model, excerpt: Measurement) -> tuple[str, ...]:
     """Of joint, motor and load, which has its sign turned."""
     model, signs = _signs(model, excerpt)
     motor, load = signs.get("motor_position", 0), signs.get("load_torque", 0)
+    shown = positions_of(excerpt)[0]
     suspects = {
-        (-1, -1): (POSITION,),
+        (-1, -1): (shown,),
         (-1, 1): ("motor_position",),
         (1, -1): ("load_torque",),
-        (-1, 0): (POSITION, "motor_position"),
-        (0, -1): (POSITION, "load_torque"),
+        (-1, 0): (shown, "motor_position"),
+        (0, -1): (shown, "load_torque"),
     }.get((motor, load))
     declared = unexplained_motion(model, excerpt)
     tried = suspects or tuple(excerpt.inputs)
@@ -131,7 +140,7 @@ def _signs(model: Model, excerpt: Measurement) -> tuple[Model, dict[str, int]]:
     inertia = model.link.inertia
     tried = [model.with_values({"link.inertia": by * inertia}) for by in INERTIAS]
     parts = [_parts(changed, excerpt) for changed in tried]
-    joint = excerpt.signals[POSITION]
+    joint = measured_of(excerpt, excerpt.signals[POSITION])
     left = [float(np.sum((columns @ _shares(columns, joint) - joint) ** 2)) for _, columns in parts]
     best = int(np.argmin(left))
     names, columns = parts[best]
@@ -147,7 +156,7 @@ def _signs(model: Model, excerpt: Measurement) -> tuple[Model, dict[str, int]]:
 def _parts(model: Model, excerpt: Measurement) -> tuple[tuple[str, ...], Array]:
     """Inputs that move the joint; (n, k) what each makes of it, then all that may hide it."""
     time = excerpt.time
-    spread = float(np.std(excerpt.signals[POSITION]))
+    spread = float(np.std(measured_of(excerpt, excerpt.signals[POSITION])))
     moving = {
         key: answer
         for key, answer in _answers(model, excerpt).items()
@@ -160,13 +169,15 @@ def _parts(model: Model, excerpt: Measurement) -> tuple[tuple[str, ...], Array]:
 
 
 def _answers(model: Model, excerpt: Measurement) -> Mapping[str, Array]:
-    """What each input alone makes of the joint position, (n,) rad, as the model has it."""
+    """What each input alone makes of what was measured at the joint, (n,) rad, as the model has
+    it."""
     start = InitialState(ratio_of_pulleys(model) * float(excerpt.motor_position[0]), 0.0)
     unloaded = simulate_measurement(model, replace(excerpt, load_torque=None), start)[POSITION]
-    if excerpt.load_torque is None:
-        return {"motor_position": unloaded}
-    loaded = simulate_measurement(model, excerpt, start)[POSITION]
-    return {"motor_position": unloaded, "load_torque": loaded - unloaded}
+    answers = {"motor_position": measured_of(excerpt, unloaded)}
+    if excerpt.load_torque is not None:
+        loaded = simulate_measurement(model, excerpt, start)[POSITION]
+        answers["load_torque"] = loaded - unloaded
+    return answers
 
 
 def _shares(columns: Array, values: Array) -> Array:

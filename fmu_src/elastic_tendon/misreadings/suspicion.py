@@ -26,6 +26,7 @@ from elastic_tendon.misreadings.readings import (
     gear_reading,
     gear_slope,
     is_gear,
+    measured_of,
     ratio_of_pulleys,
     readings_of,
     time_readings,
@@ -112,8 +113,9 @@ def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Tria
     # a duration in a wrong unit says nothing, so readings of time are tried in any case
     table, gear = time_readings(excerpt), None
     if _is_long(model, excerpt):
-        table = (*readings_of(excerpt), deflection_reading(model))
-        gear = _gear(model, excerpt)
+        table = readings_of(excerpt)
+        if excerpt.motor_share is None:
+            table, gear = (*table, deflection_reading(model)), _gear(model, excerpt)
     trials = [_Trial(reading, _left_by(model, excerpt, reading)) for reading in table]
     good = [trial for trial in trials if _explains(trial, declared)]
     explaining = [*good, gear] if gear is not None and _explains(gear, declared) else good
@@ -228,7 +230,7 @@ def _period(model: Model) -> float:
 
 
 def unexplained_motion(model: Model, excerpt: Measurement) -> float:
-    """RMS of the error less its mean over that of the joint's motion; infinite without motion.
+    """RMS of the error less its mean over that of what was measured; infinite without motion.
 
     A constant offset between the encoders is nobody's misreading, but it may throw the simulated
     joint far off at the start: the better counts of the recording as it stands and without the
@@ -236,7 +238,7 @@ def unexplained_motion(model: Model, excerpt: Measurement) -> float:
     """
     ratio = ratio_of_pulleys(model)
     joint = excerpt.signals["joint_position"]
-    spread = float(np.std(joint))
+    spread = float(np.std(measured_of(excerpt, joint)))
     if spread == 0.0:
         return math.inf
     offset = float(np.mean(joint - ratio * excerpt.motor_position))
