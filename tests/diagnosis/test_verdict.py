@@ -259,6 +259,14 @@ def test_what_was_not_to_matter_is_told_with_its_size_and_not_called_chance(kind
     assert "matter" not in sentence("unexplained", after=9.14, ignored=0.125)
 
 
+def test_what_may_be_there_instead_is_named_once() -> None:
+    alike = ("stribeck_friction", "", "stribeck_friction", "gravity_load+joint_stop")
+    said = sentence("missing_effect", ("coulomb_friction",), alike=alike)
+    assert "or else Stribeck friction or Gravity load with Joint stop, which" in said
+    nothing = sentence("missing_effect", ("coulomb_friction",), alike=("",))
+    assert "or else" not in nothing
+
+
 def test_wrong_parameters_are_listed() -> None:
     said = sentence("wrong_parameter", moved=("link.inertia",))
     assert said == (

@@ -88,6 +88,11 @@ def linearise(
         )
     if model.kind is not InterfaceKind.POSITION:
         return _at_interface(model, state, operating_point, drive, inputs, outputs, modes or {})
+    if not model.transmission.slack and slack_state(state) is not SlackState.III:
+        raise LinearisationError(
+            f"{model.name}: its springs push too (slack = 0 in [transmission]), so no tendon is "
+            "ever slack; linearise in state III"
+        )
     plant = Equations(model)
     chosen = plant.chosen(slack_state(state), modes or {})
     sought = {name: mode for name, mode in chosen.items() if name != JOINT_MOTION.name}

@@ -10,6 +10,8 @@ from elastic_tendon.measurement.units import EXAMPLES, USUAL, parse_unit
 
 # what is compared with a model, and so has a noise floor
 COMPARED = ("joint_position", "joint_torque", "motor_torque")
+# what is measured in place of another signal and compared as that, without other errors
+COMPARED_AS = {"joint_deflection": "joint_position"}
 APART = 2.0  # figures of one noise that differ by more disagree
 
 _GIVEN = re.compile(
@@ -29,7 +31,7 @@ def parse_size(text: str, kind: str = "noise") -> tuple[str, float]:
 
     Returns
     -------
-    signal : str, one of `COMPARED`
+    signal : str, one of `COMPARED`; that of a deflection is that of the joint position
     size : float > 0, rad or N·m
 
     Raises
@@ -41,7 +43,7 @@ def parse_size(text: str, kind: str = "noise") -> tuple[str, float]:
         raise MeasurementError(
             f"{kind} {text!r}: write SIGNAL=SIZE, such as joint_position=0.2mrad"
         )
-    signal = match["signal"]
+    signal = COMPARED_AS.get(match["signal"], match["signal"])
     if signal not in COMPARED:
         raise MeasurementError(
             f"{kind} {text!r}: {signal} is not compared with a model; give that of "

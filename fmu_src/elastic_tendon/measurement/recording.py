@@ -12,7 +12,12 @@ from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.between import interpolation_of
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
-from elastic_tendon.measurement.noise_text import check_size, floor_notes, given_note
+from elastic_tendon.measurement.noise_text import (
+    COMPARED_AS,
+    check_size,
+    floor_notes,
+    given_note,
+)
 from elastic_tendon.measurement.preparation import (
     Preparation,
     check_preparation,
@@ -53,8 +58,8 @@ def window_text(start: float | None, end: float | None) -> str:
 
 
 def _compared(signal: str) -> str:
-    """The signal by which a measured one is compared."""
-    return JOINT if signal == DEFLECTION else signal
+    """The signal as which a measured one is compared."""
+    return COMPARED_AS.get(signal, signal)
 
 
 @dataclass(frozen=True, repr=False)

@@ -99,7 +99,8 @@ def _angle_advice(times: float, model: Model, measurement: Measurement) -> str:
     # what is far off even in degrees is in the smaller unit
     unit = "deg" if times <= FAR_DEFLECTION / UNITS["joint_position"]["deg"] else "mrad"
     advice = f"if it is in {WORDS[unit]} {_read_in(unit, positions, measurement)}"
-    slope = None if measurement.static else gear_slope(model, measurement)
+    of_joint = measurement.motor_share is None and not measurement.static
+    slope = gear_slope(model, measurement) if of_joint else None
     if slope is None:
         return advice
     gear = gear_reading(float(f"{max(abs(slope), 1.0 / abs(slope)):.2g}"), slope)
