@@ -1,0 +1,1 @@
+"""Recordings of machines of other kinds, made by `truth.other_machines`."""
