@@ -18,6 +18,7 @@ from elastic_tendon.measurement import Measurement, read_measurement
 from elastic_tendon.reports.tables import addition_sentences
 from elastic_tendon.simulation.excitation import default_excitation
 from elastic_tendon.simulation.simulate import simulate
+from truth.other_machines import Machine, driven_by_position, sines
 
 STEP_KEYS = {"title", "added", "rmse", "heldout_rmse", "noise_ratio", "evidence", "probability"}
 TORQUE = "effects.coulomb_friction.torque"
@@ -133,6 +134,36 @@ def test_recording_that_is_met_exactly_is_no_trouble() -> None:
     ladder = add(believed, "coulomb_friction", [recording]).ladder
     assert ladder[2].rmse["joint_position"] < 1e-7
     assert ladder[2].evidence < ladder[1].evidence
+
+
+def test_a_strength_is_sought_where_the_recording_is() -> None:
+    """A shaft that bears a thousand times what it is used for: its limit says nothing of its
+    curvature."""
+    radius, stiffness, cubic = 0.02, 100.0, 4000.0  # m, N·m/rad, N·m/rad³
+    truth = Machine(0.05, 0.1, stiffness, spring_damping=0.05, cubic=cubic)
+    motor, time = sines(np.random.default_rng(3), 0.5, 0.5, 4.0, 5), np.arange(0.0, 4.0, 5e-3)
+    spring = {"stiffness": 0.5 * stiffness / radius**2, "max_deflection": 1.0}
+    given = load_model(
+        {
+            "name": "shaft",
+            "transmission": {
+                "joint_pulley_radius": radius,
+                "motor_pulley_radius": radius,
+                "pretension_force": 0.0,
+                "slack": 0,
+                "upper_spring": spring,
+                "lower_spring": spring,
+            },
+            "link": {"inertia": 0.05, "damping": 0.1},
+        }
+    )
+    recording = Measurement(
+        time=time,
+        motor_position=np.array([motor(at)[0] for at in time]),
+        signals={"joint_position": driven_by_position(truth, time, motor)},
+    )
+    found = add(given, "spring_hardening", recording).model.effects["spring_hardening"]
+    assert found["cubic_stiffness"] == pytest.approx(0.5 * cubic / radius**4, rel=0.02)
 
 
 def test_typical_values_without_data() -> None:
