@@ -20,7 +20,9 @@ LEAST = next(
 def test_values_that_hardly_can_be_are_told(velocity: float, doubted: bool) -> None:
     values = {"coulomb_torque": 0.3, "static_torque": 0.4, "stribeck_velocity": velocity}
     model = GIVEN.with_effect("stribeck_friction", values)
-    told = list(doubtful_values(Answer(("stribeck_friction",), SimpleNamespace(model=model))))
+    problem = SimpleNamespace(coordinates=SimpleNamespace(sizes={}))
+    result = SimpleNamespace(model=model, problem=problem)
+    told = list(doubtful_values(Answer(("stribeck_friction",), result)))
     assert [
         part.startswith("Stribeck friction: stribeck velocity 0.0001 rad/s is ") for part in told
     ] == [True] * doubted
