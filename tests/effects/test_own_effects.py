@@ -418,7 +418,7 @@ def test_starts_of_a_fit_that_an_effect_refuses_are_left_out(tmp_path):
         written(tmp_path, GOOD.replace("    states", f"    {judge}").replace("0.5", "0.3"))
     )
     model = load_model(MODEL)
-    starts = [start.effects["lagging"] for start in _starts(model, model, "lagging")]
+    starts = [start.effects["lagging"] for start in _starts(model, model, "lagging", {})]
     assert starts[0] == {"force": 0.0, "length": 1.0}
     forces = {round(start["force"], 9) for start in starts}
     assert forces == {0.0, 0.1, 1.0, 3.0}
