@@ -157,7 +157,7 @@ def test_what_is_listed_matters_somewhere():
     unseen = {numbers.known(column) for column in np.flatnonzero((listed & ~seen).any(axis=0))}
     assert not (seen & ~listed).any()
     assert {name.rpartition(".")[2].rpartition("_")[2] for name in unseen} == {
-        *("velocity", "damping", "deflection")
+        *("velocity", "damping", "deflection", "slack")
     }
 
 
