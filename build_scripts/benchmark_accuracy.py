@@ -131,7 +131,7 @@ def sensitivity_error(effects: dict[str, dict[str, float]], tolerance: float = 1
     time = np.arange(0.0, 3.0, 0.002)
     motor, load = 0.5 * np.sin(2 * np.pi * 1.1 * time), 2.0 * np.sin(3.0 * time)
     start = {"joint_position": 0.3, "joint_velocity": 0.1}
-    paths = [path for path in model.values() if not path.endswith(("parallel", "slack"))]
+    paths = [quantity.path for quantity in model.quantities() if not quantity.integer]
     exact = sensitivities(
         model,
         time,

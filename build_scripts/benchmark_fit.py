@@ -81,11 +81,8 @@ def derivation(duration: float) -> Derivation:
     """All numbers on which the motion depends and that can be varied by a share of themselves."""
     model = load_model(MODEL)
     time, motor = motor_motion(measured=False, duration=duration)
-    values = {
-        path: x
-        for path, x in model.values().items()
-        if x and not path.endswith(("parallel", "slack"))
-    }
+    whole = {quantity.path for quantity in model.quantities() if quantity.integer}
+    values = {path: x for path, x in model.values().items() if x and path not in whole}
     every = Derivation(model, time, motor, tuple(values)).exact(DEFAULT_TOLERANCE)
     moved = np.abs(every).max(axis=0) * np.abs(list(values.values())) > INFLUENCE
     paths = tuple(path for path, counts in zip(values, moved, strict=True) if counts)

@@ -42,7 +42,7 @@ def row_of(order: Order) -> Content:
     said = asked(case.given, case.recordings)
     noises = [part.for_model(case.given).noise[SIGNAL].sigma for part in case.recordings]
     return asdict(said) | {
-        "name": case.name,
+        "name": order.name,
         "kind": order.kind,
         "hidden": order.hidden,
         "right": frozenset(said.named) in case.right,

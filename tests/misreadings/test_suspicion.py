@@ -13,7 +13,6 @@ from elastic_tendon.actuator.transmission import characteristic_torque
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement, ReadOptions, read_measurement
 from elastic_tendon.measurement.preparation import Preparation
-from elastic_tendon.misreadings.readings import ratio_of_pulleys
 from elastic_tendon.misreadings.suspicion import refuse_suspicious, suspicions
 from misread_recordings import MISREADINGS, scaled, swapped, truth_case
 
@@ -126,7 +125,7 @@ def test_a_gear_is_named_beside_degrees_where_only_the_travel_is_odd() -> None:
 
 def test_a_joint_position_as_seen_from_the_motor_is_told(loaded) -> None:
     model, recording = loaded
-    share = ratio_of_pulleys(model)
+    share = model.transmission.motor_share
     joint = recording.signals["joint_position"] - share * recording.motor_position
     (sentence,) = suspicions(model, replace(recording, signals={"joint_position": joint}))
     assert "the deflection, joint less motor" in sentence

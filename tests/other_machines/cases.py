@@ -16,6 +16,7 @@ from truth.other_machines import (
     Array,
     Friction,
     Machine,
+    Motion,
     driven_by_position,
     driven_by_torque,
     laminate,
@@ -28,13 +29,13 @@ MOST_BENT = 0.6  # rad, of springs
 Right = tuple[frozenset[str], ...]
 # friction that moves a little before it slides, as all of these machines have
 DRY = ("coulomb_friction", "lugre_friction")
+GAINED = ("", " motor_torque_gain")  # where only a load that is known would tell
 
 
 @dataclass(frozen=True)
 class Case:
     """Recordings of a machine, the model as given, and the sets of effects that are right."""
 
-    name: str
     given: et.Model
     recordings: tuple[et.Measurement, ...]
     right: Right
@@ -111,6 +112,11 @@ def grid(seconds: float, rate: float) -> Array:
     return np.arange(round(seconds * rate)) / rate
 
 
+def sampled(motion: Motion, time: Array) -> Array:
+    """Values of a motion at times."""
+    return np.array([motion(at)[0] for at in time])
+
+
 # ---- kinds ---------------------------------------------------------------------------------
 
 
@@ -131,7 +137,7 @@ def series_elastic(rng: np.random.Generator, hidden: str) -> Case:
     machine = replace(machine, **changes[hidden])
     time, motor = grid(10.0, 500.0), sines(rng, 0.3, 0.2, 2.5, 8)
     joint = driven_by_position(machine, time, motor)
-    angle = np.array([motor(at)[0] for at in time])
+    angle = sampled(motor, time)
     gain = rng.uniform(0.85, 1.15)
     recording = et.Measurement(
         time=time,
@@ -143,7 +149,7 @@ def series_elastic(rng: np.random.Generator, hidden: str) -> Case:
         "hardening": right("spring_hardening"),
         "gravity": right("gravity_load"),
     }
-    return Case("", given(rng, machine), (recording,), named[hidden])
+    return Case(given(rng, machine), (recording,), named[hidden])
 
 
 def cable_drive(rng: np.random.Generator, hidden: str) -> Case:
@@ -166,11 +172,11 @@ def cable_drive(rng: np.random.Generator, hidden: str) -> Case:
     joint = driven_by_position(machine, time, motor)
     recording = et.Measurement(
         time=time,
-        motor_position=np.array([motor(at)[0] for at in time]),
+        motor_position=sampled(motor, time),
         signals={"joint_position": noisy(rng, joint, 5e-4)},
     )
     both = (*DRY, "tendon_guide_friction", *(f"{name} tendon_guide_friction" for name in DRY))
-    return Case("", given(rng, machine, slack=1), (recording,), right(*both))
+    return Case(given(rng, machine, slack=1), (recording,), right(*both))
 
 
 def stick_slip(rng: np.random.Generator, hidden: str) -> Case:
@@ -199,10 +205,10 @@ def stick_slip(rng: np.random.Generator, hidden: str) -> Case:
     joint = driven_by_position(machine, time, motor)
     recording = et.Measurement(
         time=time,
-        motor_position=np.array([motor(at)[0] for at in time]),
+        motor_position=sampled(motor, time),
         signals={"joint_position": noisy(rng, joint, 2e-4)},
     )
-    return Case("", given(rng, machine), (recording,), right("stribeck_friction", "lugre_friction"))
+    return Case(given(rng, machine), (recording,), right("stribeck_friction", "lugre_friction"))
 
 
 def laminate_spring(rng: np.random.Generator, hidden: str) -> Case:
@@ -228,7 +234,7 @@ def laminate_spring(rng: np.random.Generator, hidden: str) -> Case:
         "hardening": right("spring_hardening"),
         "both": right(*(f"{names} spring_hardening" for names in leaves)),
     }
-    return Case("", given(rng, machine), (recording,), named[hidden])
+    return Case(given(rng, machine), (recording,), named[hidden])
 
 
 def flexible_shaft(rng: np.random.Generator, hidden: str) -> Case:
@@ -260,7 +266,7 @@ def flexible_shaft(rng: np.random.Generator, hidden: str) -> Case:
         "play": right("gear_backlash"),
         "gravity": right("gravity_load"),
     }
-    return Case("", given(rng, machine, motor=True), (recording,), named[hidden])
+    return Case(given(rng, machine, motor=True), (recording,), named[hidden])
 
 
 def pendulum_servo(rng: np.random.Generator, hidden: str) -> Case:
@@ -302,10 +308,7 @@ def pendulum_servo(rng: np.random.Generator, hidden: str) -> Case:
             right(*(f"gravity_load {name}{gained}" for name in dry for gained in GAINED)),
         ),
     }
-    return Case("", given(rng, machine, motor=True), (recording,), named[hidden])
-
-
-GAINED = ("", " motor_torque_gain")
+    return Case(given(rng, machine, motor=True), (recording,), named[hidden])
 
 
 def many_logs(rng: np.random.Generator, hidden: str) -> Case:
@@ -333,8 +336,8 @@ def many_logs(rng: np.random.Generator, hidden: str) -> Case:
         recordings.append(
             et.Measurement(
                 time=time,
-                motor_position=np.array([motor(at)[0] for at in time]),
-                load_torque=np.array([load(at)[0] for at in time]),
+                motor_position=sampled(motor, time),
+                load_torque=sampled(load, time),
                 signals={"joint_position": noisy(rng, joint, 3e-4)},
                 name=f"log {number:02d}",
             )
@@ -344,7 +347,7 @@ def many_logs(rng: np.random.Generator, hidden: str) -> Case:
         "gravity": right("gravity_load"),
         "both": right(*(f"{name} gravity_load" for name in DRY)),
     }
-    return Case("", given(rng, machine, slack=1), tuple(recordings), named[hidden])
+    return Case(given(rng, machine, slack=1), tuple(recordings), named[hidden])
 
 
 KINDS: dict[Callable[[np.random.Generator, str], Case], tuple[str, ...]] = {
@@ -370,4 +373,4 @@ def orders(*, reported: bool) -> Iterator[Order]:
 def made(order: Order) -> Case:
     """Make the recordings of an order."""
     kind = next(kind for kind in KINDS if kind.__name__ == order.kind)
-    return replace(kind(np.random.default_rng([7, order.seed]), order.hidden), name=order.name)
+    return kind(np.random.default_rng([7, order.seed]), order.hidden)

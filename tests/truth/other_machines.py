@@ -73,7 +73,7 @@ class Machine:
     def link(
         self, angle: float, velocity: float, drive: float, press: float, bristle: float
     ) -> tuple[float, float]:
-        """Acceleration and rate of the friction's share of its bound."""
+        """Torque on the link, and the rate at which friction nears its bound."""
         bound = self.friction.bound(press, velocity)
         torque = drive - self.damping * velocity - self.gravity * np.sin(angle) - bound * bristle
         return torque, _yield(self.friction, velocity, bristle)

@@ -93,6 +93,11 @@ class Transmission(BaseModel):
         return value
 
     @property
+    def motor_share(self) -> float:
+        """Joint rotation for a rotation of the motor without load, 1/n_t of (10)."""
+        return self.motor_pulley_radius / self.joint_pulley_radius
+
+    @property
     def largest_pretension(self) -> float:
         """Pretension that stretches a spring to its limit at rest, (26) and (27), N."""
         return min(self.upper_spring.largest_force, self.lower_spring.largest_force)

@@ -226,7 +226,7 @@ def slack_states_measured(model: Model, trajectory: Trajectory, measurement: Mea
         the measured one, whatever offsets the model knows
     """
     errors = residuals_of(trajectory, measurement)
-    ratio = model.transmission.motor_pulley_radius / model.transmission.joint_pulley_radius
+    ratio = model.transmission.motor_share
     motor_error = ratio * errors.get("motor_position", 0.0)  # reflected, (10)
     deflection = trajectory["deflection"] - (errors.get("joint_position", 0.0) - motor_error)
     lower_end, upper_end = slack_boundaries(model.transmission)

@@ -138,7 +138,7 @@ def _seen_from_joint(model: Model, file: FileComparison) -> tuple[Model, FileCom
     if model.kind is InterfaceKind.POSITION:
         return model, file
     model = model.at_position()
-    return model, compare(model, file.measurement.for_model(model)).files[0]
+    return model, compare(model, file.measurement).files[0]
 
 
 def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileLocation:

@@ -151,7 +151,7 @@ def starting_state(model: Model, measurement: Measurement) -> InitialState:
     started = measurement
     if model.kind.has_link and "joint_position" not in measurement.signals:
         # a static curve starts where its first load holds the joint
-        ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius  # 1/n_t, (10)
+        ratio = transmission.motor_share
         unloaded = {"joint_position": ratio * measurement.motor_position}
         started = replace(measurement, signals=unloaded, static=True)
     return estimate_initial_state(model, started)

@@ -141,6 +141,7 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
     if answer.added not in search.estimates:
         return ()
     estimate, trajectory = search.estimates[answer.added], TrajectoryScreen(answer)
+    sizes = answer.result.problem.coordinates.sizes
     found = []
     for effect_id in search.data.candidates:
         together = in_order((*answer.added, effect_id))
@@ -153,7 +154,6 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
             smallest = search.screen.smallest(estimate, effect_id)
         else:
             smallest = _smallest(search.data, trajectory, answer, effect_id)
-        sizes = answer.result.problem.coordinates.sizes
         if smallest is not None and not is_plausible(answer.result.model, path, smallest, sizes):
             smallest = None
         found.append(WouldShow(effect_id, path, units[path], smallest))

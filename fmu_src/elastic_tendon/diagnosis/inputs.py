@@ -70,7 +70,7 @@ def torque_notes(
 
 def _inertia(model: Model) -> float:
     """Of rotor and link together, as the motor sees them, kg·m²."""
-    ratio = model.transmission.motor_pulley_radius / model.transmission.joint_pulley_radius
+    ratio = model.transmission.motor_share
     rotor = 0.0 if model.motor is None else model.motor.inertia
     return rotor + ratio**2 * model.link.inertia
 

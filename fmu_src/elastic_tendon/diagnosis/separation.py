@@ -111,9 +111,7 @@ def known(rival: Rival, experiment: Measurement) -> Known:
     upper = np.asarray(np.linalg.qr(ordered, mode="r"))
     root = np.sqrt(FREE) * np.eye(count + 2)
     root[:count, :count] = upper[states:, states:]
-    transmission = fit.model.transmission
-    ratio = transmission.motor_pulley_radius / transmission.joint_pulley_radius  # 1/n_t, (10)
-    unloaded = {"joint_position": ratio * experiment.motor_position}
+    unloaded = {"joint_position": fit.model.transmission.motor_share * experiment.motor_position}
     resting = replace(experiment, signals=unloaded, static=True)
     return Known(rival, root, estimate_initial_state(fit.model, resting))
 

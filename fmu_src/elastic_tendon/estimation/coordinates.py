@@ -197,10 +197,10 @@ def _load_sizes(measurements: Sequence[Measurement]) -> dict[str, float]:
 def _spring_sizes(given: Model, measurements: Sequence[Measurement]) -> dict[str, float]:
     """By unit, what doubles the force of the stiffer spring at the largest deflection measured."""
     springs = given.transmission
-    ratio = springs.motor_pulley_radius / springs.joint_pulley_radius
+    share = springs.motor_share
     reached = max(
         (
-            float(np.abs(part.signals["joint_position"] - ratio * part.motor_position).max())
+            float(np.abs(part.signals["joint_position"] - share * part.motor_position).max())
             for part in measurements
             if "joint_position" in part.signals
         ),

@@ -161,7 +161,7 @@ def _given(asked: OperatingPoint) -> dict[str, float]:
 
 def _ratio(plant: Plant) -> float:
     """r / R, by which the motor's position counts at the joint, (10)."""
-    return plant.transmission.motor_pulley_radius / plant.transmission.joint_pulley_radius
+    return plant.transmission.motor_share
 
 
 def torque_scale(plant: Plant) -> float:

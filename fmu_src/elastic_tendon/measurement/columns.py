@@ -115,13 +115,13 @@ def find_layout(
         columns = [search.column(signal, required=True) for signal in STATIC]
         times = {}
     else:
-        joint, other = search.joint_signals()
-        required = ["motor_position", *([joint] if joint_required else [])]
+        read, unread = search.joint_signals()
+        required = ["motor_position", *([read] if joint_required else [])]
         search.check_time(required)
         columns = [
             search.column(signal, required=signal in required)
             for signal in DIMENSIONS
-            if signal not in ("time", other)
+            if signal not in ("time", unread)
         ]
         search.check_load(columns)
         used = {column.group for column in columns if column is not None}

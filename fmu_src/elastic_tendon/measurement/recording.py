@@ -154,8 +154,7 @@ class Measurement(Result):
                 f"{self.name}: it holds {JOINT} and {DEFLECTION}, of which one follows from the "
                 "other and the motor position; leave one out"
             )
-        radii = model.transmission
-        share = radii.motor_pulley_radius / radii.joint_pulley_radius
+        share = model.transmission.motor_share
         joint = self.signals[DEFLECTION] + share * self.motor_position
         noise = {_compared(name): sigma for name, sigma in self.given_noise.items()}
         signals = {_compared(name): values for name, values in self.signals.items()}

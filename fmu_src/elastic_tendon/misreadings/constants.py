@@ -22,7 +22,7 @@ from elastic_tendon.comparison.residuals import (
 )
 from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.misreadings.readings import ratio_of_pulleys, readings_of
+from elastic_tendon.misreadings.readings import readings_of
 
 Kind = Literal["offset", "motor_offset", "load", "sign", "gain", "delay", "stiffness"]
 
@@ -237,7 +237,7 @@ CONSTANTS = (
         "motor_offset",
         "rad",
         0.0,
-        lambda model: 2.0 * _largest_deflection(model) / ratio_of_pulleys(model),
+        lambda model: 2.0 * _largest_deflection(model) / model.transmission.motor_share,
         _zeroed_motor,
         "the zero of the motor encoder is off by {milli:.3g} mrad",
     ),

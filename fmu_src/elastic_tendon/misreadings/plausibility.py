@@ -22,7 +22,6 @@ from elastic_tendon.misreadings.readings import (
     gear_reading,
     gear_slope,
     positions_of,
-    ratio_of_pulleys,
     unit_readings,
 )
 
@@ -76,7 +75,7 @@ def _travel(model: Model, measurement: Measurement) -> str:
 
 def _deflection(model: Model, measurement: Measurement) -> str:
     joint = measurement.signals["joint_position"]
-    travel = float(np.ptp(joint - ratio_of_pulleys(model) * measurement.motor_position))
+    travel = float(np.ptp(joint - model.transmission.motor_share * measurement.motor_position))
     times = travel / _largest_travel(model)
     if times <= FAR_DEFLECTION:
         return ""

@@ -245,15 +245,9 @@ def deflection_reading(model: Model) -> Reading:
     return Reading(
         "the joint position looks as if it were the deflection, joint less motor",
         {},
-        motor_share=ratio_of_pulleys(model),
+        motor_share=model.transmission.motor_share,
         well=WELL_IF_STRANGE,
     )
-
-
-def ratio_of_pulleys(model: Model) -> float:
-    """Joint rotation for a rotation of the motor without load, 1/n_t of (10)."""
-    radii = model.transmission
-    return radii.motor_pulley_radius / radii.joint_pulley_radius
 
 
 def gear_slope(model: Model, measurement: Measurement) -> float | None:
@@ -268,7 +262,7 @@ def gear_slope(model: Model, measurement: Measurement) -> float | None:
     -------
     float, least squares beside the load; None where that is no gear, or nothing moves
     """
-    reflected = measurement.motor_position * ratio_of_pulleys(model)
+    reflected = measurement.motor_position * model.transmission.motor_share
     if np.ptp(reflected) == 0.0:
         return None
     load = measurement.load_torque

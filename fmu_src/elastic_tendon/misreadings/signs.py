@@ -31,7 +31,6 @@ from elastic_tendon.misreadings.readings import (
     measured_of,
     name,
     positions_of,
-    ratio_of_pulleys,
 )
 from elastic_tendon.misreadings.suspicion import SAMPLES, unexplained_motion
 
@@ -162,7 +161,7 @@ def _parts(model: Model, excerpt: Measurement) -> tuple[tuple[str, ...], Array]:
         for key, answer in _answers(model, excerpt).items()
         if np.std(answer) > MOVES * spread
     }
-    start = InitialState(ratio_of_pulleys(model) * float(excerpt.motor_position[0]), 0.0)
+    start = InitialState(model.transmission.motor_share * float(excerpt.motor_position[0]), 0.0)
     free = sensitivity(model, replace(excerpt, load_torque=None), start, ()).derivatives[POSITION]
     late = [np.gradient(answer, time) for answer in moving.values()]
     return tuple(moving), np.column_stack([*moving.values(), *late, free, np.ones_like(time)])
@@ -171,7 +170,7 @@ def _parts(model: Model, excerpt: Measurement) -> tuple[tuple[str, ...], Array]:
 def _answers(model: Model, excerpt: Measurement) -> Mapping[str, Array]:
     """What each input alone makes of what was measured at the joint, (n,) rad, as the model has
     it."""
-    start = InitialState(ratio_of_pulleys(model) * float(excerpt.motor_position[0]), 0.0)
+    start = InitialState(model.transmission.motor_share * float(excerpt.motor_position[0]), 0.0)
     unloaded = simulate_measurement(model, replace(excerpt, load_torque=None), start)[POSITION]
     answers = {"motor_position": measured_of(excerpt, unloaded)}
     if excerpt.load_torque is not None:
@@ -197,7 +196,7 @@ def _fitted(columns: Array, values: Array) -> tuple[Array, Array]:
 
 def _flipped_torque(model: Model, excerpt: Measurement) -> tuple[str, ...]:
     """Of the torques measured beside the joint position, the first whose sign is turned."""
-    deflection = excerpt.signals[POSITION] - ratio_of_pulleys(model) * excerpt.motor_position
+    deflection = excerpt.signals[POSITION] - model.transmission.motor_share * excerpt.motor_position
     springs = characteristic_torque(deflection, model.transmission)
     for signal in ("joint_torque", "motor_torque"):
         torque = excerpt.signals.get(signal)

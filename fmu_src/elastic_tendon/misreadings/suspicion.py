@@ -27,7 +27,6 @@ from elastic_tendon.misreadings.readings import (
     gear_slope,
     is_gear,
     measured_of,
-    ratio_of_pulleys,
     readings_of,
     time_readings,
     torque_readings,
@@ -236,7 +235,7 @@ def unexplained_motion(model: Model, excerpt: Measurement) -> float:
     joint far off at the start: the better counts of the recording as it stands and without the
     mean deflection.
     """
-    ratio = ratio_of_pulleys(model)
+    ratio = model.transmission.motor_share
     joint = excerpt.signals["joint_position"]
     spread = float(np.std(measured_of(excerpt, joint)))
     if spread == 0.0:

@@ -241,10 +241,10 @@ def _results(
 ) -> Generator[Done | Fault, None, None]:
     from joblib import delayed
 
-    one = delayed(work)
+    delayed_work = delayed(work)
     outputs = None
     try:
-        outputs = pool.parallel(in_flight)(one(order, *piece) for piece in pieces)
+        outputs = pool.parallel(in_flight)(delayed_work(order, *piece) for piece in pieces)
         for result in outputs:  # noqa: UP028 - `yield from` would close `outputs`, which warns
             yield result
     except Exception as error:
