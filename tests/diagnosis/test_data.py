@@ -153,7 +153,11 @@ def test_a_horizon_of_too_few_samples_is_none() -> None:
 
 
 def test_every_effect_is_a_candidate_of_a_bare_model() -> None:
-    assert data_of(GIVEN, [recording(500)], []).candidates == loaded_at_position()
+    """That of a deflection sensor only where a deflection was measured."""
+    bent = replace(recording(500), motor_share=1.0)
+    assert data_of(GIVEN, [bent], []).candidates == loaded_at_position()
+    others = tuple(name for name in loaded_at_position() if name != "deflection_gain")
+    assert data_of(GIVEN, [recording(500)], []).candidates == others
 
 
 def test_only_and_without() -> None:
@@ -163,7 +167,7 @@ def test_only_and_without() -> None:
     found = data_of(GIVEN, [recording(500)], [], Options(only=wanted, without=wanted[:1]))
     assert found.candidates == ("coulomb_friction",)
     found = data_of(GIVEN, [recording(500)], [], Options(without=wanted))
-    assert set(loaded_at_position()) - set(found.candidates) == set(wanted)
+    assert set(loaded_at_position()) - set(found.candidates) == {*wanted, "deflection_gain"}
 
 
 def test_unknown_ids_are_refused_by_name() -> None:

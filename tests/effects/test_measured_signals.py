@@ -29,6 +29,7 @@ def with_delay(delay=DELAY):
         ("joint_encoder_offset", {"offset": OFFSET}),
         ("motor_encoder_offset", {"offset": OFFSET}),
         ("measurement_delay", {"delay": DELAY}),
+        ("deflection_gain", {"error": 0.1}),
     ],
 )
 def test_physical_outputs_stay_as_they_are(effect, numbers):
@@ -40,6 +41,12 @@ def test_physical_outputs_stay_as_they_are(effect, numbers):
 def test_joint_encoder_reads_the_offset_besides():
     motion = run(CROOKED.with_effect("joint_encoder_offset", {"offset": OFFSET}))
     assert np.array_equal(motion["measured_joint_position"], motion["joint_position"] + OFFSET)
+
+
+def test_a_deflection_sensor_reads_its_share_besides():
+    motion = run(CROOKED.with_effect("deflection_gain", {"error": 0.1}))
+    read = motion["joint_position"] + 0.1 * motion["deflection"]
+    assert np.abs(motion["measured_joint_position"] - read).max() < 1e-15
 
 
 def test_motor_encoder_reads_the_offset_besides():

@@ -379,6 +379,7 @@ SIGNAL_EFFECTS = {
     "joint_encoder_offset": {"offset": 0.0},
     "motor_encoder_offset": {"offset": 0.0},
     "measurement_delay": {"delay": 0.0},
+    "deflection_gain": {"error": 0.0},
 }
 
 
@@ -413,6 +414,12 @@ def test_encoders_with_offsets():
     }
     expected, actual, true = recorded(offsets)
     np.testing.assert_allclose(expected["joint_position"] - true, 0.013, rtol=0, atol=1e-12)
+    assert_recorded_alike(expected, actual)
+
+
+def test_a_deflection_that_is_read_too_large():
+    expected, actual, true = recorded({"deflection_gain": {"error": 0.15}})
+    assert np.abs(expected["joint_position"] - true).max() > 0.01
     assert_recorded_alike(expected, actual)
 
 

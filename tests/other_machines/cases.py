@@ -145,9 +145,9 @@ def series_elastic(rng: np.random.Generator, hidden: str) -> Case:
         signals={"joint_deflection": noisy(rng, gain * (joint - angle), 1e-4)},
     )
     named = {
-        "friction": right(*DRY),
-        "hardening": right("spring_hardening"),
-        "gravity": right("gravity_load"),
+        "friction": right(*DRY, *(f"{name} deflection_gain" for name in DRY)),
+        "hardening": right("spring_hardening", "spring_hardening deflection_gain"),
+        "gravity": right("gravity_load", "gravity_load deflection_gain"),
     }
     return Case(given(rng, machine), (recording,), named[hidden])
 

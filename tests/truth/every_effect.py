@@ -29,5 +29,6 @@ EFFECTS = {
     "pulley_eccentricity": {"amplitude": 0.05, "phase": 0.7},
     "joint_encoder_offset": {"offset": 0.013},
     "motor_encoder_offset": {"offset": 0.013},
+    "deflection_gain": {"error": 0.15},
     "measurement_delay": {"delay": 0.0073},
 }

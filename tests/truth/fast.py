@@ -193,4 +193,9 @@ class Player:
         if failed:
             raise TruthError("the joint ran away")
         offset = effects.get("joint_encoder_offset", {}).get("offset", 0.0)
-        return FastRun(position + offset, torque)
+        share = effects.get("deflection_gain", {}).get("error", 0.0)
+        radii = tree["transmission"]
+        ratio = radii["motor_pulley_radius"] / radii["joint_pulley_radius"]
+        motor = self.inputs.motor_position
+        motor = motor - effects.get("motor_encoder_offset", {}).get("offset", 0.0)
+        return FastRun(position + offset + share * (position - ratio * motor), torque)

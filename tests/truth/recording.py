@@ -17,11 +17,13 @@ JOINT_SIDE = ("joint_position", "joint_velocity", "joint_torque")
 
 @dataclass(frozen=True)
 class SignalMaps:
-    """Offsets that encoders add (rad), and the `delay` (s) of the joint's side."""
+    """Offsets that encoders add (rad), the `delay` (s) of the joint's side, and the share of its
+    deflection that is read too much where that is measured."""
 
     joint_offset: float = 0.0
     motor_offset: float = 0.0
     delay: float = 0.0
+    deflection_share: float = 0.0
 
 
 def waiting(experiment: Experiment, delay: float) -> Experiment:
@@ -52,6 +54,10 @@ def record(
         name: column[late if name in JOINT_SIDE else present]
         for name, column in run.columns.items()
     }
-    columns["joint_position"] = columns["joint_position"] + maps.joint_offset
+    ratio = actuator.motor_pulley_radius / actuator.joint_pulley_radius
+    deflection = columns["joint_position"] - ratio * columns["motor_position"]
+    columns["joint_position"] = (
+        columns["joint_position"] + maps.joint_offset + maps.deflection_share * deflection
+    )
     columns["motor_position"] = columns["motor_position"] + maps.motor_offset
     return replace(run, time=time, columns=columns)

@@ -21,6 +21,7 @@ from elastic_tendon.actuator.variables import (
     interface,
 )
 from elastic_tendon.effects.base import (
+    Contribution,
     FrictionBounds,
     Joint,
     JointPulley,
@@ -104,20 +105,33 @@ def _ends(s: Symbols, kind: InterfaceKind) -> _Ends:
     joint = known["joint_position"], known["joint_velocity"]
     motor = known["motor_position"], known["motor_velocity"]
     if not kind.has_rotor:
-        motor = _true_angle(s, motor[0], Slot.MOTOR_SIGNAL), motor[1]
+        true = ca.SX.sym("true")
+        errors = s.fill(Slot.MOTOR_SIGNAL, Signal(true))
+        motor = _true_angle(s, motor[0], true, errors), motor[1]
     if not kind.has_link:
-        joint = _true_angle(s, joint[0], Slot.JOINT_SIGNAL), joint[1]
+        true = ca.SX.sym("true")
+        joint = _true_angle(s, joint[0], true, _joint_errors(s, true, motor[0])), joint[1]
     return _Ends(*motor, Joint(*joint))
 
 
-def _true_angle(s: Symbols, given: Symbol, encoder: Slot) -> Symbol:
-    """True angle, rad, where in comparison the input is what the encoder reads."""
-    true = ca.SX.sym("true")
-    errors = s.fill(encoder, Signal(true))
+def _true_angle(s: Symbols, given: Symbol, true: ca.SX, errors: Sequence[Contribution]) -> Symbol:
+    """True angle, rad, where in comparison the input is what a sensor reads."""
     if not errors:
         return given
     reading = true + sum(error.value for error in errors)
     return where(s.as_measured, s.root(reading - given, true, given), given)
+
+
+def _joint_errors(s: Symbols, joint: Symbol, motor: Symbol) -> list[Contribution]:
+    """Errors of what is read at the joint, rad: of its position, and of a deflection in place of
+    it."""
+    t = s.parameters("transmission")
+    radii = (t.joint_pulley_radius, t.motor_pulley_radius)
+    deflection = joint - transmission.reflected_motor_position(motor, *radii)
+    return [
+        *s.fill(Slot.JOINT_SIGNAL, Signal(joint)),
+        *s.fill(Slot.DEFLECTION_SIGNAL, Signal(deflection)),
+    ]
 
 
 # ---- motor and its pulley ------------------------------------------------------------------
@@ -331,7 +345,7 @@ def _at_motor(
 def _readings(s: Symbols, ends: _Ends, delay: Symbol) -> dict[str, Symbol]:
     """What the encoders read. A delay is linearised, except in comparison, where it is exact."""
     late = ends.joint.position - where(s.as_measured, 0, delay * ends.joint.velocity)
-    joint = s.fill(Slot.JOINT_SIGNAL, Signal(late))
+    joint = _joint_errors(s, late, ends.motor_position)
     motor = s.fill(Slot.MOTOR_SIGNAL, Signal(ends.motor_position))
     return {
         "measured_joint_position": late + sum((error.value for error in joint), ca.SX(0)),

@@ -190,7 +190,12 @@ _LINK = (JOINT_POSITION, JOINT_VELOCITY)
 # everything that is measured, driven or computed at some interface, by name
 SIGNALS = {variable.name: variable for variable in (*INPUTS, *_ROTOR, *OUTPUTS, *READINGS)}
 
-SIGNAL_SLOTS = (Slot.MOTOR_SIGNAL, Slot.JOINT_SIGNAL, Slot.SIGNAL_DELAY)
+SIGNAL_SLOTS = (
+    Slot.MOTOR_SIGNAL,
+    Slot.JOINT_SIGNAL,
+    Slot.DEFLECTION_SIGNAL,
+    Slot.SIGNAL_DELAY,
+)
 STICTION_SLOTS = (Slot.TENDON_LOSS, Slot.DRY_FRICTION)
 
 JOINT_MOTION = Mode("joint_motion", "sign of the motion; 0 while the joint sticks", 0.0, (-1, 0, 1))

@@ -36,20 +36,18 @@ def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, 
     -------
     tuple of str, in the catalogue's order
     """
-    static = all(recording.static for recording in measurements)
+    hidden = set()
+    if all(recording.static for recording in measurements):
+        # in equilibrium a spring with a mass is the same, and over the long times of a static
+        # curve one that is hardly damped takes millions of steps
+        hidden.add(Slot.SPRING_MASS)
+    if all(recording.motor_share is None for recording in measurements):
+        hidden.add(Slot.DEFLECTION_SIGNAL)
     return tuple(
         effect_id
         for effect_id in effects.BY_ID.ids()
-        if not (static and _is_mass(effect_id)) and _welcome(model, effect_id)
+        if effects.BY_ID[effect_id].slot not in hidden and _welcome(model, effect_id)
     )
-
-
-def _is_mass(effect_id: str) -> bool:
-    """Whether an effect gives springs a mass, with which they are the same in equilibrium.
-
-    Over the long times of a static curve one that is hardly damped takes millions of steps.
-    """
-    return effects.BY_ID[effect_id].slot is Slot.SPRING_MASS
 
 
 def _welcome(model: Model, effect_id: str) -> bool:

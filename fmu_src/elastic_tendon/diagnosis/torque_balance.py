@@ -343,10 +343,11 @@ class _Seen:
         late = system.delay - self.data[2]
         given = self.data[3 : 3 + _INPUTS] - self.data[3 + _INPUTS :] * late
         motor_position, motor_velocity, load, motor_torque = ca.vertsplit(given)
-        link = self._true_motion("measured_joint_position", self.position, self.velocity)
+        motor = motor_position, motor_velocity
+        link = self._true_motion(LINK, (self.position, self.velocity), motor)
         moved, inputs = [*link], [motor_position, motor_velocity, load]
         if interface.kind.has_rotor:
-            moved += self._true_motion("measured_motor_position", motor_position, motor_velocity)
+            moved += self._true_motion(ROTOR, motor, motor)
             inputs = [motor_torque, load]
         self._by = (ca.vertcat(*moved, self.memory), ca.vertcat(*inputs))
 
@@ -354,20 +355,36 @@ class _Seen:
         """The part of a column of all states that is of the memory of effects."""
         return column[self.first :]
 
-    def _true_motion(self, reading: str, position: ca.SX, velocity: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """Position and velocity at what an encoder reads, whose error is a function of it."""
+    def _true_motion(
+        self, body: Body, read: tuple[ca.SX, ca.SX], motor: tuple[ca.SX, ca.SX]
+    ) -> tuple[ca.SX, ca.SX]:
+        """Position and velocity of a body of which a sensor reads `read`, exact where its error is
+        linear in that and in the motor's position."""
         system = self.system
-        names = system.interface.output_names
-        if reading not in names:
-            return position, velocity
-        place = system.interface.state_names.index(reading.removeprefix("measured_"))
-        read = system.outputs[names.index(reading)]
+        names, states = system.interface.output_names, system.interface.state_names
+        if f"measured_{body.position}" not in names:
+            return read
+        shown = system.outputs[names.index(f"measured_{body.position}")]
         if system.interface.reads_signals:  # delays are exact: the inputs are shifted
-            read = ca.substitute(read, system.p[-1], 1)
-        here = ca.SX.sym("here")
-        error = ca.substitute(read, system.x[place], here) - here
-        slope = ca.substitute(ca.jacobian(error, here), here, position)
-        return position - ca.substitute(error, here, position), velocity * (1 - slope)
+            shown = ca.substitute(shown, system.p[-1], 1)
+        own = system.x[states.index(body.position)]
+        other = self._motor_position()
+        error = shown - own
+
+        def seen(expression: ca.SX) -> ca.SX:
+            moved = ca.substitute(expression, own, read[0])
+            return moved if body is ROTOR else ca.substitute(moved, other, motor[0])
+
+        slope, slope_of_motor = seen(ca.jacobian(error, own)), seen(ca.jacobian(error, other))
+        drift = 0 if body is ROTOR else slope_of_motor * motor[1]
+        return read[0] - seen(error) / (1 + slope), (read[1] - drift) / (1 + slope)
+
+    def _motor_position(self) -> ca.SX:
+        """The motor's position, a state or an input."""
+        interface = self.system.interface
+        if ROTOR.position in interface.state_names:
+            return self.system.x[interface.state_names.index(ROTOR.position)]
+        return self.system.u[interface.input_names.index(ROTOR.position)]
 
     def seen(self, expression: ca.SX) -> ca.SX:
         """An expression of states and inputs at what is seen."""

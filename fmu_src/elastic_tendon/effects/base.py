@@ -33,6 +33,7 @@ class Slot(IntEnum):
     DRY_FRICTION = 8  # Joint -> FrictionBounds, with the losses one stick relation of the joint
     JOINT_SIGNAL = 9  # Signal -> error of the joint encoder, rad
     SIGNAL_DELAY = 10  # None -> delay of the signals measured at the joint, s
+    DEFLECTION_SIGNAL = 13  # Signal -> error of the deflection sensor, rad
     MOTOR_TORQUE = 11  # Motor -> smooth torque added on the rotor, N·m
     MOTOR_FRICTION = 12  # Motor -> FrictionBounds, one stick relation of the rotor
 
@@ -137,7 +138,7 @@ class Alias:
 
 @dataclass(frozen=True)
 class Signal:
-    """Where an encoder reads: the true angle, rad."""
+    """Where a sensor reads: the true angle, rad."""
 
     value: Symbol
 

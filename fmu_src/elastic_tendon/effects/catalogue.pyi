@@ -19,6 +19,7 @@ tendon_compliance: Effect
 pulley_eccentricity: Effect
 gear_backlash: Effect
 joint_encoder_offset: Effect
+deflection_gain: Effect
 motor_encoder_offset: Effect
 constant_torque: Effect
 measurement_delay: Effect

@@ -67,6 +67,7 @@ _PLACES: Mapping[Slot, type | None] = {
     Slot.JOINT_TORQUE: Joint,
     Slot.DRY_FRICTION: Joint,
     Slot.JOINT_SIGNAL: Signal,
+    Slot.DEFLECTION_SIGNAL: Signal,
     Slot.SIGNAL_DELAY: None,
     Slot.MOTOR_TORQUE: Motor,
     Slot.MOTOR_FRICTION: Motor,

@@ -23,6 +23,7 @@ ACTS_ON = {
     Slot.JOINT_TORQUE: "the joint, as a torque",
     Slot.DRY_FRICTION: "the joint, as dry friction that can hold it",
     Slot.JOINT_SIGNAL: "the reading of the joint encoder",
+    Slot.DEFLECTION_SIGNAL: "the reading of a deflection sensor",
     Slot.SIGNAL_DELAY: "the time at which the joint's signals are recorded",
     Slot.MOTOR_TORQUE: "the rotor, as a torque",
     Slot.MOTOR_FRICTION: "the rotor, as dry friction that can hold it",
