@@ -23,8 +23,9 @@ EFFECT = Effect(
     "slack state and direction; what the joint's inertia does to the motion is not changed with "
     "it, so the error is largest where the joint swings against the motor.",
     law="measured deflection = (1 + error) δ",
-    confused_with="A wrong stiffness of the springs: the same as long as the load is known and the "
-    "joint's own motion is slow; only the inertia of the joint distinguishes the two.",
+    confused_with="Tendon compliance: it makes the drive softer too, but also where the joint "
+    "swings by its own inertia. A wrong stiffness of the springs: the same as long as the load is "
+    "known and the joint's own motion is slow.",
     confirm="Hold the motor, turn the joint by a known angle and compare the reading with it.",
     cure="Calibrate the sensor over its range; put it into the scale of the column "
     "(--map joint_deflection=COLUMN:rad*FACTOR).",
