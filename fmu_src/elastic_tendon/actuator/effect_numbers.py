@@ -66,27 +66,8 @@ def _validator(refuses: Judge) -> Any:
     return model_validator(mode="after")(judge)
 
 
-@lru_cache
-def effects_schema(present: tuple[Effect, ...]) -> type[BaseModel]:
-    """Schema of the table [effects] that names these effects."""
-    fields: dict[str, tuple[Any, Any]] = {
-        effect.id: (_effect_schema(effect), {}) for effect in present
-    }
-    exclusion = _exclusion(present)
-    return closed_schema("effects", fields, lambda _tree: exclusion)
-
-
-@lru_cache
-def _effect_schema(effect: Effect) -> type[BaseModel]:
-    fields = {
-        number.name: (float, {"default": number.null, "ge": number.lower, "le": number.upper})
-        for number in effect.parameters
-    }
-    return closed_schema(effect.id, fields, lambda numbers: _sentence_of(effect.refuses, numbers))
-
-
-def _exclusion(present: tuple[Effect, ...]) -> str:
-    """Sentence for the first law that several of these effects claim to be."""
+def exclusion(present: tuple[Effect, ...]) -> str:
+    """Sentence for the first law that several of these effects claim to be, or nothing."""
     laws: dict[str, list[str]] = {}
     for effect in present:
         law = SPRING_MASS if effect.slot is Slot.SPRING_MASS else effect.law_of
@@ -97,6 +78,25 @@ def _exclusion(present: tuple[Effect, ...]) -> str:
             both, advice = ("both", "remove one") if len(ids) == 2 else ("all", "keep one")
             return f"{named} are {both} laws of {law}; a model takes one; {advice}"
     return ""
+
+
+@lru_cache
+def effects_schema(present: tuple[Effect, ...]) -> type[BaseModel]:
+    """Schema of the table [effects] that names these effects."""
+    fields: dict[str, tuple[Any, Any]] = {
+        effect.id: (_effect_schema(effect), {}) for effect in present
+    }
+    sentence = exclusion(present)
+    return closed_schema("effects", fields, lambda _tree: sentence)
+
+
+@lru_cache
+def _effect_schema(effect: Effect) -> type[BaseModel]:
+    fields = {
+        number.name: (float, {"default": number.null, "ge": number.lower, "le": number.upper})
+        for number in effect.parameters
+    }
+    return closed_schema(effect.id, fields, lambda numbers: _sentence_of(effect.refuses, numbers))
 
 
 def _sentence_of(check: Check, numbers: Mapping[str, float]) -> str:

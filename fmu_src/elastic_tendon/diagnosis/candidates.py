@@ -6,10 +6,10 @@ from itertools import product
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.effect_numbers import exclusion
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.actuator.transmission import prestretched_length
 from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
-from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.coordinates import SPRINGS
 from elastic_tendon.measurement import Measurement
 
@@ -43,21 +43,17 @@ def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, 
         hidden.add(Slot.SPRING_MASS)
     if all(recording.motor_share is None for recording in measurements):
         hidden.add(Slot.DEFLECTION_SIGNAL)
+    found = filter(None, map(effects.BY_ID.find, effects.BY_ID.ids()))
     return tuple(
-        effect_id
-        for effect_id in effects.BY_ID.ids()
-        if effects.BY_ID[effect_id].slot not in hidden and _welcome(model, effect_id)
+        effect.id for effect in found if effect.slot not in hidden and _welcome(model, effect)
     )
 
 
-def _welcome(model: Model, effect_id: str) -> bool:
-    if effect_id in model.effect_ids:
+def _welcome(model: Model, effect: Effect) -> bool:
+    """Whether a model has a place for an effect, and no other law of the same thing."""
+    if effect.id in model.effect_ids or not model.kind.has_slot(effect.slot):
         return False
-    try:
-        model.with_effect(effect_id, None)
-    except ModelError:  # another law of the same thing is there
-        return False
-    return True
+    return not exclusion((*map(effects.BY_ID.__getitem__, model.effect_ids), effect))
 
 
 def shapes(
