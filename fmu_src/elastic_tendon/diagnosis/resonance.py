@@ -1,40 +1,46 @@
 """Where an effect that swings may hide: a light mass that is hardly damped rings for long.
 
-Over a whole recording its frequency has to be right to half a percent, or the fit ends in a wrong
-minimum. Over the beginning of it a rough one will do. So many frequencies are refitted to a short
-beginning, the best of them to a longer one, and so on to the whole.
+It shows as a peak in the spectrum of what is left without it. Over a whole recording its frequency
+has to be right to half a percent, or the fit ends in a wrong minimum; over the beginning of it a
+rough one will do. So frequencies about the peaks are refitted to a short beginning, the best of
+them to a longer one, and so on to the whole.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 
 import numpy as np
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.parameters import Model, sizes_of
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
+from elastic_tendon.diagnosis.peaks import peaks
 from elastic_tendon.diagnosis.sets import model_with
+from elastic_tendon.effects.base import Parameter, Sizes
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.coordinates import SPRINGS
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.work import enough
 
-SHARES = tuple(np.geomspace(0.1, 4.0, 15))  # of the typical strength
+LEAST, MOST = 0.03, 10.0  # times what is typical, of what sets the frequency of a peak
+TRIED = np.geomspace(0.1, 1e3, 400)  # times the natural frequency, of which those are in range
+PEAKS = 3  # that are tried, the highest first
+ABOUT = (1.0, 0.96, 1.04)  # times the frequency of a peak, where refits begin
 DAMPING = 0.25  # times the typical one
 # share of a recording that is refitted, and how many of the best are refitted to the next
 STAGES = ((0.125, 8), (0.2, 4), (0.35, 4), (0.6, 2), (1.0, 4))
 WORSE = 4.0  # times the least mean square, from which no refit goes on
 BESIDE = (1.0, 0.975, 1.025)  # times what sets the frequency, where the next refits begin
-AROUND = tuple(np.geomspace(0.5, 2.0, 15))  # likewise, around a refit
+AROUND = tuple(np.geomspace(0.6, 1.6, 7))  # likewise, around a refit
 REFITTING = Effort(scouted=1, scouting=10, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
 
 def swings(effect_id: str) -> bool:
     """Whether an effect has a parameter that sets a frequency."""
-    return any(parameter.resonant for parameter in effects.BY_ID[effect_id].parameters)
+    return any(map(_sets_frequency, effects.BY_ID[effect_id].parameters))
 
 
 @dataclass(frozen=True)
@@ -48,10 +54,24 @@ class Resonance:
     added: tuple[str, ...]
     effect_id: str
     measurements: Sequence[Measurement]
-    check: Callable[[float], None]
+    check: Callable[[float], None] = lambda _share: None
+
+    def frequencies(self, answer: Answer) -> list[float]:
+        """Angular frequencies (rad/s) at which what an answer leaves may swing so, the likeliest
+        first."""
+        lowest, highest = _range(self._resonant, _sizes(answer))
+        found = []
+        for recording, errors in zip(self.measurements, answer.errors, strict=True):
+            time = recording.time
+            even = np.linspace(time[0], time[-1], len(time))
+            for error in errors.values():
+                found += peaks(np.interp(even, time, error), even[1] - even[0], lowest, highest)
+        found.sort(key=itemgetter(1), reverse=True)
+        return [frequency for frequency, _ in found[:PEAKS]]
 
     def beside(self, answer: Answer) -> list[Answer]:
-        """Some of the effect beside a refit without it, the most promising first."""
+        """Some of the effect beside a refit without it, the most promising first; none where
+        nothing swings."""
         given, found = self.given.values(), answer.result.model.values()
         # without the effect they were driven to where it would not ring
         dampings = {path: given[path] for path in (f"{spring}.damping" for spring in SPRINGS)}
@@ -62,16 +82,24 @@ class Resonance:
                 self.added,
                 found
                 | own
-                | {f"effects.{self.effect_id}.{name}": value for name, value in start.items()},
+                | {f"effects.{effect.id}.{name}": value for name, value in start.items()}
+                | self._tuned(answer, times * frequency),
             )
+            for frequency in self.frequencies(answer)
             for own in (given, dampings)
-            for start in starts(self.given, effect, self.measurements, SHARES, (DAMPING,))
+            for times in ABOUT
+            for start in starts(self.given, effect, self.measurements, (1.0,), (DAMPING,))
         ]
         return self._best(models)
 
     def around(self, answer: Answer) -> list[Answer]:
-        """The effect at other frequencies around those of a refit, the most promising first."""
-        return self._best([self._at(answer.result.model, times) for times in AROUND])
+        """The effect at other frequencies than that of a refit, the most promising first."""
+        own = answer.result.model
+        tuned = [
+            own.with_values(self._tuned(answer, frequency))
+            for frequency in self.frequencies(answer)
+        ]
+        return self._best([*tuned, *(self._at(own, times) for times in AROUND)])
 
     def _best(self, models: Sequence[Model]) -> list[Answer]:
         best: list[Answer] = []
@@ -86,15 +114,22 @@ class Resonance:
             models = [self._at(answer.result.model, times) for answer in best for times in BESIDE]
         return best
 
+    @property
+    def _resonant(self) -> Parameter:
+        """What sets the frequency."""
+        return next(filter(_sets_frequency, effects.BY_ID[self.effect_id].parameters))
+
+    @property
+    def _path(self) -> str:
+        return f"effects.{self.effect_id}.{self._resonant.name}"
+
+    def _tuned(self, answer: Answer, frequency: float) -> dict[str, float]:
+        """What sets the frequency, for an angular frequency (rad/s), by dotted path."""
+        return {self._path: _value_at(frequency, self._resonant, _sizes(answer))}
+
     def _at(self, model: Model, times: float) -> Model:
         """The model with another frequency."""
-        own = model.values()
-        paths = [
-            f"effects.{self.effect_id}.{parameter.name}"
-            for parameter in effects.BY_ID[self.effect_id].parameters
-            if parameter.resonant
-        ]
-        return model.with_values({path: times * own[path] for path in paths})
+        return model.with_values({self._path: times * model.values()[self._path]})
 
     def _refitted(
         self, models: Sequence[Model], measurements: Sequence[Measurement]
@@ -112,6 +147,30 @@ class Resonance:
             except ElasticTendonError:
                 continue
         return found
+
+
+def _sets_frequency(parameter: Parameter) -> bool:
+    return parameter.at_frequency is not None
+
+
+def _value_at(frequency: float, parameter: Parameter, sizes: Sizes) -> float:
+    """Value of what sets a frequency, for an angular frequency, rad/s."""
+    assert parameter.at_frequency is not None
+    return parameter.at_frequency(sizes, frequency)
+
+
+def _range(parameter: Parameter, sizes: Sizes) -> tuple[float, float]:
+    """Lowest and highest angular frequency of what is typical, rad/s."""
+    tried = sizes.frequency * TRIED
+    values = np.array([_value_at(frequency, parameter, sizes) for frequency in tried])
+    shares = values / parameter.typical_for(sizes)
+    inside = tried[(shares >= LEAST) & (shares <= MOST)]
+    return float(inside[0]), float(inside[-1])
+
+
+def _sizes(answer: Answer) -> Sizes:
+    model = answer.result.model
+    return sizes_of(model.transmission, model.link)
 
 
 def _beginning(measurement: Measurement, share: float) -> Measurement:

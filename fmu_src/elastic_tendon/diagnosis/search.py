@@ -159,13 +159,16 @@ class Search(LikeliestSets):
         self._screen_singles(ids, None)
         better_base = self._better_base()
         self._refit_in_turn(self._best_single())
-        self._better_law()
+        self._refit(self._ringing(), "refitting what rings")
         yield
+        if self._disturbed() and not self.answer.added:
+            return
         if better_base and not self._at_noise():
             self._screen_singles(ids, self.estimates[()].values)
         if not self._at_noise():
             self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
             yield
+        self._better_law()
         if not self._at_noise():
             self._refit_in_turn(self._best_three())
             yield
@@ -257,6 +260,17 @@ class Search(LikeliestSets):
         if self._at_noise() or self._tired:
             return {}
         return self._looks(added, filter(swings, self.data.candidates))
+
+    def _ringing(self) -> list[Set]:
+        """Single effects that swing, where what the base leaves does, and they would leave less."""
+        base, data = self.answers[()], self.data
+        ringing = [
+            effect_id
+            for effect_id in filter(swings, data.candidates)
+            if Resonance(data.given, (effect_id,), effect_id, data.fitted).frequencies(base)
+        ]
+        looks = {} if self._at_noise() else self._looks((), ringing)
+        return [added for added, share in looks.items() if share < WORTH]
 
     def _half_gone(self, added: Set, shares: Mapping[Set, float | None], most: float) -> bool:
         """Refit neighbours if one of them promises to leave half; whether the best has changed."""

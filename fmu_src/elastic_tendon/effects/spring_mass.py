@@ -73,7 +73,7 @@ EFFECT = Effect(
             lower=0.0,
             upper=1.0e3,
             typical=lambda sizes: 0.02 * sizes.inertia / sizes.radius**2 / sizes.parallel,
-            resonant=True,
+            at_frequency=lambda sizes, frequency: 4.0 * sizes.stiffness / frequency**2,
         ),
         Parameter(
             name="damping",
