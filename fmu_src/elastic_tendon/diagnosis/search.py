@@ -484,7 +484,7 @@ class Search(LikeliestSets):
         return self._effort([answer.result.model]) != EFFORT
 
     def _better_single(self) -> bool:
-        """Where much is left: every single effect, whatever the screens say.
+        """Where much is left: every single effect, whatever the screens say, but for what swings.
 
         Returns
         -------
@@ -493,7 +493,7 @@ class Search(LikeliestSets):
         answer = self.answer
         if self._tired or answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
             return False
-        singles = [(effect_id,) for effect_id in self.data.candidates]
+        singles = [(effect_id,) for effect_id in self.data.candidates if not swings(effect_id)]
         self._refit(singles, "trying every effect")
         return self.answer is not answer
 
