@@ -8,9 +8,8 @@ from elastic_tendon.comparison.residuals import Array
 
 RESOLUTION = 0.03  # of the lowest frequency
 FEWEST = 4  # segments of a recording over which its spectrum is averaged
-OVERLAP = 2  # independent segments of n samples are about so many times n over a segment's length
-NEAR = 1.3  # times a frequency, and the reciprocal, around which the level is that of others
-CHANCE = 0.01  # probability that noise alone shows a peak
+NEAR = 1.3  # times a frequency, and its reciprocal, up to which others are beside it
+CHANCE = 0.01  # probability that noise alone shows a peak, were the level beside it exact
 
 
 def peaks(errors: Array, step: float, lowest: float, highest: float) -> list[tuple[float, float]]:
@@ -24,7 +23,7 @@ def peaks(errors: Array, step: float, lowest: float, highest: float) -> list[tup
 
     Returns
     -------
-    list of (angular frequency, rad/s; times by which it exceeds the median of what is around it)
+    list of (angular frequency, rad/s; times by which it exceeds what is beside it)
     """
     turn = 2.0 * np.pi
     length = min(len(errors) // FEWEST, round(turn / (RESOLUTION * lowest * step)))
@@ -35,12 +34,20 @@ def peaks(errors: Array, step: float, lowest: float, highest: float) -> list[tup
     tops = inside[
         (density[inside] >= density[inside - 1]) & (density[inside] >= density[inside + 1])
     ]
-    freedom = 2.0 * OVERLAP * len(errors) / length
+    segments = 2.0 * len(errors) / length - 1.0  # each half over the next
+    freedom = 2.0 * segments
     least = chi2.isf(CHANCE / max(len(inside), 1), freedom) / chi2.median(freedom)
     found = []
     for top in tops:
-        near = (frequency >= frequency[top] / NEAR) & (frequency <= NEAR * frequency[top])
-        excess = density[top] / max(float(np.median(density[near])), np.finfo(float).tiny)
+        excess = float(density[top]) / _level(frequency, density, top)
         if excess > least:
-            found.append((float(frequency[top]), float(excess)))
+            found.append((float(frequency[top]), excess))
     return sorted(found, key=lambda peak: -peak[1])
+
+
+def _level(frequency: Array, density: Array, top: int) -> float:
+    """The spectrum beside a frequency, as its medians below and above have it: it may slope."""
+    center = frequency[top]
+    below = density[(frequency >= center / NEAR) & (frequency < center)]
+    above = density[(frequency > center) & (frequency <= NEAR * center)]
+    return float(np.sqrt(np.median(below) * np.median(above))) or np.finfo(float).tiny
