@@ -6,7 +6,7 @@ rough one will do. So frequencies about the peaks are refitted to a short beginn
 them to a longer one, and so on to the whole.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter, itemgetter
 
@@ -59,7 +59,7 @@ class Resonance:
     def frequencies(self, answer: Answer) -> list[float]:
         """Angular frequencies (rad/s) at which what an answer leaves may swing so, the likeliest
         first."""
-        lowest, highest = _range(self._resonant, _sizes(answer))
+        lowest, highest = _range(self._resonant, _sizes(answer.result.model))
         found = []
         for recording, errors in zip(self.measurements, answer.errors, strict=True):
             time = recording.time
@@ -90,7 +90,7 @@ class Resonance:
             for times in ABOUT
             for start in starts(self.given, effect, self.measurements, (1.0,), (DAMPING,))
         ]
-        return self._best(models)
+        return self._best(models, found | dampings)
 
     def around(self, answer: Answer) -> list[Answer]:
         """The effect at other frequencies than that of a refit, the most promising first."""
@@ -99,9 +99,12 @@ class Resonance:
             own.with_values(self._tuned(answer, frequency))
             for frequency in self.frequencies(answer)
         ]
-        return self._best([*tuned, *(self._at(own, times) for times in AROUND)])
+        return self._best([*tuned, *(self._at(own, times) for times in AROUND)], own.values())
 
-    def _best(self, models: Sequence[Model]) -> list[Answer]:
+    def _best(self, models: Sequence[Model], origin: Mapping[str, float]) -> list[Answer]:
+        """The best refits of the whole, from the best of ever longer beginnings; other parameters
+        begin where such a refit left them, and at their origin, as a beginning may not show
+        them."""
         best: list[Answer] = []
         for share, kept in STAGES:
             beginnings = [_beginning(part, share) for part in self.measurements]
@@ -111,7 +114,9 @@ class Resonance:
             found.sort(key=attrgetter("mean_square"))
             worst = WORSE * found[0].mean_square
             best = [answer for answer in found if answer.mean_square <= worst][:kept]
-            models = [self._at(answer.result.model, times) for answer in best for times in BESIDE]
+            refitted = [answer.result.model for answer in best]
+            models = [self._at(model, times) for model in refitted for times in BESIDE]
+            models += [self._moved(model, origin) for model in refitted]
         return best
 
     @property
@@ -125,7 +130,17 @@ class Resonance:
 
     def _tuned(self, answer: Answer, frequency: float) -> dict[str, float]:
         """What sets the frequency, for an angular frequency (rad/s), by dotted path."""
-        return {self._path: _value_at(frequency, self._resonant, _sizes(answer))}
+        return {self._path: _value_at(frequency, self._resonant, _sizes(answer.result.model))}
+
+    def _moved(self, model: Model, origin: Mapping[str, float]) -> Model:
+        """The effect of a model among other values of all else, at the same frequency."""
+        own = f"effects.{self.effect_id}."
+        moved = model.with_values(
+            {path: origin.get(path, value) for path, value in model.values().items()}
+            | {path: value for path, value in model.values().items() if path.startswith(own)}
+        )
+        before, after = (_value_at(1.0, self._resonant, _sizes(of)) for of in (model, moved))
+        return self._at(moved, after / before)
 
     def _at(self, model: Model, times: float) -> Model:
         """The model with another frequency."""
@@ -168,8 +183,7 @@ def _range(parameter: Parameter, sizes: Sizes) -> tuple[float, float]:
     return float(inside[0]), float(inside[-1])
 
 
-def _sizes(answer: Answer) -> Sizes:
-    model = answer.result.model
+def _sizes(model: Model) -> Sizes:
     return sizes_of(model.transmission, model.link)
 
 

@@ -159,7 +159,7 @@ class Search(LikeliestSets):
         self._screen_singles(ids, None)
         better_base = self._better_base()
         self._refit_in_turn(self._best_single())
-        self._refit(self._ringing(), "refitting what rings")
+        self._refit(self._ringing(()), "refitting what rings")
         yield
         if self._disturbed() and not self.answer.added:
             return
@@ -243,6 +243,9 @@ class Search(LikeliestSets):
                 tries.reverse()
             if any(better() for better in tries):
                 continue
+            self._refit(self._ringing(added), "refitting what rings")
+            if self.answer.added != added:
+                continue
             if not self._promised(added, shares | self._swinging(added), most):
                 return
 
@@ -261,16 +264,18 @@ class Search(LikeliestSets):
             return {}
         return self._looks(added, filter(swings, self.data.candidates))
 
-    def _ringing(self) -> list[Set]:
-        """Single effects that swing, where what the base leaves does, and they would leave less."""
-        base, data = self.answers[()], self.data
+    def _ringing(self, added: Set) -> list[Set]:
+        """Additions that swing, where what a set leaves does, and they would leave less."""
+        if self._at_noise() or self._tired:
+            return []
+        answer, data = self.answers[added], self.data
         ringing = [
             effect_id
             for effect_id in filter(swings, data.candidates)
-            if Resonance(data.given, (effect_id,), effect_id, data.fitted).frequencies(base)
+            if Resonance(data.given, added, effect_id, data.fitted).frequencies(answer)
         ]
-        looks = {} if self._at_noise() else self._looks((), ringing)
-        return [added for added, share in looks.items() if share < WORTH]
+        looks = self._looks(added, ringing)
+        return [near for near, share in looks.items() if share < WORTH]
 
     def _half_gone(self, added: Set, shares: Mapping[Set, float | None], most: float) -> bool:
         """Refit neighbours if one of them promises to leave half; whether the best has changed."""
