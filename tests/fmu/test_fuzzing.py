@@ -24,9 +24,16 @@ def test_every_function_of_the_header_is_called(version):
         assert name in own or any(one in own + shared for one in by_macro), name
 
 
+def cases():
+    """Each structure in one version or the other, by turns; in the other it is a long study."""
+    for number, effects in enumerate(SEVERAL):
+        for version in (2, 3):
+            marks = [pytest.mark.slow] * ((number + version) % 2)
+            yield pytest.param(effects, version, marks=marks, id=f"fmi{version}-{effects}")
+
+
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-@pytest.mark.parametrize("effects", SEVERAL)
-@BOTH
+@pytest.mark.parametrize(("effects", "version"), list(cases()), indirect=["version"])
 def test_sanitizers_find_nothing_in_random_calls(effects, version, tmp_path):
     """gcc's, because zig's do not link; warnings of the hand-written C are errors here too."""
     kind = KINDS.get(effects, "position")

@@ -167,10 +167,6 @@ def diagnose(
             [recording.name for recording in measurements],
             [recording.name for recording in heldout],
         )
-        if figures is not None:
-            from elastic_tendon.reports.diagnosis_figures import all_figures
-
-            save_figures(all_figures(diagnosis), figures, force, stage.progress)
         call = Call(
             model=model,
             data=tuple(data),
@@ -181,11 +177,9 @@ def diagnose(
             learned=_text(files.learned if diagnosis.learned else None),
             experiment=_text(experiment if diagnosis.next_experiment else None),
         )
-        if page is not None:
-            used = {"fitted": measurements, "held-out": heldout}
-            came = sources(model, used, options.mapping, own_effects)
-            text = _report(diagnosis, came, next_lines(diagnosis, call), stage.progress)
-            write_text(page, text, force=force)
+        used = {"fitted": measurements, "held-out": heldout}
+        came = sources(model, used, options.mapping, own_effects)
+        files.draw(diagnosis, came, next_lines(diagnosis, call), stage.progress)
     _show_answer(diagnosis)
     _say(next_lines(diagnosis, call))
     _show_evidence(diagnosis, every)
@@ -237,6 +231,27 @@ class Outputs:
             table = experiment_table(diagnosis.next_experiment)
             write_text(self.experiment, table.to_csv(index=False), force=self.force)
         save_json(diagnosis_json(diagnosis, learned), self.json, self.force)
+
+    def draw(
+        self,
+        diagnosis: "et.Diagnosis",
+        read: Sequence[tuple[str, Path]],
+        advice: Sequence[str],
+        progress: Progress,
+    ) -> None:
+        """Write the pictures and the page; what was `read` by purpose, and what to do next."""
+        if self.figures is not None:
+            from elastic_tendon.reports.diagnosis_figures import all_figures
+
+            save_figures(all_figures(diagnosis), self.figures, self.force, progress)
+        if self.page is not None:
+            from elastic_tendon.reports.html.document import diagnosis_document
+            from elastic_tendon.reports.html.origin import origin_of
+
+            where = et.locate(diagnosis.steps[0].comparison, progress)
+            origin = origin_of(command_line(), read, advice)
+            text = diagnosis_document(diagnosis, where, origin, progress)
+            write_text(self.page, text, force=self.force)
 
     def tell(self, diagnosis: "et.Diagnosis") -> None:
         """Say what was not written, and where the pictures are."""
@@ -300,20 +315,6 @@ def _provenance(diagnosis: "et.Diagnosis", fitted: Sequence[str], heldout: Seque
         *verdict_sentences(diagnosis),
     ]
     return comments(lines)
-
-
-def _report(
-    diagnosis: "et.Diagnosis",
-    read: Sequence[tuple[str, Path]],
-    advice: Sequence[str],
-    progress: "Progress",
-) -> str:
-    """The report of a diagnosis; what was read by purpose, and what to do next."""
-    from elastic_tendon.reports.html.document import diagnosis_document
-    from elastic_tendon.reports.html.origin import origin_of
-
-    where = et.locate(diagnosis.steps[0].comparison, progress)
-    return diagnosis_document(diagnosis, where, origin_of(command_line(), read, advice), progress)
 
 
 def _show_answer(diagnosis: "et.Diagnosis") -> None:
