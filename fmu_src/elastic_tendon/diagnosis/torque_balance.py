@@ -359,7 +359,7 @@ class _Seen:
         self, body: Body, read: tuple[ca.SX, ca.SX], motor: tuple[ca.SX, ca.SX]
     ) -> tuple[ca.SX, ca.SX]:
         """Position and velocity of a body of which a sensor reads `read`, exact where its error is
-        linear in that and in the motor's position."""
+        linear in that and in the motor's position; an acceleration stays as it was read."""
         system = self.system
         names, states = system.interface.output_names, system.interface.state_names
         if f"measured_{body.position}" not in names:

@@ -25,7 +25,9 @@ EFFECT = Effect(
     "of the curve.",
     law="elongation of a side = e + compliance F, F force of its parallel springs",
     confused_with="Softer springs: only springs that are damped or not linear distinguish the two. "
-    "Spring relaxation: the same law in other numbers where the springs are damped.",
+    "Spring relaxation: the same law in other numbers where the springs are damped. Deflection "
+    "gain: where the deflection is what is measured, a sensor that shows too much looks as soft; "
+    "the joint swings no slower for it.",
     confirm="Hold the motor, load the link and read the length of the spring itself beside the "
     "joint encoder: what the joint yields beyond the spring's elongation over R belongs to the "
     "tendon. Or block the springs and load the link: what still yields is the tendon.",
