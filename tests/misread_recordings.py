@@ -92,7 +92,8 @@ def truth_case(seed: int, *, hidden: bool = True, duration: float = 4.0) -> Case
     """
     rng = np.random.default_rng(seed)
     base = random_model(rng)
-    ids = ("", *IDS_AT_POSITION)
+    # no deflection is recorded whose gain could be off
+    ids = ("", *(effect_id for effect_id in IDS_AT_POSITION if effect_id != "deflection_gain"))
     effect = ids[seed % len(ids)] if hidden else ""
     true = base
     if effect:
