@@ -48,6 +48,8 @@ def test_only_what_is_within_the_range_counts() -> None:
 def test_a_recording_too_short_or_too_coarse_shows_none() -> None:
     assert peaks(np.zeros(10), STEP, LOWEST, HIGHEST) == []
     assert peaks(noise(3), 1.0, LOWEST, HIGHEST) == []
+    assert peaks(ringing(230.0, 0.01)[:40], STEP, LOWEST, HIGHEST) == []
+    assert peaks(noise(3), STEP, np.inf, 0.0) == []  # nothing typical is a frequency
 
 
 def test_what_is_left_exactly_nothing_of_shows_none() -> None:

@@ -46,8 +46,13 @@ def peaks(errors: Array, step: float, lowest: float, highest: float) -> list[tup
 
 
 def _level(frequency: Array, density: Array, top: int) -> float:
-    """The spectrum beside a frequency, as its medians below and above have it: it may slope."""
+    """The spectrum beside a frequency, as its medians below and above have it: it may slope.
+
+    Infinite where it is too coarse to tell.
+    """
     center = frequency[top]
     below = density[(frequency >= center / NEAR) & (frequency < center)]
     above = density[(frequency > center) & (frequency <= NEAR * center)]
+    if not (len(below) and len(above)):
+        return np.inf
     return float(np.sqrt(np.median(below) * np.median(above))) or np.finfo(float).tiny

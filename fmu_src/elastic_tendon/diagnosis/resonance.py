@@ -175,12 +175,12 @@ def _value_at(frequency: float, parameter: Parameter, sizes: Sizes) -> float:
 
 
 def _range(parameter: Parameter, sizes: Sizes) -> tuple[float, float]:
-    """Lowest and highest angular frequency of what is typical, rad/s."""
+    """Lowest and highest angular frequency of what is typical, rad/s; where none is, no range."""
     tried = sizes.frequency * TRIED
     values = np.array([_value_at(frequency, parameter, sizes) for frequency in tried])
     shares = values / parameter.typical_for(sizes)
     inside = tried[(shares >= LEAST) & (shares <= MOST)]
-    return float(inside[0]), float(inside[-1])
+    return float(inside.min(initial=np.inf)), float(inside.max(initial=0.0))
 
 
 def _sizes(model: Model) -> Sizes:
