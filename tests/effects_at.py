@@ -3,7 +3,7 @@
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.effects import BY_ID, CATALOGUE
-from elastic_tendon.effects.base import Effect
+from elastic_tendon.effects.base import Effect, Slot
 
 # where the motor's position is given; the others act on a rotor
 AT_POSITION = tuple(effect for effect in CATALOGUE if InterfaceKind.POSITION.has_slot(effect.slot))
@@ -14,6 +14,12 @@ def loaded_at_position() -> tuple[str, ...]:
     """Ids of these and of what other tests have loaded."""
     position = InterfaceKind.POSITION
     return tuple(effect.id for effect in BY_ID.values() if position.has_slot(effect.slot))
+
+
+def seen_without_deflection() -> tuple[str, ...]:
+    """Those of `loaded_at_position` that show where no deflection is measured."""
+    hidden = Slot.DEFLECTION_SIGNAL
+    return tuple(name for name in loaded_at_position() if BY_ID[name].slot is not hidden)
 
 
 def placed(model: Model, effect: Effect | str) -> Model:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from effects_at import IDS_AT_POSITION
+from effects_at import IDS_AT_POSITION, seen_without_deflection
 from elastic_tendon.actuator.parameters import Model, parse_model, typical_value
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.measurement import Measurement
@@ -92,8 +92,7 @@ def truth_case(seed: int, *, hidden: bool = True, duration: float = 4.0) -> Case
     """
     rng = np.random.default_rng(seed)
     base = random_model(rng)
-    # no deflection is recorded whose gain could be off
-    ids = ("", *(effect_id for effect_id in IDS_AT_POSITION if effect_id != "deflection_gain"))
+    ids = ("", *(name for name in IDS_AT_POSITION if name in seen_without_deflection()))
     effect = ids[seed % len(ids)] if hidden else ""
     true = base
     if effect:

@@ -58,7 +58,10 @@ def faults_of(walk: Walk) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("steps", [SOME, pytest.param(EVERY, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "steps",
+    [pytest.param(SOME, id="some"), pytest.param(EVERY, id="every", marks=pytest.mark.slow)],
+)
 def test_steps_can_be_read_and_reached_by_everybody(steps: tuple[str, ...], tmp_path: Path) -> None:
     with served("--demo") as url, browser() as chromium:
         walk = Walk(chromium, url)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from effects_at import loaded_at_position
+from effects_at import loaded_at_position, seen_without_deflection
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import load_model, typical_value
 from elastic_tendon.comparison.initial_state import estimate_initial_state
@@ -31,7 +31,7 @@ def test_all_effects_are_candidates_of_the_bare_model(sticking) -> None:
     model = load_model("biorob_x4_joint_3")
     assert candidates(model, [bent]) == loaded_at_position()
     assert candidates(model.at("torque"), [bent]) == effects.BY_ID.ids()
-    assert candidates(model, [recording]) == without("deflection_gain", loaded_at_position())
+    assert candidates(model, [recording]) == seen_without_deflection()
 
 
 def static_curve(load: np.ndarray, position: np.ndarray) -> Measurement:

@@ -179,9 +179,10 @@ def diagnose(
         )
         used = {"fitted": measurements, "held-out": heldout}
         came = sources(model, used, options.mapping, own_effects)
-        files.draw(diagnosis, came, next_lines(diagnosis, call), stage.progress)
+        advice = next_lines(diagnosis, call)
+        files.draw(diagnosis, came, advice, stage.progress)
     _show_answer(diagnosis)
-    _say(next_lines(diagnosis, call))
+    _say(advice)
     _show_evidence(diagnosis, every)
     files.tell(diagnosis)
     if in_time:  # what a limit of time ends is what was asked for

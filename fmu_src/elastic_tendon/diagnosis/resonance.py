@@ -43,6 +43,20 @@ def swings(effect_id: str) -> bool:
     return any(map(_sets_frequency, effects.BY_ID[effect_id].parameters))
 
 
+def frequencies(effect_id: str, answer: Answer) -> list[float]:
+    """Angular frequencies (rad/s) at which what an answer leaves may swing as an effect does, the
+    likeliest first."""
+    lowest, highest = _range(_resonant(effect_id), _sizes(answer.result.model))
+    found = []
+    for recording, errors in zip(answer.result.problem.measurements, answer.errors, strict=True):
+        time = recording.time
+        even = np.linspace(time[0], time[-1], len(time))
+        for error in errors.values():
+            found += peaks(np.interp(even, time, error), even[1] - even[0], lowest, highest)
+    found.sort(key=itemgetter(1), reverse=True)
+    return [frequency for frequency, _ in found[:PEAKS]]
+
+
 @dataclass(frozen=True)
 class Resonance:
     """An effect that swings, beside others `added` to a given model, in some recordings.
@@ -54,20 +68,7 @@ class Resonance:
     added: tuple[str, ...]
     effect_id: str
     measurements: Sequence[Measurement]
-    check: Callable[[float], None] = lambda _share: None
-
-    def frequencies(self, answer: Answer) -> list[float]:
-        """Angular frequencies (rad/s) at which what an answer leaves may swing so, the likeliest
-        first."""
-        lowest, highest = _range(self._resonant, _sizes(answer.result.model))
-        found = []
-        for recording, errors in zip(self.measurements, answer.errors, strict=True):
-            time = recording.time
-            even = np.linspace(time[0], time[-1], len(time))
-            for error in errors.values():
-                found += peaks(np.interp(even, time, error), even[1] - even[0], lowest, highest)
-        found.sort(key=itemgetter(1), reverse=True)
-        return [frequency for frequency, _ in found[:PEAKS]]
+    check: Callable[[float], None]
 
     def beside(self, answer: Answer) -> list[Answer]:
         """Some of the effect beside a refit without it, the most promising first; none where
@@ -85,7 +86,7 @@ class Resonance:
                 | {f"effects.{effect.id}.{name}": value for name, value in start.items()}
                 | self._tuned(answer, times * frequency),
             )
-            for frequency in self.frequencies(answer)
+            for frequency in frequencies(self.effect_id, answer)
             for own in (given, dampings)
             for times in ABOUT
             for start in starts(self.given, effect, self.measurements, (1.0,), (DAMPING,))
@@ -97,7 +98,7 @@ class Resonance:
         own = answer.result.model
         tuned = [
             own.with_values(self._tuned(answer, frequency))
-            for frequency in self.frequencies(answer)
+            for frequency in frequencies(self.effect_id, answer)
         ]
         return self._best([*tuned, *(self._at(own, times) for times in AROUND)], own.values())
 
@@ -120,17 +121,14 @@ class Resonance:
         return best
 
     @property
-    def _resonant(self) -> Parameter:
-        """What sets the frequency."""
-        return next(filter(_sets_frequency, effects.BY_ID[self.effect_id].parameters))
-
-    @property
     def _path(self) -> str:
-        return f"effects.{self.effect_id}.{self._resonant.name}"
+        return f"effects.{self.effect_id}.{_resonant(self.effect_id).name}"
 
     def _tuned(self, answer: Answer, frequency: float) -> dict[str, float]:
         """What sets the frequency, for an angular frequency (rad/s), by dotted path."""
-        return {self._path: _value_at(frequency, self._resonant, _sizes(answer.result.model))}
+        return {
+            self._path: _value_at(frequency, _resonant(self.effect_id), _sizes(answer.result.model))
+        }
 
     def _moved(self, model: Model, origin: Mapping[str, float]) -> Model:
         """The effect of a model among other values of all else, at the same frequency."""
@@ -139,7 +137,9 @@ class Resonance:
             {path: origin.get(path, value) for path, value in model.values().items()}
             | {path: value for path, value in model.values().items() if path.startswith(own)}
         )
-        before, after = (_value_at(1.0, self._resonant, _sizes(of)) for of in (model, moved))
+        before, after = (
+            _value_at(1.0, _resonant(self.effect_id), _sizes(of)) for of in (model, moved)
+        )
         return self._at(moved, after / before)
 
     def _at(self, model: Model, times: float) -> Model:
@@ -166,6 +166,11 @@ class Resonance:
 
 def _sets_frequency(parameter: Parameter) -> bool:
     return parameter.at_frequency is not None
+
+
+def _resonant(effect_id: str) -> Parameter:
+    """What sets the frequency of an effect that swings."""
+    return next(filter(_sets_frequency, effects.BY_ID[effect_id].parameters))
 
 
 def _value_at(frequency: float, parameter: Parameter, sizes: Sizes) -> float:

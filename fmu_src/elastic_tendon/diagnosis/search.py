@@ -35,7 +35,7 @@ from elastic_tendon.diagnosis.evidence import (
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, regress
 from elastic_tendon.diagnosis.likeliest_sets import FAR_BETTER, FOLLOWED, LikeliestSets
 from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, MOST_WORK, Check
-from elastic_tendon.diagnosis.resonance import Resonance, swings
+from elastic_tendon.diagnosis.resonance import Resonance, frequencies, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
     aliases,
@@ -268,11 +268,10 @@ class Search(LikeliestSets):
         """Additions that swing, where what a set leaves does, and they would leave less."""
         if self._at_noise() or self._tired:
             return []
-        answer, data = self.answers[added], self.data
         ringing = [
             effect_id
-            for effect_id in filter(swings, data.candidates)
-            if Resonance(data.given, added, effect_id, data.fitted).frequencies(answer)
+            for effect_id in filter(swings, self.data.candidates)
+            if frequencies(effect_id, self.answers[added])
         ]
         looks = self._looks(added, ringing)
         return [near for near, share in looks.items() if share < WORTH]

@@ -368,14 +368,14 @@ class _Seen:
         if system.interface.reads_signals:  # delays are exact: the inputs are shifted
             shown = ca.substitute(shown, system.p[-1], 1)
         own = system.x[states.index(body.position)]
-        other = self._motor_position()
+        driving = self._motor_position()
         error = shown - own
 
         def seen(expression: ca.SX) -> ca.SX:
             moved = ca.substitute(expression, own, read[0])
-            return moved if body is ROTOR else ca.substitute(moved, other, motor[0])
+            return moved if body is ROTOR else ca.substitute(moved, driving, motor[0])
 
-        slope, slope_of_motor = seen(ca.jacobian(error, own)), seen(ca.jacobian(error, other))
+        slope, slope_of_motor = seen(ca.jacobian(error, own)), seen(ca.jacobian(error, driving))
         drift = 0 if body is ROTOR else slope_of_motor * motor[1]
         return read[0] - seen(error) / (1 + slope), (read[1] - drift) / (1 + slope)
 
