@@ -71,6 +71,7 @@ def simulate_measurement(
     measurement: Measurement,
     initial: InitialState,
     tolerance: float = DEFAULT_TOLERANCE,
+    **instead: Array,
 ) -> Trajectory:
     """Simulate the recorded experiment at its own sample times.
 
@@ -80,6 +81,7 @@ def simulate_measurement(
     measurement : Measurement at the model's interface; gives time (n,) s and inputs (n,)
     initial : InitialState, rad and rad/s
     tolerance : of the solver, see `simulate`
+    instead : (n,) arrays, inputs by name in place of those that were recorded
 
     Returns
     -------
@@ -89,7 +91,7 @@ def simulate_measurement(
     ------
     SimulationError : the solver could not go on
     """
-    trajectory = simulate(model, **_motion(measurement, initial, tolerance))
+    trajectory = simulate(model, **(_motion(measurement, initial, tolerance) | instead))
     count(_weight(measurement) * trajectory.statistics["rates"])
     return trajectory
 

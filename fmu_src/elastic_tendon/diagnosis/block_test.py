@@ -149,11 +149,11 @@ def gained(products: Products, turned: Turned) -> Array:
     (s, t) array, under the best of the ridges
     """
     p, own = products.fitted, products.own
-    gram = own.T @ products.gram @ own
-    base = products.gram[..., :p]
-    shown = products.score + np.einsum("bsij,jb->bsi", base, turned.raised)
-    score = np.einsum("bsi,ik,bt->bskt", shown, own, turned.signs, optimize=True)
-    score -= np.einsum("bsij,ik,jt->bskt", base, own, turned.shift, optimize=True)
+    half = own.T @ products.gram
+    gram, base = half @ own, half[..., :p]
+    raised = turned.raised.T[:, np.newaxis, :, np.newaxis]
+    shown = (products.score @ own)[..., np.newaxis] + base @ raised
+    score = shown * turned.signs[:, np.newaxis, np.newaxis] - base @ turned.shift
     return np.asarray(
         np.max([_predicted(gram, score, held) for held in held_back(products)], axis=0)
     )

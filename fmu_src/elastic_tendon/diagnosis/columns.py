@@ -1,7 +1,8 @@
 """What a curve adds while the actuator moves as it did, and what the error makes of it."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import accumulate
 from types import SimpleNamespace
 from typing import Any, Literal
 
@@ -212,12 +213,15 @@ def _spring_history(motion: Motion) -> Array:
 
 def _slipping(values: Array, longest: float) -> Array:
     """Elements that each follow (n,) values until they slip, by shares of `longest`; (n, k)."""
-    slips = longest * np.array(SLIPS)
-    stretched, found = np.zeros(len(slips)), np.empty((len(values), len(slips)))
-    for index, step in enumerate(np.diff(values, prepend=values[0]).tolist()):
-        stretched = np.clip(stretched + step, -slips, slips)
-        found[index] = stretched
-    return found
+    steps = np.diff(values).tolist()
+
+    def following(slip: float) -> Array:
+        def moved(stretched: float, step: float) -> float:
+            return min(max(stretched + step, -slip), slip)
+
+        return np.array(list(accumulate(steps, moved, initial=0.0)))
+
+    return np.column_stack([following(longest * share) for share in SLIPS])
 
 
 def moments(only: Motion) -> Term:
@@ -275,19 +279,18 @@ def responses(motion: Motion, acts: Acts, columns: Array) -> dict[str, Array]:
     change = max(rms(motion.errors["joint_position"]), LEAST_CHANGE)  # rad
     if acts == "load":
         change *= sizes.joint_stiffness
+    moving = "load_torque" if acts == "load" else "motor_position"
     measurement = motion.measurement
     for index, column in enumerate(columns.T):
         height = float(np.max(np.abs(column)))
         if height == 0.0:
             continue
         step = change / height
-        if acts == "load":
-            moved = replace(measurement, load_torque=motion.load_torque + step * column)
-        else:
-            moved = replace(measurement, motor_position=motion.motor_position + step * column)
+        moved = {moving: getattr(motion, moving) + step * column}
         try:
             after = residuals_of(
-                simulate_measurement(motion.model, moved, motion.initial), measurement
+                simulate_measurement(motion.model, measurement, motion.initial, **moved),
+                measurement,
             )
         except SimulationError:
             continue

@@ -250,7 +250,8 @@ def _spline_slopes(time: bytes, samples: bytes) -> Array:
     from scipy.interpolate import CubicSpline
 
     at = np.frombuffer(time)
-    return np.ascontiguousarray(CubicSpline(at, np.frombuffer(samples))(at, 1))
+    spline = CubicSpline(at, np.frombuffer(samples))
+    return np.append(spline.c[-2], spline(at[-1], 1))
 
 
 def _address(array: Array | NDArray[np.int32] | None) -> int | None:
