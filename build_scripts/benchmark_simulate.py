@@ -25,9 +25,8 @@ from benchmarking import Row, at_least, at_most, fastest, print_table, spoken
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.native import compiler
-from elastic_tendon.native.binary import write_sources, write_token
+from elastic_tendon.native.binary import write_model
 from elastic_tendon.native.interpolation import Interpolation
-from elastic_tendon.native.layout import default_layout
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
 from elastic_tendon.simulation.simulate import simulate
 
@@ -139,10 +138,7 @@ def ours_fastest(
 def rates_time(model: Model) -> float:
     """Time of one compiled right-hand side, s."""
     with tempfile.TemporaryDirectory() as work:
-        system = build(model.effect_ids)
-        variables = default_layout(system.interface)
-        write_sources(Path(work), system, variables, tolerance=DEFAULT_TOLERANCE)
-        write_token(Path(work), "")
+        write_model(Path(work), build(model.effect_ids))
         program = Path(work) / "time_rates"
         source = Path(__file__).with_name("time_rates.c")
         subprocess.run(

@@ -1,6 +1,6 @@
 /* Time of one compiled right-hand side, ns: printed for benchmark_simulate.py, which compiles this
- * file together with the library's sources. Each call depends on the one before, as in a solver. */
-#include "library.c"
+ * file together with the model and the solver. Each call depends on the one before, as in a solver. */
+#include "simulation.c"
 
 #include <stdio.h>
 #include <time.h>

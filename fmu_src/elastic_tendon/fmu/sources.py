@@ -10,8 +10,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 from elastic_tendon.fmu.description import to_bytes
 from elastic_tendon.native import compiler
+from elastic_tendon.native.binary import LIBRARY, SIMULATION
 
-_TRANSLATION_UNIT = "library.c"
 _LANGUAGE = "C11"
 _WITH_LIBM = ("x86_64-linux", "aarch64-linux")  # elsewhere it is no library of its own
 
@@ -23,9 +23,9 @@ def source_files(generated: Path, identifier: str, fmi_version: int) -> dict[str
     ----------
     generated : folder filled by `binary.write_sources`
     identifier : the FMU's model identifier
-    fmi_version : 2 or 3; files of the other one are left out
+    fmi_version : 2 or 3; files of the other one, and Python's own, are left out
     """
-    left_out = f"fmi{5 - fmi_version}"
+    left_out = (f"fmi{5 - fmi_version}", SIMULATION)
     files = [
         *(path for path in compiler.RUNTIME.glob("*.[ch]") if not path.name.startswith(left_out)),
         *generated.glob("*.[ch]"),
@@ -40,7 +40,7 @@ def declare_sources(root: Element) -> None:
     """List the source code in a model description of FMI 2.0, before it is sealed."""
     for interface in ("ModelExchange", "CoSimulation"):
         for element in root.findall(interface):
-            SubElement(SubElement(element, "SourceFiles"), "File", name=_TRANSLATION_UNIT)
+            SubElement(SubElement(element, "SourceFiles"), "File", name=LIBRARY)
 
 
 def _build_description(identifier: str) -> Element:
@@ -56,7 +56,7 @@ def _build_description(identifier: str) -> Element:
             root, "BuildConfiguration", {"modelIdentifier": identifier, **where}
         )
         unit = SubElement(configuration, "SourceFileSet", language=_LANGUAGE)
-        SubElement(unit, "SourceFile", name=_TRANSLATION_UNIT)
+        SubElement(unit, "SourceFile", name=LIBRARY)
         if platform is not None:
             SubElement(configuration, "Library", name="m", external="true")
     return root

@@ -1,7 +1,7 @@
 """The binary: generated C and the runtime, compiled into one shared library.
 
 The cached library that Python calls and the library inside an FMU are made here, from the same
-sources; they differ in start values, token and the version of FMI only.
+model and solver; that of an FMU has the functions of FMI around them.
 """
 
 import hashlib
@@ -18,10 +18,29 @@ from elastic_tendon.native.layout import FmuVariable, c_tables
 from elastic_tendon.progress import Progress, silent
 
 _AT_ONCE = 2  # compilers; each keeps a core busy
+LIBRARY, SIMULATION = "library.c", "simulation.c"  # the C of an FMU, and of what Python calls
 _MODEL = "model.c"
 _LARGE = 4_000_000  # bytes of it, from which on a compiler is busy for minutes
 _LARGE_MODEL = "large model: some minutes"
 _FIRST_TIME = "the first time: minutes"  # when the libraries for Windows themselves are built
+
+
+def write_model(folder: Path, system: HybridSystem) -> str:
+    """Write the generated C of a model, which `SIMULATION` includes, into a folder.
+
+    Returns
+    -------
+    str, a hash of all that goes into the library: this C, that of the runtime, compiler and flags;
+    the same on every host
+    """
+    digest = hashlib.sha256(compiler.toolchain().encode())
+    for name, text in {_MODEL: generate(system), "shared.h": shared.header()}.items():
+        content = text.encode()  # with the same ends of lines everywhere
+        (folder / name).write_bytes(content)
+        digest.update(content)
+    for path in sorted(compiler.RUNTIME.glob("*.[ch]")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:32]
 
 
 def write_sources(
@@ -32,7 +51,7 @@ def write_sources(
     tolerance: float,
     fmi_version: int = 2,
 ) -> str:
-    """Write the generated C of a model, which `native/runtime/library.c` includes, into a folder.
+    """Write the generated C of a model's FMU, which `LIBRARY` includes, into a folder.
 
     What is compiled needs the token too, see `write_token`.
 
@@ -46,22 +65,12 @@ def write_sources(
 
     Returns
     -------
-    str, a hash of all that goes into the library: this C, that of the runtime, compiler and flags;
-    the same on every host
+    str, a hash of all that goes into the library, see `write_model`
     """
-    contents = {
-        _MODEL: generate(system),
-        "variables.c": c_tables(variables, system.interface.modes, tolerance, fmi_version),
-        "shared.h": shared.header(),
-    }
-    digest = hashlib.sha256(compiler.toolchain().encode())
-    for name, text in contents.items():
-        content = text.encode()  # with the same ends of lines everywhere
-        (folder / name).write_bytes(content)
-        digest.update(content)
-    for path in sorted(compiler.RUNTIME.glob("*.[ch]")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:32]
+    key = write_model(folder, system)
+    tables = c_tables(variables, system.interface.modes, tolerance, fmi_version).encode()
+    (folder / "variables.c").write_bytes(tables)
+    return hashlib.sha256(key.encode() + tables).hexdigest()[:32]
 
 
 def write_token(folder: Path, token: str) -> None:
@@ -70,16 +79,21 @@ def write_token(folder: Path, token: str) -> None:
 
 
 def compile_binary(
-    sources: Path, output: Path, target: compiler.Platform, progress: Progress = silent
+    sources: Path,
+    output: Path,
+    target: compiler.Platform,
+    progress: Progress = silent,
+    unit: str = LIBRARY,
 ) -> None:
     """Compile the shared library of a model.
 
     Parameters
     ----------
-    sources : folder filled by `write_sources` and `write_token`
+    sources : folder filled by `write_sources` and `write_token`, or by `write_model`
     output : file to write
     target : platform to build for
     progress : told what is being built
+    unit : file of the runtime that includes all others; `SIMULATION` needs `write_model` alone
 
     Raises
     ------
@@ -87,7 +101,7 @@ def compile_binary(
         where the compiler refuses
     """
     progress(_being_built(sources, [target]), 0.0)
-    compiler.compile_library(compiler.RUNTIME / "library.c", output, target, include=[sources])
+    compiler.compile_library(compiler.RUNTIME / unit, output, target, include=[sources])
 
 
 def compile_binaries(
@@ -133,9 +147,7 @@ def compile_binaries(
 def _compile(sources: Path, identifier: str, platform: compiler.Platform, stopped: Event) -> bytes:
     with tempfile.TemporaryDirectory() as work:
         output = Path(work) / f"{identifier}{platform.suffix}"
-        compiler.compile_library(
-            compiler.RUNTIME / "library.c", output, platform, [sources], stopped
-        )
+        compiler.compile_library(compiler.RUNTIME / LIBRARY, output, platform, [sources], stopped)
         return output.read_bytes()  # what the linker for Windows leaves beside it is not wanted
 
 

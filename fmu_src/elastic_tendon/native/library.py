@@ -20,7 +20,6 @@ from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.errors import BuildError
 from elastic_tendon.native import compiler
-from elastic_tendon.native.layout import default_layout
 from elastic_tendon.native.shared import STRUCTURES, classes
 from elastic_tendon.progress import Progress, silent
 
@@ -92,25 +91,19 @@ def _build(effect_ids: tuple[str, ...], kind: InterfaceKind, key: str, progress:
     Where Python changed but not the C that it writes, an earlier library of the same C serves.
     """
     from elastic_tendon.actuator.model import build
-    from elastic_tendon.native.binary import compile_binary, write_sources, write_token
+    from elastic_tendon.native.binary import SIMULATION, compile_binary, write_model
 
     target = compiler.host_platform()
     folder = cache_folder()
-    variables = default_layout(interface(effect_ids, kind))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as work:
             sources, library = Path(work), Path(work) / f"library{target.suffix}"
-            of_sources = _for_this_machine(
-                write_sources(
-                    sources, build(effect_ids, kind), variables, tolerance=DEFAULT_TOLERANCE
-                )
-            )
+            of_sources = _for_this_machine(write_model(sources, build(effect_ids, kind)))
             if same := _cached(f"*-{of_sources}-*"):
                 shutil.copyfile(same, library)
             else:
-                write_token(sources, of_sources)
-                compile_binary(sources, library, target, progress)
+                compile_binary(sources, library, target, progress, SIMULATION)
             path = folder / f"{key}-{of_sources}-{_content_hash(library)}{target.suffix}"
             os.replace(library, path)
     except OSError as error:

@@ -1,0 +1,7 @@
+/* What Python simulates with: the model, the solver and its entry, as in `library.c`, without the
+ * functions of FMI, which would take a third longer to compile. */
+#include "model.c"
+
+#include "solver.c"
+
+#include "simulate.c"
