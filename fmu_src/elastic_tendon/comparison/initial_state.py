@@ -1,6 +1,7 @@
 """The state at the first sample, estimated on the beginning of a recording."""
 
 from dataclasses import replace
+from functools import lru_cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -57,7 +58,8 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
     beginning, late = _beginning(model, measurement)
     start = np.concatenate([_parabola(beginning, name) for name in positions])
 
-    def evaluate(x: Array) -> tuple[Array, Array]:
+    @lru_cache(maxsize=1)  # residuals and derivatives are asked for one after the other
+    def evaluate(*x: float) -> tuple[Array, Array]:
         result = sensitivity(model, beginning, InitialState.of(model.kind, x), ())
         return (
             np.concatenate([result.residuals[name][late:] for name in positions]),
@@ -65,15 +67,15 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
         )
 
     def jacobian(x: Array) -> Array:
-        return evaluate(x)[1]
+        return evaluate(*x)[1]
 
     def residual(x: Array) -> Array:
         try:
-            return evaluate(x)[0]
+            return evaluate(*x)[0]
         except SimulationError:
             return np.full(len(positions) * (len(beginning.time) - late), np.inf)
 
-    evaluate(start)  # let a model that cannot be simulated say so itself
+    evaluate(*start)  # let a model that cannot be simulated say so itself
     span = float(beginning.time[-1] - beginning.time[0])
     solution = least_squares(
         residual,
