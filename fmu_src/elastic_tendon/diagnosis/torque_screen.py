@@ -44,6 +44,7 @@ CONVERGED = 1e-3  # relative fall of the cost
 # share of the stiffness that an effect may take away before residuals count more, and the least
 ORDINARY_STIFFNESS, LEAST_STIFFNESS = 0.5, 1e-3
 DAMPINGS = 5  # tried in one step
+REMEMBERED = 32  # evaluations
 
 
 @dataclass(frozen=True)
@@ -185,6 +186,8 @@ class Screen:
         )
         self._kept: dict[str, list[dict[str, float]]] = {}
         self._known: tuple[Estimate, Around] | None = None
+        # where a fit begins at a start that was scored, the latest ones
+        self._evaluated: dict[tuple[tuple[str, ...], bytes], tuple[Array, Array]] = {}
 
     # ---- structures --------------------------------------------------------------------------
 
@@ -231,6 +234,14 @@ class Screen:
 
     def evaluate(self, structure: Structure, x: Array) -> tuple[Array, Array]:
         """Whitened residuals (N,) and their derivatives by x, (N, m)."""
+        key = (structure.added, x.tobytes())
+        if key not in self._evaluated:
+            if len(self._evaluated) >= REMEMBERED:
+                del self._evaluated[next(iter(self._evaluated))]
+            self._evaluated[key] = self._evaluate(structure, x)
+        return self._evaluated[key]
+
+    def _evaluate(self, structure: Structure, x: Array) -> tuple[Array, Array]:
         values = structure.parameters(x)
         residuals, derivatives, slopes_by_position = [], [], []
         for part, whiten in zip(self.recordings, self.whiteners, strict=True):
