@@ -19,7 +19,7 @@ from urllib.parse import unquote, urlsplit
 
 from sphinx.cmd.build import build_main
 
-from site_pages import contracts, door, effects, guides
+from site_pages import contracts, door, effects, guides, known_machines
 
 SITE = guides.TEXTS / "site"
 ADDRESS = re.compile(r"(?:url\(|@import)\s*['\"]?((?:https?:)?//[^'\")]+)")  # in style sheets
@@ -32,7 +32,7 @@ def write_sources(folder: Path) -> None:
     made = chain(
         *(guides.readme(), guides.architecture(folder), guides.examples(folder)),
         *(guides.commands(), contracts.pages(folder), contracts.equations()),
-        *(door.pages(), effects.pages(folder)),
+        *(door.pages(), effects.pages(folder), known_machines.pages(folder)),
     )
     for name, content in made:
         path = folder / name

@@ -1,6 +1,9 @@
 """Known machines, diagnosed as any user would, beside the best published figures.
 
-    python build_scripts/scoreboard.py [--data FOLDER] [--only NAME...] [--json F]
+    python build_scripts/scoreboard.py [--data FOLDER] [--only NAME...] [--keep]
+
+`--keep` writes what was found to scoreboard.json beside this script, of which the site makes the
+page "Known machines", and draws the picture of it in the README.
 
 Rules, the same for every machine: the model is written from the data sheet or from nothing; one
 call of `diagnose` with its defaults on the part to fit; the test part is simulated once, after
@@ -11,9 +14,10 @@ they are not unseen by its authors.
 
 import argparse
 import json
+import re
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -24,8 +28,11 @@ import pandas as pd
 
 import elastic_tendon as et
 from benchmarking import Row, at_most, print_rows
+from site_pages.known_machines import KEPT, summary_figure
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+PICTURE = Path(__file__).resolve().parents[1] / "examples" / "known_machines" / "errors.png"
+BINS = 300  # of time, of which each shows its largest error
 ARROW = 40_700  # samples of Silverbox, before its multisines
 AFTER_THE_HAND = 3.3  # s, when nobody touches the muir bench any more
 
@@ -34,14 +41,17 @@ AFTER_THE_HAND = 3.3  # s, when nobody touches the muir bench any more
 class Machine:
     """A machine: how its model as given and its recordings come about, and what is hoped for.
 
-    `published` : best known figure, and its source. `scale` and `unit` show errors of `signal`.
-    `named` : sets of effects each of which is right. `targets` : the most that the error of fit and
-    test may be, in `unit`, None where none is set.
+    `given` : what the model as given comes from. `published` : best known figure and its source,
+    `best` : that of the test part in `unit`, None where there is none. `scale` and `unit` show
+    errors of `signal`. `named` : sets of effects each of which is right. `targets` : the most that
+    the error of fit and test may be, in `unit`, None where none is set.
     """
 
     name: str
+    given: str
     source: str
     published: str
+    best: float | None
     model: Callable[[], et.Model]
     fitted: Callable[[Path], et.Measurement]
     test: Callable[[Path], et.Measurement]
@@ -55,12 +65,16 @@ class Machine:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one call found: errors (fit, test) in the machine's unit, before and after."""
+    """What one call found: errors (fit, test) in the machine's unit, before and after.
+
+    `unseen` : the test part beside the model as given and the improved one.
+    """
 
     machine: Machine
     found: et.Diagnosis
     before: tuple[float, float]
     after: tuple[float, float]
+    unseen: tuple[et.Comparison, et.Comparison]
     seconds: float
 
 
@@ -133,8 +147,10 @@ JAW = (*RUBBING, frozenset(["coulomb_friction", "tendon_guide_friction"]))
 MACHINES = (
     Machine(
         "Silverbox",
+        "a linear oscillator of 68 Hz",
         "silverbox.csv",
         "neural state space 1.4 mV (Wigren and Schoukens, ECC 2013, has the data)",
+        1.4,
         oscillator,
         partial(silverbox, slice(ARROW, None)),
         partial(silverbox, slice(0, ARROW)),
@@ -145,8 +161,10 @@ MACHINES = (
     ),
     Machine(
         "EMPS",
+        "mass and viscous friction alone",
         "emps_estimation.csv",
         "dynoNet 2.64 mm (Janot, Gautier and Brunot 2019 has the data)",
+        2.64,
         axis,
         partial(emps, "emps_estimation.csv"),
         partial(emps, "emps_pulses.csv"),
@@ -157,8 +175,10 @@ MACHINES = (
     ),
     Machine(
         "muir",
+        "the bundled bench_actuator, from the description of the bench",
         "muir_position_loop_tracking.csv",
-        "by hand 9.2 and 4.7 mrad",
+        "4.7 mrad, and 9.2 on the fitted part, both by hand",
+        4.7,
         partial(et.load_model, "bench_actuator"),
         partial(recorded, "muir_position_loop_tracking.csv"),
         partial(recorded, "muir_position_loop_disturbed_by_hand.csv", start=AFTER_THE_HAND),
@@ -168,8 +188,10 @@ MACHINES = (
     ),
     Machine(
         "mrd, slow",
+        "the bundled mrd_jaw, from the text that comes with the data",
         SLOW,
         "none (O'Neill, Stephens and Kowalewski, RA-L 3(4) 2018, has the data)",
+        None,
         partial(et.load_model, "mrd_jaw"),
         partial(recorded, SLOW),
         partial(recorded, FAST),
@@ -179,8 +201,10 @@ MACHINES = (
     ),
     Machine(
         "mrd, fast",
+        "the same",
         FAST,
         "none (as the slow run)",
+        None,
         partial(et.load_model, "mrd_jaw"),
         partial(recorded, FAST),
         partial(recorded, SLOW),
@@ -202,10 +226,11 @@ def diagnosed(machine: Machine, folder: Path) -> Outcome:
     def shown(rmse: float) -> float:
         return machine.scale * rmse
 
-    unseen = [et.compare(model, test).rmse()[machine.signal] for model in (given, found.model)]
+    unseen = et.compare(given, test), et.compare(found.model, test)
+    errors = [part.rmse()[machine.signal] for part in unseen]
     fit = [found.ladder[end].rmse[machine.signal] for end in (0, -1)]
-    before, after = zip(map(shown, fit), map(shown, unseen), strict=True)
-    return Outcome(machine, found, before, after, seconds)
+    before, after = zip(map(shown, fit), map(shown, errors), strict=True)
+    return Outcome(machine, found, before, after, unseen, seconds)
 
 
 def rows_of(outcome: Outcome) -> list[Row]:
@@ -233,21 +258,55 @@ def rows_of(outcome: Outcome) -> list[Row]:
     return rows
 
 
-def as_json(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
-    """All outcomes with their ladders, as plain data."""
-    return [
-        {
-            "machine": outcome.machine.name,
-            "unit": outcome.machine.unit,
-            "sentence": outcome.found.sentence,
-            "added": list(outcome.found.added),
-            "before": outcome.before,
-            "after": outcome.after,
-            "seconds": outcome.seconds,
-            "ladder": [[step.title, dict(step.rmse)] for step in outcome.found.ladder],
-        }
-        for outcome in outcomes
-    ]
+def as_json(outcome: Outcome) -> dict[str, Any]:
+    """An outcome with its ladder and the largest errors on the test part, as plain data."""
+    machine, found = outcome.machine, outcome.found
+    errors = rounded([machine.scale * step.rmse[machine.signal] for step in found.ladder])
+    return {
+        "machine": machine.name,
+        "given": machine.given,
+        "published": machine.published,
+        "best": machine.best,
+        "unit": machine.unit,
+        "sentence": found.sentence,
+        "added": list(found.added),
+        "before": rounded(outcome.before),
+        "after": rounded(outcome.after),
+        "seconds": round(outcome.seconds),
+        "steps": [step.title for step in found.ladder],
+        "errors": errors,
+        "largest": largest_errors(outcome),
+    }
+
+
+def rounded(values: Iterable[float]) -> list[float]:
+    """To as many digits as are worth keeping."""
+    return [float(f"{value:.4g}") for value in values]
+
+
+def largest_errors(outcome: Outcome) -> dict[str, list[float]]:
+    """In each stretch of the test part: when it begins, and the largest error before and after."""
+    machine = outcome.machine
+    recording = outcome.unseen[0].files[0].measurement
+    measured = recording.signals[machine.signal]
+    bins = np.array_split(np.arange(len(measured)), min(BINS, len(measured)))
+    found = {"time_s": rounded(recording.time[part[0]] for part in bins)}
+    for name, comparison in zip(("before", "after"), outcome.unseen, strict=True):
+        moved = comparison.files[0].trajectory
+        errors = machine.scale * np.abs(moved[moved.measured(machine.signal)] - measured)
+        found[name] = rounded(errors[part].max() for part in bins)
+    return found
+
+
+def keep(outcomes: Sequence[Outcome]) -> None:
+    """Write what was found, with the commit, for the site and the README."""
+    content = [as_json(outcome) for outcome in outcomes]
+    text = json.dumps(content, indent=1)
+    # a row of numbers is one line
+    text = re.sub(r"\[[^\[\]{}]*\]", lambda row: " ".join(row[0].split()), text)
+    KEPT.write_text(text + "\n", "utf-8")
+    PICTURE.parent.mkdir(exist_ok=True)
+    summary_figure(content).savefig(PICTURE, dpi=150, metadata={"Software": None})
 
 
 def main() -> int:
@@ -255,7 +314,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the recordings")
     parser.add_argument("--only", nargs="+", default=[one.name for one in MACHINES])
-    parser.add_argument("--json", type=Path, help="file for the ladders")
+    parser.add_argument("--keep", action="store_true", help="for the site and the README")
     given = parser.parse_args()
     chosen = [machine for machine in MACHINES if machine.name in given.only]
     missing = [machine.source for machine in chosen if not (given.data / machine.source).is_file()]
@@ -263,12 +322,12 @@ def main() -> int:
         where = f"{given.data} has no {missing[0]}; name the folder of the recordings with --data"
         print(where if missing else "no machine of that name", file=sys.stderr)
         return 1
-    print((__doc__ or "").split("\n\n", 2)[2])
+    print((__doc__ or "").split("\n\n")[-1])
     outcomes = [diagnosed(machine, given.data) for machine in chosen]
     for outcome in outcomes:
         print(f"{outcome.machine.name}: {outcome.found.sentence}")
-    if given.json is not None:
-        given.json.write_text(json.dumps(as_json(outcomes), indent=1), "utf-8")
+    if given.keep:
+        keep(outcomes)
     return print_rows([row for outcome in outcomes for row in rows_of(outcome)])
 
 

@@ -6,6 +6,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from begun_search import BELIEVED, COULOMB, DRAG, GRAVITY, NOISE, SHORT, begun
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis import around
 from elastic_tendon.diagnosis import refits as refitting
@@ -21,30 +22,20 @@ from elastic_tendon.diagnosis.rounds import (
 )
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import (
-    aliases,
     change_between,
     in_order,
     model_with,
-    richer,
-    simpler,
-    size_of,
 )
 from elastic_tendon.errors import BuildError, ModelError, SimulationError
 from elastic_tendon.estimation.fit import QUICK
+from elastic_tendon.progress import silent
 from elastic_tendon.simulation.simulate import simulate
 from recorded_machines import FRICTION
 from smooth_motion import DURATION, GIVEN, played, typical_model
 
-COULOMB, GRAVITY, DRAG = ("coulomb_friction",), ("gravity_load",), ("quadratic_drag",)
 FEW = Options(only=(*COULOMB, *GRAVITY, *DRAG))
 MASS, ECCENTRICITY = ("spring_mass",), ("pulley_eccentricity",)
 THREE = ("gear_backlash", "joint_encoder_offset", "constant_torque")
-SHORT, NOISE = 3.0, 2e-4  # s, rad
-BELIEVED = {"link.inertia": 0.033, "transmission.upper_spring.stiffness": 11000.0}  # 5 to 10 % off
-
-
-def silent(_text: str, _share: float) -> None:
-    """Nobody asked."""
 
 
 def searched(sticking, report=silent, options: Options = FEW) -> Search:
@@ -53,15 +44,6 @@ def searched(sticking, report=silent, options: Options = FEW) -> Search:
     search = Search.of(data_of(known.model, [recording.window(None, SHORT)], [], options), report)
     search.base()
     run(search)
-    return search
-
-
-def begun(truth: Model, *only: str) -> Search:
-    """A search for some effects, with the base refitted; the given numbers are a little off."""
-    recording = played(truth, SHORT).recording(NOISE)
-    data = data_of(GIVEN.with_values(BELIEVED), [recording], [], Options(only=only))
-    search = Search.of(data, silent)
-    search.base()
     return search
 
 
@@ -83,64 +65,6 @@ def mean_square(answer: Answer) -> float:
 @pytest.fixture(scope="module")
 def ended(sticking) -> Search:
     return searched(sticking)
-
-
-# ---- names of sets -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "change"),
-    [
-        ((), COULOMB, "+coulomb_friction"),
-        (COULOMB, (), "-coulomb_friction"),
-        (COULOMB, GRAVITY, "coulomb_friction -> gravity_load"),
-        ((*COULOMB, *DRAG), (*GRAVITY, *DRAG), "coulomb_friction -> gravity_load"),
-        (DRAG, (*COULOMB, *GRAVITY), None),
-        ((*COULOMB, *GRAVITY), DRAG, None),
-        ((), (*COULOMB, *GRAVITY), None),
-        ((*COULOMB, *GRAVITY), (), None),
-    ],
-)
-def test_a_change_is_named(before, after, change) -> None:
-    assert change_between(before, after) == change
-
-
-def test_the_size_of_a_set_is_its_number_of_parameters() -> None:
-    assert size_of(()) == 0
-    assert size_of((*COULOMB, *GRAVITY)) == 3
-
-
-def test_aliases_take_the_place_of_an_effect() -> None:
-    assert list(aliases(("gravity_load",))) == []
-    assert list(aliases((*COULOMB, "joint_encoder_offset"))) == [
-        ("tendon_guide_friction", "joint_encoder_offset"),
-        (*COULOMB, "constant_torque"),
-        (*COULOMB, "motor_encoder_offset"),
-    ]
-    assert list(aliases(("tendon_compliance",))) == []  # its aliases are no effects
-
-
-def test_simpler_laws_of_the_same_thing() -> None:
-    assert list(simpler((*COULOMB, *GRAVITY))) == []
-    assert list(simpler(("stribeck_friction", *GRAVITY))) == [(*COULOMB, *GRAVITY)]
-    assert set(simpler(("lugre_friction",))) == {COULOMB, ("stribeck_friction",)}
-
-
-def test_richer_laws_of_the_same_thing() -> None:
-    assert list(richer(("lugre_friction",))) == list(richer(GRAVITY)) == []
-    assert list(richer((*COULOMB, *GRAVITY))) == [
-        ("stribeck_friction", *GRAVITY),
-        ("lugre_friction", *GRAVITY),
-    ]
-
-
-def test_a_model_with_a_set_has_its_values_within_bounds(sticking) -> None:
-    model = sticking[0].model
-    values = {"effects.coulomb_friction.torque": -1.0, "link.inertia": 0.05}
-    found = model_with(model, COULOMB, values)
-    assert found.effects["coulomb_friction"]["torque"] == 0.0
-    assert found.link.inertia == 0.05
-    assert found.link.damping == model.link.damping
 
 
 # ---- the loop ------------------------------------------------------------------------------------
@@ -466,24 +390,6 @@ def test_where_much_is_left_every_effect_is_tried(monkeypatch) -> None:
     assert not search._better_single()
 
 
-def test_what_is_not_found_on_stretches_left_out_is_refused(monkeypatch) -> None:
-    search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY)
-    search._refit([GRAVITY], "refitting")
-    assert search.answer.added == GRAVITY
-    assert search.answer.mean_square > searching.MUCH
-    monkeypatch.setattr(searching, "crossed_square", lambda _given, answer: answer.mean_square)
-    assert not search._fades_in_time()
-    search._across.clear()
-    monkeypatch.setattr(searching, "crossed_square", lambda _given, _answer: np.nan)
-    assert not search._fades_in_time()  # too short to tell
-    search._across.clear()
-    monkeypatch.setattr(searching, "crossed_square", lambda _given, _answer: 100.0)
-    assert search._fades_in_time()
-    assert search.why_refused(GRAVITY) == searching.FADES_IN_TIME
-    assert search.answer.added == ()
-    assert not search._fades_in_time()
-
-
 def test_fewer_effects_are_no_other_answer(monkeypatch) -> None:
     search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY)
     both = in_order((*COULOMB, *GRAVITY))
@@ -591,14 +497,6 @@ def test_an_exchange_begins_at_the_best_answer() -> None:
     assert not list(search._exchanged(DRAG))  # that is no exchange
 
 
-def test_an_effect_that_the_screen_does_not_miss_is_refitted_without() -> None:
-    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
-    search._refit([(*COULOMB, *DRAG)], "")
-    answer = search.answers[(*COULOMB, *DRAG)]
-    assert search._close(DRAG, answer)
-    assert not search._close(COULOMB, answer)
-
-
 @pytest.mark.parametrize("blind", [False, True])
 def test_looks_at_what_swings_come_last(blind, monkeypatch) -> None:
     search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
@@ -646,17 +544,6 @@ def test_refits_of_one_list_begin_at_the_same_answers_whatever_their_timing(monk
     search._refit([COULOMB, GRAVITY, DRAG], "refitting")
     assert known == [{()}] * 3
     assert set(search.answers) == {(), COULOMB, GRAVITY, DRAG}
-
-
-def test_what_is_left_of_a_refused_set_is_refitted() -> None:
-    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
-    both = (*COULOMB, *DRAG)
-    search._refit([both], "refitting")
-    search.refused[both] = "Coulomb friction makes the error on held-out data larger"
-    assert search.answer.added == ()
-    assert search._spared()
-    assert search.answer.added == DRAG
-    assert not search._spared()  # the other single was refitted too and does no better
 
 
 def test_nothing_hops_where_only_noise_is_left(ended, monkeypatch) -> None:

@@ -1,0 +1,162 @@
+"""Doubts: may an effect of the best answer be chance, or stand for something that is not there?
+
+Beside held-out recordings, stretches of time that a refit did not see tell: what does not exist
+explains far less of these.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elastic_tendon import effects
+from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.around import POOR
+from elastic_tendon.diagnosis.cross_validation import crossed_square
+from elastic_tendon.diagnosis.evidence import (
+    FADES,
+    FADES_IN_TIME,
+    LASTING,
+    MUCH,
+    WORSE_ELSEWHERE,
+    explained,
+)
+from elastic_tendon.diagnosis.likeliest_sets import LikeliestSets
+from elastic_tendon.diagnosis.sets import Set, without
+from elastic_tendon.diagnosis.significance import (
+    CHANCE,
+    heldout_significance,
+    heldout_worse,
+    significance,
+)
+
+CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
+# times by which the mean square falls for what is no chance: without held-out recordings, on these
+SURELY, SURELY_HELDOUT = 3.0, 2.0
+NEARLY = 1.5  # times the square on the torque screen, from where a refit may come to as little
+ALIKE = 0.02  # share of the mean square by which errors that are alike differ
+
+
+@dataclass(kw_only=True)
+class Doubts(LikeliestSets):
+    """What speaks against the best so far; an answer in doubt is refused, and the next is best."""
+
+    # answers, and their mean square errors on stretches that were left out of the fit
+    _across: dict[Set, tuple[Answer, float]] = field(default_factory=dict)
+
+    def _doubted(self) -> bool:
+        """Whether effects of the answer, or of a better set, were in doubt and it has changed."""
+        return self._refuse_one() or self._spared()
+
+    def _spared(self) -> bool:
+        """Refit what is left of a refused set that does better than the answer, each effect taken
+        out in turn: one may be all that spoils it."""
+        answer, best = self.answer, self.evidence.best(list(self.answers.values()))
+        if best is not answer and not self._tired:
+            less = [without(best.added, effect_id) for effect_id in best.added]
+            self._refit(less, "checking what is needed")
+        return self.answer is not answer
+
+    def _refuse_one(self) -> bool:
+        """Take out the effect of the answer that is least surely there, if any is in doubt, or
+        refuse the whole if it does not last on held-out recordings."""
+        answer = self.answer
+        less = [without(answer.added, effect_id) for effect_id in answer.added]
+        self._refit(less, "checking what is needed")
+        if not self._tired:
+            close = [added for added in less if self._close(added, answer)]
+            self._refit(close, "checking what is needed", again=True)
+        doubts = [
+            (reason, chance)
+            for effect_id in answer.added
+            if (found := self._doubt(answer, effect_id)) is not None
+            for reason, chance in [found]
+        ]
+        if self.answer is not answer:
+            return True
+        if self.evidence.fades(answer, self.answers[()]):
+            self.refused[answer.added] = FADES
+            return True
+        if not doubts:
+            return False
+        self.refused[answer.added] = max(doubts, key=lambda doubt: doubt[1])[0]
+        return True
+
+    def _fades_in_time(self) -> bool:
+        """Where much is left: refuse an answer of which an effect explains far less on stretches of
+        time that were left out of the fit, or that errs as one which was refused for that."""
+        answer = self.answer
+        if answer.mean_square <= MUCH or not answer.added or self.data.heldout:
+            return False
+        fewer = [without(answer.added, effect_id) for effect_id in answer.added]
+        known = [added for added in fewer if added in self.answers]
+        alike = any(map(self._errs_alike, self._faded_in_time()))
+        if not alike and all(self._lasts(answer.added, added) for added in known):
+            return False
+        self.refused[answer.added] = FADES_IN_TIME
+        return True
+
+    def _faded_in_time(self) -> list[Answer]:
+        """Answers that were refused for it."""
+        return [self.answers[added] for added, why in self.refused.items() if why == FADES_IN_TIME]
+
+    def _errs_alike(self, refused: Answer) -> bool:
+        """Whether a refused answer of as many effects errs as the answer does."""
+        answer = self.answer
+        if len(refused.added) != len(answer.added):
+            return False
+        apart = float(np.mean((refused.floored - answer.floored) ** 2))
+        return apart < ALIKE * answer.mean_square
+
+    def _lasts(self, more: Set, less: Set) -> bool:
+        """Whether what a set explains beside another is found on stretches left out of the fit."""
+        fitted = explained(self._left(less), self._left(more))
+        crossed = explained(self._crossed(less), self._crossed(more))
+        return not crossed < LASTING * fitted
+
+    def _crossed(self, added: Set) -> float:
+        """Mean square error of a set on stretches that it was not fitted to."""
+        answer = self.answers[added]
+        known, square = self._across.get(added, (None, np.nan))
+        if known is not answer:
+            self.progress("predicting stretches from one another", 0.0)
+            square = crossed_square(self.data.given, answer)
+            self._across[added] = answer, square
+        return square
+
+    def _close(self, added: Set, answer: Answer) -> bool:
+        """Whether a set leaves not much more than an answer, or would by the torque screen from
+        where that is: from there it may do better."""
+        if added in self.answers and self._left(added) < POOR * answer.mean_square:
+            return True
+        if not all(self.screen.sees(effect_id) for effect_id in answer.added):
+            return False
+        own = self._own(answer.added)
+        less = self.screen.fit(added, own.values, 6)
+        self._keep([less])
+        return less.square < NEARLY * own.square
+
+    def _doubt(self, answer: Answer, effect_id: str) -> tuple[str, float] | None:
+        """Why an effect of an answer may not be there, and how likely that is by chance."""
+        before = self.answers.get(without(answer.added, effect_id))
+        if before is None:
+            return None
+        title, left = effects.BY_ID[effect_id].title, answer.mean_square
+        chance = significance(before, answer, effect_id)
+        gain, sure = before.mean_square / left, SURELY
+        if self.data.heldout:
+            squares = [self.evidence.heldout_square(part) for part in (before, answer)]
+            gain, sure = squares[0] / squares[1], SURELY_HELDOUT
+            if left <= MUCH and squares[1] < CONVINCING * squares[0]:
+                return None
+            was, after = (self.evidence.heldout_errors(part) for part in (before, answer))
+            judged = heldout_significance(was, after, self.data.heldout)
+            # either convinces, and two are paid for; but what is beside something unknown may take
+            # some of that for its own, and so has to do so on both
+            chance = max(chance, judged) if left > MUCH else min(1.0, 2.0 * min(chance, judged))
+            if heldout_worse(after, was, self.data.heldout):
+                return f"{title} {WORSE_ELSEWHERE}", chance
+        if gain > sure:
+            return None  # however the errors hang together
+        if chance > CHANCE:
+            return f"{title} may be chance, p = {chance:.2g}", chance
+        return None

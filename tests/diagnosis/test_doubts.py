@@ -1,0 +1,63 @@
+"""What speaks against an answer, and what is the best then."""
+
+import numpy as np
+
+from begun_search import COULOMB, DRAG, GRAVITY, begun
+from elastic_tendon.diagnosis import doubts as doubting
+from elastic_tendon.diagnosis.evidence import FADES_IN_TIME, MUCH
+from smooth_motion import typical_model
+
+ZEROS = ("joint_encoder_offset",), ("motor_encoder_offset",)
+
+
+def test_what_is_not_found_on_stretches_left_out_is_refused(monkeypatch) -> None:
+    search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY)
+    search._refit([GRAVITY], "refitting")
+    assert search.answer.added == GRAVITY
+    assert search.answer.mean_square > MUCH
+    monkeypatch.setattr(doubting, "crossed_square", lambda _given, answer: answer.mean_square)
+    assert not search._fades_in_time()
+    search._across.clear()
+    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer: np.nan)
+    assert not search._fades_in_time()  # too short to tell
+    search._across.clear()
+    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer: 100.0)
+    assert search._fades_in_time()
+    assert search.why_refused(GRAVITY) == FADES_IN_TIME
+    assert search.answer.added == ()
+    assert not search._fades_in_time()
+
+
+def test_an_effect_that_the_screen_does_not_miss_is_refitted_without() -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
+    search._refit([(*COULOMB, *DRAG)], "")
+    answer = search.answers[(*COULOMB, *DRAG)]
+    assert search._close(DRAG, answer)
+    assert not search._close(COULOMB, answer)
+
+
+def test_what_is_left_of_a_refused_set_is_refitted() -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
+    both = (*COULOMB, *DRAG)
+    search._refit([both], "refitting")
+    search.refused[both] = "Coulomb friction makes the error on held-out data larger"
+    assert search.answer.added == ()
+    assert search._spared()
+    assert search.answer.added == DRAG
+    assert not search._spared()  # the other single was refitted too and does no better
+
+
+def test_what_errs_as_a_refused_answer_is_refused_for_the_same(monkeypatch) -> None:
+    truth = typical_model(*COULOMB, *ZEROS[0])
+    search = begun(truth, *COULOMB, *ZEROS[0], *ZEROS[1])
+    search._refit([*ZEROS, COULOMB], "refitting")
+    assert search.answer.added == ZEROS[0]
+    assert search.answer.mean_square > MUCH
+    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer: 1e4)
+    assert search._fades_in_time()
+    monkeypatch.setattr(doubting, "crossed_square", None)  # what errs alike needs no refits
+    assert search.answer.added == ZEROS[1]
+    assert search._fades_in_time()
+    assert search.why_refused(ZEROS[1]) == FADES_IN_TIME
+    assert search.answer.added not in ZEROS
+    assert COULOMB not in search.refused
