@@ -47,17 +47,17 @@ def test_what_is_left_of_a_refused_set_is_refitted() -> None:
     assert not search._spared()  # the other single was refitted too and does no better
 
 
-def test_what_errs_as_a_refused_answer_is_refused_for_the_same(monkeypatch) -> None:
+def test_what_errs_as_a_refused_answer_is_refused_too() -> None:
     truth = typical_model(*COULOMB, *ZEROS[0])
     search = begun(truth, *COULOMB, *ZEROS[0], *ZEROS[1])
     search._refit([*ZEROS, COULOMB], "refitting")
     assert search.answer.added == ZEROS[0]
     assert search.answer.mean_square > MUCH
-    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer: 1e4)
-    assert search._fades_in_time()
-    monkeypatch.setattr(doubting, "crossed_square", None)  # what errs alike needs no refits
+    assert not search._errs_as_refused()
+    search.refused[ZEROS[0]] = FADES_IN_TIME
     assert search.answer.added == ZEROS[1]
-    assert search._fades_in_time()
-    assert search.why_refused(ZEROS[1]) == FADES_IN_TIME
+    assert search._errs_as_refused()
+    assert search.why_refused(ZEROS[1]) == f"errs like Joint encoder offset: {FADES_IN_TIME}"
     assert search.answer.added not in ZEROS
     assert COULOMB not in search.refused
+    assert not search._errs_as_refused()

@@ -45,7 +45,21 @@ class Doubts(LikeliestSets):
 
     def _doubted(self) -> bool:
         """Whether effects of the answer, or of a better set, were in doubt and it has changed."""
-        return self._refuse_one() or self._spared()
+        return self._errs_as_refused() or self._refuse_one() or self._spared()
+
+    def _errs_as_refused(self) -> bool:
+        """Where much is left and nothing is held out: refuse an answer that errs as a refused one
+        of as many effects does, for it is no surer."""
+        answer = self.answer
+        if answer.mean_square <= MUCH or self.data.heldout:
+            return False
+        for added, why in self.refused.items():
+            apart = np.mean((self.answers[added].floored - answer.floored) ** 2)
+            if len(added) == len(answer.added) and apart < ALIKE * answer.mean_square:
+                titles = " with ".join(effects.BY_ID[effect_id].title for effect_id in added)
+                self.refused[answer.added] = f"errs like {titles}: {why}"
+                return True
+        return False
 
     def _spared(self) -> bool:
         """Refit what is left of a refused set that does better than the answer, each effect taken
@@ -61,7 +75,8 @@ class Doubts(LikeliestSets):
         refuse the whole if it does not last on held-out recordings."""
         answer = self.answer
         less = [without(answer.added, effect_id) for effect_id in answer.added]
-        self._refit(less, "checking what is needed")
+        if not self._tired or answer.mean_square <= MUCH:  # else what is known has to do
+            self._refit(less, "checking what is needed")
         if not self._tired:
             close = [added for added in less if self._close(added, answer)]
             self._refit(close, "checking what is needed", again=True)
@@ -83,29 +98,16 @@ class Doubts(LikeliestSets):
 
     def _fades_in_time(self) -> bool:
         """Where much is left: refuse an answer of which an effect explains far less on stretches of
-        time that were left out of the fit, or that errs as one which was refused for that."""
+        time that were left out of the fit."""
         answer = self.answer
         if answer.mean_square <= MUCH or not answer.added or self.data.heldout:
             return False
         fewer = [without(answer.added, effect_id) for effect_id in answer.added]
         known = [added for added in fewer if added in self.answers]
-        alike = any(map(self._errs_alike, self._faded_in_time()))
-        if not alike and all(self._lasts(answer.added, added) for added in known):
+        if all(self._lasts(answer.added, added) for added in known):
             return False
         self.refused[answer.added] = FADES_IN_TIME
         return True
-
-    def _faded_in_time(self) -> list[Answer]:
-        """Answers that were refused for it."""
-        return [self.answers[added] for added, why in self.refused.items() if why == FADES_IN_TIME]
-
-    def _errs_alike(self, refused: Answer) -> bool:
-        """Whether a refused answer of as many effects errs as the answer does."""
-        answer = self.answer
-        if len(refused.added) != len(answer.added):
-            return False
-        apart = float(np.mean((refused.floored - answer.floored) ** 2))
-        return apart < ALIKE * answer.mean_square
 
     def _lasts(self, more: Set, less: Set) -> bool:
         """Whether what a set explains beside another is found on stretches left out of the fit."""

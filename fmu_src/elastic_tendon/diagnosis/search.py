@@ -209,7 +209,7 @@ class Search(Doubts):
         built upon.
         """
         for _ in range(MOST_ROUNDS):
-            while self.work > LONG and self._fades_in_time():
+            while self.work > LONG and (self._errs_as_refused() or self._fades_in_time()):
                 pass
             self._hop_on_screen()
             if self._better_law():
