@@ -45,6 +45,15 @@ def test_springs_that_warm_up_are_significant() -> None:
     assert found.variables == ("time", "elastic_torque")
 
 
+def test_what_pulls_shows_in_a_recording_without_a_load_column() -> None:
+    pull = np.where(np.abs(TIME - 3.3) < 0.3, 0.4, 0.0)
+    shown = simulate(GIVEN, TIME, MOTOR, pull)["joint_position"] + white()
+    recording = Measurement(TIME, MOTOR, {"joint_position": shown}, name="made")
+    found = regress(fit(GIVEN, [recording])).found["joint_position"]
+    assert found.significant
+    assert found.variables == ("time",)
+
+
 @pytest.mark.parametrize("colour", [0.0, 0.9])
 def test_noise_is_not_significant(colour: float) -> None:
     noise = coloured_noise(np.random.default_rng(12), len(TIME), NOISE, colour)

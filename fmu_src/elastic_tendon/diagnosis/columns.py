@@ -275,11 +275,13 @@ def responses(motion: Motion, acts: Acts, columns: Array) -> dict[str, Array]:
     if acts == "reading":
         found["joint_position"] = columns.copy()
         return found
+    if acts == "motor" and motion.model.kind.has_rotor:  # a torque drives it wherever it goes
+        return found
+    moving = "load_torque" if acts == "load" else "motor_position"
     sizes = sizes_of(motion.model.transmission, motion.model.link)
     change = max(rms(motion.errors["joint_position"]), LEAST_CHANGE)  # rad
     if acts == "load":
         change *= sizes.joint_stiffness
-    moving = "load_torque" if acts == "load" else "motor_position"
     measurement = motion.measurement
     for index, column in enumerate(columns.T):
         height = float(np.max(np.abs(column)))

@@ -23,7 +23,7 @@ from elastic_tendon.diagnosis.evidence import (
     probabilities,
 )
 from elastic_tendon.diagnosis.experiment import next_experiment
-from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, regress
+from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
 from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import (
@@ -99,7 +99,7 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
     """What remains, whether anything can be learned from it, and what would decide."""
     report("judging what remains", 0.0)
     answer = found.answer
-    regression = regress(answer.result, report)
+    regression = search.regressed(answer)
     found.lack = regression.found
     given, last = compare(data.given, data.fitted), _compared(answer, data.fitted)
     if unexplained(remaining_of(given, last, found.lack, options.least_left)):

@@ -27,9 +27,9 @@ from elastic_tendon.diagnosis.evidence import (
     Evidence,
     worth_hearing,
 )
-from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, regress
+from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, Regression, regress
 from elastic_tendon.diagnosis.likeliest_sets import FAR_BETTER, FOLLOWED
-from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, MOST_WORK, Check
+from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, MOST_WORK, Check
 from elastic_tendon.diagnosis.resonance import Resonance, frequencies, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
@@ -79,8 +79,8 @@ class Search(Doubts):
     _passed: set[Set] = field(default_factory=set)
     # answers of which richer laws were tried
     _other_laws: dict[Set, Answer] = field(default_factory=dict)
-    # answers, and whether what they leave does not depend on the state
-    _shapeless: dict[Set, tuple[Answer, bool]] = field(default_factory=dict)
+    # the latest answer of which that was asked, and what it leaves
+    _regressed: tuple[Answer, Regression] | None = None
     # additions that swing, as they were looked at last: beside which answer, and starts
     _looked: dict[Set, tuple[Answer, list[tuple[float, Model]]]] = field(default_factory=dict)
 
@@ -152,7 +152,7 @@ class Search(Doubts):
             self._refit_in_turn([*self._best_pair(ids), *self._best_single()])
             yield
         self._better_law()
-        if not self._at_noise():
+        if self.answer.mean_square > MUCH:  # three effects leave more where none is found
             self._refit_in_turn(self._best_three())
             yield
 
@@ -299,19 +299,20 @@ class Search(Doubts):
             ladder.insert(0, min(known, key=lambda added: self.answers[added].mean_square))
         return ladder
 
+    def regressed(self, answer: Answer) -> Regression:
+        """What an answer leaves, regressed on the state of the machine."""
+        if self._regressed is None or self._regressed[0] is not answer:
+            self._regressed = answer, regress(answer.result, self.progress)
+        return self._regressed[1]
+
     def _disturbed(self) -> bool:
-        """Whether much is left that does not depend on the state of the machine at all, as a
-        disturbance that nobody recorded: no effect explains it."""
+        """Whether more than noise is left that does not depend on the state of the machine at all,
+        as a disturbance that nobody recorded: no effect explains it."""
         answer = self.answer
         timed = not any(recording.static for recording in self.data.fitted)
-        if not (timed and MUCH < answer.mean_square < OVERWHELMING**2):
+        if not (timed and AT_NOISE < answer.mean_square < OVERWHELMING**2):
             return False
-        known, disturbed = self._shapeless.get(answer.added, (None, False))
-        if known is not answer:
-            found = regress(answer.result, self.progress).found.values()
-            disturbed = all(lack.shapeless for lack in found)
-            self._shapeless[answer.added] = answer, disturbed
-        return disturbed
+        return all(lack.shapeless for lack in self.regressed(answer).found.values())
 
     def _better_detour(self) -> bool:
         """Where much is left: additions to, and richer laws of, refused sets that leave far less,

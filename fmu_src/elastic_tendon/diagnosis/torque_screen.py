@@ -6,7 +6,7 @@ where refits of whole trajectories start, and tell which sets deserve one.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import log
 from operator import itemgetter
@@ -44,7 +44,7 @@ CONVERGED = 1e-3  # relative fall of the cost
 # share of the stiffness that an effect may take away before residuals count more, and the least
 ORDINARY_STIFFNESS, LEAST_STIFFNESS = 0.5, 1e-3
 DAMPINGS = 5  # tried in one step
-REMEMBERED = 32  # evaluations
+REMEMBERED, ORIGINS = 32, 8  # evaluations, and estimates with what effects change beside them
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,8 @@ class Around:
     """An estimate and its derivatives, from where further effects are scored.
 
     `residuals` (N,), whitened; `derivatives` (N, m) by its parameters; `bare` (N,) : residuals of
-    the same parameters without its effects; `weight`, `matrix`, `gradient` : normal equations.
+    the same parameters without its effects; `weight`, `matrix`, `gradient` : normal equations;
+    `changes` : what effects change in the residuals (N,), by their id and the values of a start.
     """
 
     residuals: Array
@@ -122,6 +123,7 @@ class Around:
     weight: float
     matrix: Array
     gradient: Array
+    changes: dict[tuple[object, ...], Array] = field(default_factory=dict, repr=False)
 
     def left(self, change: Array) -> tuple[float, float]:
         """Mean square that is left when a change (N,) comes in, all else free to follow; and how
@@ -185,7 +187,8 @@ class Screen:
             ]
         )
         self._kept: dict[str, list[dict[str, float]]] = {}
-        self._known: tuple[Estimate, Around] | None = None
+        # of the latest estimates of sets, from which further effects were scored
+        self._known: dict[tuple[str, ...], tuple[Estimate, Around]] = {}
         # where a fit begins at a start that was scored, the latest ones
         self._evaluated: dict[tuple[tuple[str, ...], bytes], tuple[Array, Array]] = {}
 
@@ -475,8 +478,11 @@ class Screen:
         """
         alone = self.structure((effect_id,))
         for start in starts:
-            values = {**alone.values, **estimate.values, **start}
-            yield self._residuals_at(alone, values) - around.bare
+            key = (effect_id, *start.values())
+            if key not in around.changes:
+                values = {**alone.values, **estimate.values, **start}
+                around.changes[key] = self._residuals_at(alone, values) - around.bare
+            yield around.changes[key]
 
     def smallest(self, estimate: Estimate, effect_id: str) -> float | None:
         """Size of an effect's first strength that these recordings would have shown, 95 %.
@@ -517,8 +523,9 @@ class Screen:
         return whole
 
     def _around(self, estimate: Estimate) -> Around | None:
-        """What further effects are scored from, the last remembered; None without derivatives."""
-        if self._known is None or self._known[0] is not estimate:
+        """What further effects are scored from; None without derivatives."""
+        known, around = self._known.get(estimate.added, (None, None))
+        if known is not estimate:
             structure = self.structure(estimate.added)
             residuals, derivatives = self.evaluate(structure, estimate.x)
             if not np.isfinite(derivatives).all():
@@ -526,8 +533,11 @@ class Screen:
             bare = self._residuals_at(self.structure(()), estimate.values)
             weight = _weight(residuals, independent=False)
             normal = _normal(structure, estimate.x, residuals, derivatives, weight)
-            self._known = estimate, Around(residuals, derivatives, bare, weight, *normal)
-        return self._known[1]
+            around = Around(residuals, derivatives, bare, weight, *normal)
+            if len(self._known) >= ORIGINS:
+                del self._known[next(iter(self._known))]
+            self._known[estimate.added] = estimate, around
+        return around
 
 
 def _times(effect_id: str, start: Mapping[str, float], times: float) -> dict[str, float]:
