@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from elastic_tendon.reports.comparison_figures import BLUE, VERMILLION, tidy
@@ -40,7 +41,7 @@ def _rules() -> str:
     """As the script that keeps them says, without how it is called."""
     text = ast.get_docstring(ast.parse(SCRIPT.read_text())) or ""
     first, *_, rules = text.split("\n\n")
-    return plain(f"{first} {rules}")
+    return f"{first} {rules}"
 
 
 def _row(outcome: Outcome) -> list[str]:
@@ -87,9 +88,13 @@ def summary_figure(outcomes: Sequence[Outcome]) -> Figure:
     axes.set_xlim(right=6.0)  # the figures in words stand there
     axes.xaxis.set_major_formatter(lambda share, _place: f"{100.0 * share:g} %")
     axes.set_xlabel("error on a recording that no fit has seen, over that of the model as given")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
+    _legend_above(axes)
     tidy(axes)
     return figure
+
+
+def _legend_above(axes: Axes) -> None:
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
 
 
 def _once(label: str, number: int) -> str | None:
@@ -106,6 +111,6 @@ def errors_figure(outcome: Outcome) -> Figure:
     axes.set_xlabel("time (s)")
     axes.set_ylabel(f"largest error ({outcome['unit']})")
     axes.set_yscale("log")
-    axes.legend(frameon=False, loc="lower right", ncols=2)
+    _legend_above(axes)
     tidy(axes)
     return figure
