@@ -299,7 +299,7 @@ def largest_errors(outcome: Outcome) -> dict[str, list[float]]:
 
 
 def keep(outcomes: Sequence[Outcome]) -> None:
-    """Write what was found, with the commit, for the site and the README."""
+    """Write what was found for the site, and draw it for the README."""
     content = [as_json(outcome) for outcome in outcomes]
     text = json.dumps(content, indent=1)
     # a row of numbers is one line

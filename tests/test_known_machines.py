@@ -3,7 +3,6 @@
 import json
 from types import SimpleNamespace
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -68,8 +67,7 @@ def test_the_picture_has_a_mark_for_each_figure() -> None:
 
 
 def test_the_page_tells_each_step(tmp_path) -> None:
-    with mpl.rc_context():
-        ((name, text),) = known_machines.pages(tmp_path)
+    ((name, text),) = known_machines.pages(tmp_path)
     assert name == "known_machines.md"
     for number, found in enumerate(KEPT):
         section = text.split(f"\n## {found['machine']}\n")[1].split("\n## ")[0]

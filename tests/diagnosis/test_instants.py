@@ -24,7 +24,7 @@ def one_by_one(function: ca.Function, x: np.ndarray, p: np.ndarray) -> np.ndarra
     return np.array([function(place, p).full().ravel() for place in x])
 
 
-def same(column: ca.SX, x: np.ndarray, p: np.ndarray, accuracy: float = 1e-14) -> None:
+def assert_same(column: ca.SX, x: np.ndarray, p: np.ndarray, accuracy: float = 1e-14) -> None:
     function = ca.Function("f", [X, P], [ca.densify(column)])
     found = AtInstants(function)(N, x, p)
     assert found.shape == (N, column.numel())
@@ -42,18 +42,18 @@ def places() -> np.ndarray:
 @pytest.mark.parametrize("name", UNARY)
 def test_functions_of_one(name: str, places: np.ndarray) -> None:
     function = getattr(ca, name)
-    same(ca.vertcat(function(X[0]), function(P)), places, np.array([0.3]))
+    assert_same(ca.vertcat(function(X[0]), function(P)), places, np.array([0.3]))
 
 
 @pytest.mark.parametrize("name", BINARY)
 def test_functions_of_two(name: str, places: np.ndarray) -> None:
     function = getattr(ca, name)
-    same(ca.vertcat(function(X[0], X[1]), function(P, X[0])), places, np.array([0.3]))
+    assert_same(ca.vertcat(function(X[0], X[1]), function(P, X[0])), places, np.array([0.3]))
 
 
 def test_where_casadi_is_approximate() -> None:
     shares = np.linspace(-0.9, 0.9, N)[:, np.newaxis] * np.ones(2)
-    same(ca.erfinv(X), shares, np.zeros(1), accuracy=1e-5)
+    assert_same(ca.erfinv(X), shares, np.zeros(1), accuracy=1e-5)
 
 
 def test_arithmetic_conditions_and_constants(places: np.ndarray) -> None:
@@ -66,4 +66,4 @@ def test_arithmetic_conditions_and_constants(places: np.ndarray) -> None:
         P,
         0.0,
     )
-    same(column, places, np.array([0.3]))
+    assert_same(column, places, np.array([0.3]))

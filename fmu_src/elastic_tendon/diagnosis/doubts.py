@@ -54,8 +54,10 @@ class Doubts(LikeliestSets):
         if answer.mean_square <= MUCH or self.data.heldout:
             return False
         for added, why in self.refused.items():
+            if len(added) != len(answer.added):
+                continue
             apart = np.mean((self.answers[added].floored - answer.floored) ** 2)
-            if len(added) == len(answer.added) and apart < ALIKE * answer.mean_square:
+            if apart < ALIKE * answer.mean_square:
                 titles = " with ".join(effects.BY_ID[effect_id].title for effect_id in added)
                 self.refused[answer.added] = f"errs like {titles}: {why}"
                 return True

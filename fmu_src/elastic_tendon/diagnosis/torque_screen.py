@@ -44,7 +44,7 @@ CONVERGED = 1e-3  # relative fall of the cost
 # share of the stiffness that an effect may take away before residuals count more, and the least
 ORDINARY_STIFFNESS, LEAST_STIFFNESS = 0.5, 1e-3
 DAMPINGS = 5  # tried in one step
-REMEMBERED, ORIGINS = 32, 8  # evaluations, and estimates with what effects change beside them
+REMEMBERED = 32  # evaluations
 
 
 @dataclass(frozen=True)
@@ -187,8 +187,7 @@ class Screen:
             ]
         )
         self._kept: dict[str, list[dict[str, float]]] = {}
-        # of the latest estimates of sets, from which further effects were scored
-        self._known: dict[tuple[str, ...], tuple[Estimate, Around]] = {}
+        self._known: tuple[Estimate, Around] | None = None
         # where a fit begins at a start that was scored, the latest ones
         self._evaluated: dict[tuple[tuple[str, ...], bytes], tuple[Array, Array]] = {}
 
@@ -523,9 +522,8 @@ class Screen:
         return whole
 
     def _around(self, estimate: Estimate) -> Around | None:
-        """What further effects are scored from; None without derivatives."""
-        known, around = self._known.get(estimate.added, (None, None))
-        if known is not estimate:
+        """What further effects are scored from, the last remembered; None without derivatives."""
+        if self._known is None or self._known[0] is not estimate:
             structure = self.structure(estimate.added)
             residuals, derivatives = self.evaluate(structure, estimate.x)
             if not np.isfinite(derivatives).all():
@@ -533,11 +531,8 @@ class Screen:
             bare = self._residuals_at(self.structure(()), estimate.values)
             weight = _weight(residuals, independent=False)
             normal = _normal(structure, estimate.x, residuals, derivatives, weight)
-            around = Around(residuals, derivatives, bare, weight, *normal)
-            if len(self._known) >= ORIGINS:
-                del self._known[next(iter(self._known))]
-            self._known[estimate.added] = estimate, around
-        return around
+            self._known = estimate, Around(residuals, derivatives, bare, weight, *normal)
+        return self._known[1]
 
 
 def _times(effect_id: str, start: Mapping[str, float], times: float) -> dict[str, float]:

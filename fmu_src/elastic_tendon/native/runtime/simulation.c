@@ -1,5 +1,5 @@
 /* What Python simulates with: the model, the solver and its entry, as in `library.c`, without the
- * functions of FMI, which would take a third longer to compile. */
+ * functions of FMI, which take long to compile. */
 #include "model.c"
 
 #include "solver.c"
