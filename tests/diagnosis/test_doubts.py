@@ -15,13 +15,15 @@ def test_what_is_not_found_on_stretches_left_out_is_refused(monkeypatch) -> None
     search._refit([GRAVITY], "refitting")
     assert search.answer.added == GRAVITY
     assert search.answer.mean_square > MUCH
-    monkeypatch.setattr(doubting, "crossed_square", lambda _given, answer: answer.mean_square)
+    monkeypatch.setattr(
+        doubting, "crossed_square", lambda _given, answer, _at_once: answer.mean_square
+    )
     assert not search._fades_in_time()
     search._across.clear()
-    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer: np.nan)
+    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer, _at_once: np.nan)
     assert not search._fades_in_time()  # too short to tell
     search._across.clear()
-    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer: 100.0)
+    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer, _at_once: 100.0)
     assert search._fades_in_time()
     assert search.why_refused(GRAVITY) == FADES_IN_TIME
     assert search.answer.added == ()

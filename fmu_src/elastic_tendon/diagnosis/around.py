@@ -14,7 +14,7 @@ from math import log
 import numpy as np
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
@@ -23,7 +23,7 @@ from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, Check, Re
 from elastic_tendon.diagnosis.resonance import swings
 from elastic_tendon.diagnosis.sets import Set, in_order, model_with, simpler, size_of, told
 from elastic_tendon.diagnosis.torque_screen import BETTER, Estimate, badness
-from elastic_tendon.effects.base import Spread
+from elastic_tendon.effects.base import Effect, Spread
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.coordinates import Coordinates
 from elastic_tendon.estimation.fit import Effort
@@ -199,12 +199,19 @@ class Around(Refits):
             if parameter.name in known
         }
         shares: tuple[float, ...] = UNSEEN_SHARES
-        if len(law.parameters) < len(own.parameters) and law.strength.unit == own.strength.unit:
-            alike[law.strength.name], shares = known[own.strength.name], (1.0,)
+        equal: dict[str, float] = {}
+        if law.strength.unit == own.strength.unit:  # about as strong, or just the simpler law
+            strength = known[own.strength.name]
+            share = strength / typical_value(self.data.given, law.strength)
+            shares = (max(share, UNSEEN_SHARES[0]),)
+            equal = dict.fromkeys(_strengths_in(law, own.strength.unit), strength)
         values = starts(self.data.given, law, self.data.fitted, shares)
-        models = self._models_beside(
-            simple, added, law.id, ({**start, **alike} for start in values)
-        )
+        different = {
+            tuple({**start, **some, **alike}.items()): None
+            for start in values
+            for some in ({}, equal)
+        }
+        models = self._models_beside(simple, added, law.id, map(dict, different))
         effort = self._effort(models)
         return refit(self.data.given, added, self.data.fitted, models, effort, check)
 
@@ -275,6 +282,15 @@ class Around(Refits):
             for start in values
         ]
         return [model_with(self.data.given, added, {**own, **start}) for start in paths]
+
+
+def _strengths_in(law: Effect, unit: str) -> list[str]:
+    """Names of a law's strengths in a unit."""
+    return [
+        parameter.name
+        for parameter in law.parameters
+        if not parameter.shape and parameter.unit == unit
+    ]
 
 
 def _turned(coordinates: Coordinates, vector: Array) -> Array:

@@ -5,7 +5,8 @@ it then errs more where it was not fitted. Stretches of the same recordings show
 other.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.initial_state import residuals_from_beginning
 from elastic_tendon.comparison.residuals import noise_floors, stack
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.refits import FAILURES
+from elastic_tendon.diagnosis.refits import FAILURES, Check
 from elastic_tendon.estimation.fit import QUICK
 from elastic_tendon.estimation.stretches import settling_samples
 from elastic_tendon.measurement import Measurement
@@ -22,14 +23,27 @@ STRETCHES = 4  # of all recordings together
 SETTLINGS = 2.0  # times in which the joint settles, in the shortest stretch that tells anything
 FEWEST = 100  # samples in it
 
+Tasks = Sequence[tuple[str, Callable[[Check], float]]]
+AtOnce = Callable[[Tasks], Iterable[float | Exception]]
 
-def crossed_square(given: Model, answer: Answer) -> float:
+
+def one_by_one(tasks: Tasks) -> Iterator[float | Exception]:
+    """Results of tasks, or why there are none, in turn."""
+    for _, task in tasks:
+        try:
+            yield task(lambda _share: None)
+        except FAILURES as failure:
+            yield failure
+
+
+def crossed_square(given: Model, answer: Answer, at_once: AtOnce = one_by_one) -> float:
     """Mean square error on each stretch of time, predicted from the others; in the noise's.
 
     Parameters
     ----------
     given : Model; centre of the prior
     answer : Answer, from which the fits to the others begin
+    at_once : does the work of several stretches, each with what is told of it
 
     Returns
     -------
@@ -38,15 +52,27 @@ def crossed_square(given: Model, answer: Answer) -> float:
     measurements = answer.result.problem.measurements
     if not _long_enough(given, measurements):
         return np.nan
-    errors = []
-    for left_out, others in _folds(measurements):
-        try:
-            fitted = refit(given, answer.added, others, [answer.result.model], QUICK).result.model
-            residuals = residuals_from_beginning(fitted, left_out)
-        except FAILURES:
-            return np.inf
-        errors.append(stack([residuals], [noise_floors(left_out)]))
-    return float(np.mean(np.concatenate(errors) ** 2))
+    folds = list(_folds(measurements))
+    words = "predicting stretches from one another"
+    squares = list(at_once([(words, partial(_square, given, answer, *fold)) for fold in folds]))
+    if any(isinstance(square, Exception) for square in squares):
+        return np.inf
+    counts = [len(left_out.time) * len(left_out.signals) for left_out, _ in folds]
+    return float(np.average(np.array(squares, dtype=float), weights=counts))
+
+
+def _square(
+    given: Model,
+    answer: Answer,
+    left_out: Measurement,
+    others: Sequence[Measurement],
+    check: Check,
+) -> float:
+    """Mean square error on a stretch, predicted from the others."""
+    start = answer.result.model
+    fitted = refit(given, answer.added, others, [start], QUICK, check).result.model
+    residuals = residuals_from_beginning(fitted, left_out)
+    return float(np.mean(stack([residuals], [noise_floors(left_out)]) ** 2))
 
 
 def _long_enough(model: Model, measurements: Sequence[Measurement]) -> bool:

@@ -4,6 +4,7 @@ Beside held-out recordings, stretches of time that a refit did not see tell: wha
 explains far less of these.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.around import POOR
-from elastic_tendon.diagnosis.cross_validation import crossed_square
+from elastic_tendon.diagnosis.cross_validation import Tasks, crossed_square
 from elastic_tendon.diagnosis.evidence import (
     FADES,
     FADES_IN_TIME,
@@ -122,10 +123,15 @@ class Doubts(LikeliestSets):
         answer = self.answers[added]
         known, square = self._across.get(added, (None, np.nan))
         if known is not answer:
-            self.progress("predicting stretches from one another", 0.0)
-            square = crossed_square(self.data.given, answer)
+            square = crossed_square(self.data.given, answer, self._uncounted)
             self._across[added] = answer, square
         return square
+
+    def _uncounted(self, tasks: Tasks) -> Iterator[float | Exception]:
+        """Results of tasks, two at a time; who doubts much has no less time to search."""
+        before = self.work
+        yield from self._at_once(tasks)
+        self.work = before
 
     def _close(self, added: Set, answer: Answer) -> bool:
         """Whether a set leaves not much more than an answer, or would by the torque screen from

@@ -6,14 +6,17 @@ from itertools import combinations
 
 from elastic_tendon.diagnosis.around import Around
 from elastic_tendon.diagnosis.refits import AT_NOISE
-from elastic_tendon.diagnosis.sets import Set, in_order, simpler, told
+from elastic_tendon.diagnosis.sets import Set, in_order, richer, simpler, size_of, told
+from elastic_tendon.diagnosis.torque_screen import POLISHING, badness
 
 CLOSE = 1.2  # times the square of the best single, up to which another is refitted too
 FAR_BETTER = 0.5  # share of the best square of fewer effects that a larger set leaves at most
-PAIRED = 8  # singles, the best first, that are looked at with every other effect
-TRIED = 8  # effects of the likeliest pairs, of which any three are tried
+PAIRED = 6  # singles, the best first, that are looked at with every other effect
+TRIED = 7  # effects of the likeliest pairs, of which any three are tried
 # singles whose base is tried, and the share of the square it must leave
 BASES, BETTER_BASE = 3, 0.8
+# three effects at once: steps after which only those go on that come so near the best pair's square
+BEGUN, HOPEFUL = 3, 1.0
 FOLLOWED = 3  # sets with one more effect that are estimated, from each origin
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 
@@ -37,20 +40,37 @@ class LikeliestSets(Around):
         return [form for single in close for form in (*simpler(single), single)]
 
     def _best_singles(self) -> list[Set]:
-        """The likeliest singles, that are looked at with every other effect."""
-        return sorted(self._sets(1), key=self._badness)[:PAIRED]
+        """The likeliest singles, that are looked at with every other effect.
+
+        Of several laws of one thing only one takes part, see `_law_preferred`; the others are tried
+        beside the best that is found.
+        """
+        singles = [single for single in self._sets(1) if self._law_preferred(single[0])]
+        return sorted(singles, key=self._badness)[:PAIRED]
+
+    def _law_preferred(self, effect_id: str) -> bool:
+        """Whether an effect is the simplest law of its thing that no richer one does far better
+        than by itself."""
+        laws = [(effect_id,), *simpler((effect_id,)), *richer((effect_id,))]
+        known = sorted((law for law in laws if law in self.estimates), key=size_of)
+        preferred = known[0]
+        for law in known[1:]:
+            if self._badness(law) < FAR_BETTER * self._badness(preferred):
+                preferred = law
+        return preferred == (effect_id,)
 
     def _best_pair(self, ids: Sequence[str]) -> list[Set]:
         """The likeliest pair, simpler laws first, if it leaves far less than any single."""
         singles = self._best_singles()
         if not singles:
             return []
-        best = self._badness(singles[0])
+        best = min(map(self._badness, self._sets(1)))
         if best < AT_NOISE or best > PROMISING * self._badness(()):
             return []
-        self._pairs(singles, ids)
+        others = [effect_id for effect_id in ids if self._law_preferred(effect_id)]
+        self._pairs(singles, others)
         if min(map(self._badness, self._sets(2)), default=0.0) > FAR_BETTER * best:
-            self._pairs(singles, ids, as_given=True)
+            self._pairs(singles, others, as_given=True)
         return self._far_better(2, best)
 
     def _best_three(self) -> list[Set]:
@@ -69,7 +89,10 @@ class LikeliestSets(Around):
             for effect_id in three:
                 single = (effect_id,)
                 start |= self._of_effects(self.estimates[single].values, single)
-            self._keep([self.screen.fit(three, start, 8)])
+            estimate = self.screen.fit(three, start, BEGUN)
+            if badness(estimate) < HOPEFUL * self._badness(pairs[0]):
+                estimate = self.screen.fit(three, estimate.values, POLISHING)
+            self._keep([estimate])
         return self._far_better(3, self._badness(pairs[0])) if pairs else []
 
     def _far_better(self, size: int, best: float) -> list[Set]:
