@@ -33,6 +33,7 @@ from elastic_tendon.diagnosis.significance import (
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 # times by which the mean square falls for what is no chance: without held-out recordings, on these
 SURELY, SURELY_HELDOUT = 3.0, 2.0
+BEYOND_CHANCE = 20.0  # ... on stretches of time that a fit did not see
 NEARLY = 1.5  # times the square on the torque screen, from where a refit may come to as little
 ALIKE = 0.02  # share of the mean square by which errors that are alike differ
 
@@ -113,7 +114,10 @@ class Doubts(LikeliestSets):
         return True
 
     def _lasts(self, more: Set, less: Set) -> bool:
-        """Whether what a set explains beside another is found on stretches left out of the fit."""
+        """Whether what a set explains beside another is found on stretches left out of the fit, or
+        is so much that no chance explains it: a stop may be reached in one stretch only."""
+        if self._left(less) > BEYOND_CHANCE * self._left(more):
+            return True
         fitted = explained(self._left(less), self._left(more))
         crossed = explained(self._crossed(less), self._crossed(more))
         return not crossed < LASTING * fitted

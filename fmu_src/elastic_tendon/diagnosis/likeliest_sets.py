@@ -11,8 +11,8 @@ from elastic_tendon.diagnosis.torque_screen import POLISHING, badness
 
 CLOSE = 1.2  # times the square of the best single, up to which another is refitted too
 FAR_BETTER = 0.5  # share of the best square of fewer effects that a larger set leaves at most
-PAIRED = 6  # singles, the best first, that are looked at with every other effect
-TRIED = 7  # effects of the likeliest pairs, of which any three are tried
+PAIRED = 8  # singles, the best first, that are looked at with every other effect
+TRIED = 8  # effects of the likeliest pairs, of which any three are tried
 # singles whose base is tried, and the share of the square it must leave
 BASES, BETTER_BASE = 3, 0.8
 # three effects at once: steps after which only those go on that come so near the best pair's square
