@@ -3,8 +3,8 @@
     python build_scripts/screenshots.py FOLDER [--readme]
 
 Walks the app on the demo's data in headless Chromium, and writes a picture of each step, light and
-dark, and of the top of the report into FOLDER. With --readme, the pictures that the README shows
-are replaced too. Needs playwright and chromium.
+dark, of the top of the report and of the model that runs in it into FOLDER. With --readme, the
+pictures that examples/app/README.md shows are replaced too. Needs playwright and chromium.
 """
 
 import argparse
@@ -17,14 +17,19 @@ from pathlib import Path
 # what drives the browser belongs to the tests and is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 
 from app_driver import SIZE, Theme, Walk, browser
 from app_process import served
 
 ROOT = Path(__file__).resolve().parents[1]
 THEMES: tuple[Theme, ...] = ("light", "dark")
-README = {"where_light.png": "where.png", "which_effect_light.png": "which_effect.png"}
+README = {
+    "where_light.png": "where.png",
+    "which_effect_light.png": "which_effect.png",
+    "live_light.png": "live.png",
+}
+WEAKENED = 60  # places by which the slider of the friction is moved, so that an error shows
 
 
 def walked(walk: Walk, folder: Path) -> Iterator[str]:
@@ -54,8 +59,18 @@ def walked(walk: Walk, folder: Path) -> Iterator[str]:
     yield "take_away"
 
 
+def take_live(page: Page, path: Path) -> None:
+    """Of the model that runs in an open report, with less friction than was found."""
+    page.locator(".live-numbers", has_text="Computed in").wait_for()
+    friction = page.get_by_role("slider", name="torque")
+    for _ in range(WEAKENED):
+        friction.press("ArrowLeft")
+    page.wait_for_timeout(1000)
+    page.locator("section", has=page.locator("#live")).screenshot(path=path)
+
+
 def write_pictures(started: Browser, url: str, folder: Path) -> None:
-    """Of every step, in both themes; then of the top of the report."""
+    """Of every step, in both themes; then of the top of the report, and of what runs in it."""
     for theme in THEMES:
         walk = Walk(started, url, theme)
         with tempfile.TemporaryDirectory() as work:
@@ -66,6 +81,7 @@ def write_pictures(started: Browser, url: str, folder: Path) -> None:
             page.goto(report.as_uri())
             page.wait_for_load_state("networkidle")
             page.screenshot(path=folder / f"report_{theme}.png")
+            take_live(page, folder / f"live_{theme}.png")
             page.close()
         walk.close()
         print("\n".join(walk.faults) or f"{theme}: nothing was wrong beneath the page")

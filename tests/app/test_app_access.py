@@ -8,9 +8,9 @@ pytest.importorskip("playwright")
 pytest.importorskip("dash")
 pytest.importorskip("axe_playwright_python")
 
-from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page, ViewportSize
+from playwright.sync_api import ViewportSize
 
+from accessibility import BEYOND, LEVEL_AA, violations
 from app_driver import CHROMIUM, SIZE, Walk, browser
 from app_process import served
 from screenshots import walked
@@ -20,21 +20,10 @@ OTHERS: tuple[ViewportSize, ...] = (
     {"width": 1024, "height": 768},
     {"width": 640, "height": 400},  # 1280 x 800, enlarged to 200 %
 )
-LEVEL_AA = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 EVERY = ("model", "data", "compare", "where", "which_effect", "add", "take_away")
 SOME = EVERY[1::2]  # looking takes long
-CURVES = {"exclude": [[".main-svg"]]}  # thousands of points, none of which is text of the page
-BEYOND = "document.documentElement.scrollWidth - window.innerWidth"
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-
-
-def violations(page: Page, rules: dict[str, object]) -> list[str]:
-    """What axe-core finds wrong, each with the first place."""
-    # axe-core looks for the place of every node that it lists, also where nothing is wrong
-    options = {"runOnly": rules, "resultTypes": ["violations"]}
-    found = Axe().run(page, context=CURVES, options=options).response["violations"]
-    return [f"{rule['id']}: {rule['help']}, {rule['nodes'][0]['target']}" for rule in found]
 
 
 def faults_of(walk: Walk) -> list[str]:

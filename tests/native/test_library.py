@@ -118,7 +118,7 @@ def test_a_compiler_of_the_machines_own_makes_a_library_of_its_own(cache, monkey
     assert float(own) == pytest.approx(float(usual), abs=1e-9)
     assert len(list(cache.iterdir())) == 2
     monkeypatch.setenv(compiler.OWN_COMPILER, f"{command} -O1")
-    key = library._for_this_machine(library.structure_key(BASE))
+    key = library._key_for(library.structure_key(BASE), compiler.host_platform())
     assert library._cached(f"{key}-*") is None
 
 

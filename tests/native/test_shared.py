@@ -62,5 +62,22 @@ def test_structures_are_the_same_in_c_and_python(table, tmp_path):
     assert _in_c(table, tmp_path) == sizes
 
 
+def test_a_page_finds_what_the_compiler_lays_out(tmp_path):
+    """Where addresses have 32 bits; what is not so does not compile."""
+    places = shared.places_in_page("Simulation")
+    lines = [
+        f"_Static_assert(offsetof(Simulation, {field}) == {offset}, {field!r});".replace("'", '"')
+        for field, (offset, _) in places.items()
+        if field
+    ]
+    size, _ = places[""]
+    lines.append(f'_Static_assert(sizeof(Simulation) == {size}, "size");')
+    (tmp_path / "shared.h").write_text(shared.header())
+    source = tmp_path / "program.c"
+    source.write_text("\n".join(["#include <stddef.h>", '#include "shared.h"', *lines]))
+    compiler.compile_library(source, tmp_path / "program.wasm", compiler.PAGE)
+    assert len(lines) > 20
+
+
 def test_every_way_to_interpolate_can_be_asked_for():
     assert get_args(Interpolation) == shared.INTERPOLATIONS

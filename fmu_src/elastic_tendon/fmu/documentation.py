@@ -31,6 +31,7 @@ from elastic_tendon.effects.base import LAW_SYMBOLS, Effect
 from elastic_tendon.fmu.characteristic_plot import characteristic_plot
 from elastic_tendon.fmu.description import STEP_SIZE, TOLERANCE
 from elastic_tendon.fmu.icon import PAGES, icon
+from elastic_tendon.fmu.live import page_parts, style
 from elastic_tendon.native.compiler import PLATFORMS
 from elastic_tendon.native.layout import FmuVariable, Role
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
@@ -127,7 +128,7 @@ def _row(tag: str, cells: Iterable[Cell]) -> Element:
 
 def _table(heading: Sequence[str], rows: Iterable[Element]) -> str:
     """A table that scrolls by itself where the window is narrow."""
-    frame = Element("div", {"class": "scroll listing"})
+    frame = Element("div", {"class": "scroll listing", "tabindex": "0"})
     table = SubElement(frame, "table")
     table.append(_row("th", heading))
     table.extend(rows)
@@ -244,6 +245,7 @@ def _curve(transmission: Transmission) -> str:
     plot = characteristic_plot(transmission)
     if plot is None:
         return ""
+    plot.set("aria-label", _CURVE)
     figure = _element("figure", plot)
     figure.append(_element("figcaption", _CURVE))
     return _html(figure)
@@ -288,6 +290,7 @@ def _index(
     variables: Sequence[FmuVariable],
     fmi_version: Literal[2, 3],
     library: str | None,
+    panel: str,
 ) -> str:
     structure = interface(*model.structure)
     parameters = [
@@ -304,14 +307,19 @@ def _index(
     if not velocity and fmi_version == 2:  # it is of the velocity alone
         of_version["connect"] = ""
     return Template(_page("index")).substitute(
-        symbols | numbers | of_version | _AT_MOTOR[kind.has_rotor] | _AT_JOINT[kind.has_link],
+        symbols
+        | numbers
+        | of_version
+        | page_parts(panel)
+        | _AT_MOTOR[kind.has_rotor]
+        | _AT_JOINT[kind.has_link],
         calculated=_CALCULATED[kind],
         velocity=_page("velocity") if velocity else "",
         link_motion=Template(_page("link_motion")).substitute(symbols) if kind.has_link else "",
         rotor_motion=_page("rotor_motion") if kind.has_rotor else "",
         R2="<msup><mi>R</mi><mn>2</mn></msup>",
         name=escape(model.name),
-        style=(PAGES / "style.css").read_text("utf-8"),
+        style=(PAGES / "style.css").read_text("utf-8") + (style() if panel else ""),
         icon=icon()["icon.svg"].decode(),
         software=distribution("elastic-tendon").version,
         fmi_version=fmi_version,
@@ -358,6 +366,7 @@ def documentation(
     fmi_version: Literal[2, 3],
     *,
     library: str | None = None,
+    panel: str = "",
 ) -> dict[str, bytes]:
     """Files of the folder ``documentation``: content by path inside the FMU.
 
@@ -367,10 +376,11 @@ def documentation(
     variables : of the FMU, from `layout`
     fmi_version : 2 or 3, major version of FMI
     library : file name without suffix of what is built where the FMU holds its source code
+    panel : from `live.fmu_panel`, in which the model runs; "": there is none
 
     Returns
     -------
     dict of bytes by path; equal arguments give equal bytes
     """
-    page = _index(model, variables, fmi_version, library)
+    page = _index(model, variables, fmi_version, library, panel)
     return {"documentation/index.html": page.encode(), **licenses()}

@@ -3,6 +3,7 @@
 import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -18,6 +19,7 @@ from elastic_tendon.fmu.bill_of_materials import bill_of_materials
 from elastic_tendon.fmu.dependencies import dependencies
 from elastic_tendon.fmu.documentation import documentation
 from elastic_tendon.fmu.icon import flanges, icon
+from elastic_tendon.fmu.live import fmu_panel
 from elastic_tendon.fmu.mach_o import universal
 from elastic_tendon.fmu.packing import checked_path, write_archive
 from elastic_tendon.fmu.sources import declare_sources, source_files
@@ -105,7 +107,8 @@ def _contents(
     root = _DESCRIPTIONS[fmi_version].model_description(described)
     if source and fmi_version == 2:
         declare_sources(root)
-    with tempfile.TemporaryDirectory() as work:
+    with ThreadPoolExecutor(1) as beside, tempfile.TemporaryDirectory() as work:
+        panel = beside.submit(fmu_panel, model)  # its module is compiled while the binaries are
         folder = Path(work)
         key = write_sources(
             *(folder, system, described.variables),
@@ -125,6 +128,7 @@ def _contents(
         **documentation(
             *(model, described.variables, fmi_version),
             library=described.identifier if source else None,
+            panel=panel.result(),
         ),
         **_icon_and_terminals(fmi_version),
     }

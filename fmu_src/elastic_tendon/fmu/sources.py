@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from elastic_tendon.fmu.description import to_bytes
 from elastic_tendon.native import compiler
-from elastic_tendon.native.binary import LIBRARY, SIMULATION
+from elastic_tendon.native.binary import LIBRARY, PAGE, SIMULATION
 
 _LANGUAGE = "C11"
 _WITH_LIBM = ("x86_64-linux", "aarch64-linux")  # elsewhere it is no library of its own
@@ -23,9 +23,9 @@ def source_files(generated: Path, identifier: str, fmi_version: int) -> dict[str
     ----------
     generated : folder filled by `binary.write_sources`
     identifier : the FMU's model identifier
-    fmi_version : 2 or 3; files of the other one, and Python's own, are left out
+    fmi_version : 2 or 3; files of the other one, and those for Python and pages, are left out
     """
-    left_out = (f"fmi{5 - fmi_version}", SIMULATION)
+    left_out = (f"fmi{5 - fmi_version}", SIMULATION, PAGE)
     files = [
         *(path for path in compiler.RUNTIME.glob("*.[ch]") if not path.name.startswith(left_out)),
         *generated.glob("*.[ch]"),

@@ -18,7 +18,8 @@ from elastic_tendon.native.layout import FmuVariable, c_tables
 from elastic_tendon.progress import Progress, silent
 
 _AT_ONCE = 2  # compilers; each keeps a core busy
-LIBRARY, SIMULATION = "library.c", "simulation.c"  # the C of an FMU, and of what Python calls
+# the C of an FMU, of what Python calls, and of what a page runs
+LIBRARY, SIMULATION, PAGE = "library.c", "simulation.c", "page.c"
 _MODEL = "model.c"
 _LARGE = 4_000_000  # bytes of it, from which on a compiler is busy for minutes
 _LARGE_MODEL = "large model: some minutes"
@@ -38,7 +39,7 @@ def write_model(folder: Path, system: HybridSystem) -> str:
         content = text.encode()  # with the same ends of lines everywhere
         (folder / name).write_bytes(content)
         digest.update(content)
-    for path in sorted(compiler.RUNTIME.glob("*.[ch]")):
+    for path in sorted(compiler.RUNTIME.rglob("*.[ch]")):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:32]
 
@@ -93,7 +94,8 @@ def compile_binary(
     output : file to write
     target : platform to build for
     progress : told what is being built
-    unit : file of the runtime that includes all others; `SIMULATION` needs `write_model` alone
+    unit : file of the runtime that includes all others; but for
+        `LIBRARY`, `write_model` is enough
 
     Raises
     ------

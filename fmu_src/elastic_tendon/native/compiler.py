@@ -40,6 +40,7 @@ _FLAGS = (
     "-Wall",
     "-Wno-unused-function",
 )
+_OF_SHARED = ("-shared", "-fPIC")  # a module for a page is no shared library
 _GCC_NAMES = {"-fno-slp-vectorize": "-fno-tree-slp-vectorize"}  # which clang understands too
 
 
@@ -71,6 +72,8 @@ PLATFORMS = {
         Platform("aarch64-darwin", "aarch64-macos.11.0", "darwin64", ".dylib"),
     )
 }
+# what a browser runs inside a page, by `page.c`; no platform for FMUs
+PAGE = Platform("page", "wasm32-freestanding", "", ".wasm")
 ALL = "all"
 _HOSTS = {  # what Python calls them
     ("Linux", "x86_64"): "x86_64-linux",
@@ -137,6 +140,7 @@ def _link_flags(library: Path) -> tuple[str, ...]:
         ".so": ("-Wl,-z,defs", "-lm"),  # else symbols that are missing show when it is loaded only
         ".dylib": (f"-Wl,-install_name,@rpath/{library.name}",),  # else where it was built
         ".dll": (),
+        ".wasm": ("-Wl,--no-entry", "-rdynamic"),  # a page calls what is marked EXPORT
     }[library.suffix]
 
 
@@ -202,7 +206,14 @@ def _compile_command(target: Platform) -> list[str]:
     own = _own_command()
     if own and target == host_platform():
         return [*own, *(_GCC_NAMES.get(flag, flag) for flag in _FLAGS)]
-    return [*(sys.executable, "-m", "ziglang", "cc", "-target", target.target), *_FLAGS]
+    flags = [flag for flag in _FLAGS if target != PAGE or flag not in _OF_SHARED]
+    return [*(sys.executable, "-m", "ziglang", "cc", "-target", target.target), *flags]
+
+
+def _headers(target: Platform) -> list[Path]:
+    """Folders of headers, beside those of the C library."""
+    of_page = [RUNTIME / "page"] if target == PAGE else []
+    return [*of_page, RUNTIME, fmi_headers()]
 
 
 def fmi_headers() -> Path:
@@ -236,7 +247,7 @@ def compile_library(
     BuildError
         with the compiler's first error, or where it was stopped
     """
-    folders = (source.parent, RUNTIME, fmi_headers(), *include)
+    folders = (source.parent, *_headers(target), *include)
     command = [
         *_compile_command(target),
         *(f"-I{folder}" for folder in folders),

@@ -26,7 +26,7 @@ from elastic_tendon.progress import Progress, silent
 _PACKAGE = Path(__file__).parents[1]
 # that decide on the C, beside a user's own effects; all modules of these folders, because a list of
 # those that matter would be forgotten when it grows
-_SOURCES = ("actuator/*.py", "effects/*.py", "native/*.py", "native/runtime/*.[ch]")
+_SOURCES = ("actuator/*.py", "effects/*.py", "native/*.py", "native/runtime/**/*.[ch]")
 
 DEFAULT_TOLERANCE = 1e-8
 
@@ -65,10 +65,10 @@ def structure_key(effect_ids: tuple[str, ...], kind: InterfaceKind = InterfaceKi
     return digest.hexdigest()[:32]
 
 
-def _for_this_machine(key: str) -> str:
-    """Key of the library of this platform and compiler: machines of several kinds may share one."""
-    platform, own = compiler.host_platform().target, compiler.own_compiler()
-    content = " ".join(part for part in (key, platform, own) if part)
+def _key_for(key: str, target: compiler.Platform) -> str:
+    """Key of the library for a platform and compiler: machines of several kinds may share one."""
+    own = "" if target == compiler.PAGE else compiler.own_compiler()
+    content = " ".join(part for part in (key, target.target, own) if part)
     return hashlib.sha256(content.encode()).hexdigest()[:32]
 
 
@@ -85,25 +85,31 @@ def _cached(name: str) -> Path | None:
     return None
 
 
-def _build(effect_ids: tuple[str, ...], kind: InterfaceKind, key: str, progress: Progress) -> Path:
+def _build(
+    effect_ids: tuple[str, ...],
+    kind: InterfaceKind,
+    target: compiler.Platform,
+    key: str,
+    progress: Progress,
+) -> Path:
     """Put the structure's library into the cache; a rename makes it appear whole or not at all.
 
     Where Python changed but not the C that it writes, an earlier library of the same C serves.
     """
     from elastic_tendon.actuator.model import build
-    from elastic_tendon.native.binary import SIMULATION, compile_binary, write_model
+    from elastic_tendon.native.binary import PAGE, SIMULATION, compile_binary, write_model
 
-    target = compiler.host_platform()
+    unit = PAGE if target == compiler.PAGE else SIMULATION
     folder = cache_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as work:
             sources, library = Path(work), Path(work) / f"library{target.suffix}"
-            of_sources = _for_this_machine(write_model(sources, build(effect_ids, kind)))
+            of_sources = _key_for(write_model(sources, build(effect_ids, kind)), target)
             if same := _cached(f"*-{of_sources}-*"):
                 shutil.copyfile(same, library)
             else:
-                compile_binary(sources, library, target, progress, SIMULATION)
+                compile_binary(sources, library, target, progress, unit)
             path = folder / f"{key}-{of_sources}-{_content_hash(library)}{target.suffix}"
             os.replace(library, path)
     except OSError as error:
@@ -131,8 +137,30 @@ def library_path(
     BuildError
         where the compiler refuses or the cache folder cannot be written
     """
-    key = _for_this_machine(structure_key(effect_ids, kind))
-    return _cached(f"{key}-*") or _build(effect_ids, kind, key, progress)
+    return _path_for(compiler.host_platform(), effect_ids, kind, progress)
+
+
+def page_module(
+    effect_ids: tuple[str, ...],
+    kind: InterfaceKind = InterfaceKind.POSITION,
+    progress: Progress = silent,
+) -> bytes:
+    """The same library for a page: WebAssembly that imports functions of JavaScript's Math alone.
+
+    Its functions are called with the structures as `shared.places_in_page` has them. It exports
+    `malloc` too; arguments and errors are those of `library_path`.
+    """
+    return _path_for(compiler.PAGE, effect_ids, kind, progress).read_bytes()
+
+
+def _path_for(
+    target: compiler.Platform,
+    effect_ids: tuple[str, ...],
+    kind: InterfaceKind,
+    progress: Progress,
+) -> Path:
+    key = _key_for(structure_key(effect_ids, kind), target)
+    return _cached(f"{key}-*") or _build(effect_ids, kind, target, key, progress)
 
 
 @lru_cache

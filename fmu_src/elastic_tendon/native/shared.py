@@ -82,17 +82,40 @@ _ENUMERATIONS: Mapping[str, Iterable[str]] = {
 }
 
 
-def classes(structures: Mapping[str, Fields]) -> dict[str, type[ctypes.Structure]]:
-    """Classes for ctypes, by name, of structures that may hold those before them."""
+def classes(
+    structures: Mapping[str, Fields], address: type = ctypes.c_void_p
+) -> dict[str, type[ctypes.Structure]]:
+    """Classes for ctypes, by name, of structures that may hold those before them; with pointers
+    of the type `address`."""
     known: dict[str, type] = {"long long": ctypes.c_longlong, "double": ctypes.c_double}
     made: dict[str, type[ctypes.Structure]] = {}
     for name, fields in structures.items():
         listed = [
-            (field, ctypes.c_void_p if kind.endswith("*") else (known | made)[kind])
+            (field, address if kind.endswith("*") else (known | made)[kind])
             for field, kind in fields.items()
         ]
         made[name] = type(name, (ctypes.Structure,), {"_fields_": listed})
     return made
+
+
+def places_in_page(structure: str) -> dict[str, tuple[int, str]]:
+    """Where a page, whose addresses have 32 bits, finds the numbers of a structure.
+
+    Returns
+    -------
+    dict of offsets in bytes and types in C by field, also of structures in it, whose names are
+    put before; "" has the size of all
+    """
+    made = classes(STRUCTURES, ctypes.c_uint32)[structure]
+    places: dict[str, tuple[int, str]] = {"": (ctypes.sizeof(made), "")}
+    for field, kind in STRUCTURES[structure].items():
+        start = getattr(made, field).offset
+        if kind in STRUCTURES:
+            inner = places_in_page(kind).items()
+            places |= {f"{field}.{name}": (start + at, of) for name, (at, of) in inner if name}
+        else:
+            places[field] = (start, kind)
+    return places
 
 
 def header(structures: Mapping[str, Fields] = STRUCTURES) -> str:

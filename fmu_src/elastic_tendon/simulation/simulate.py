@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 MAIN_OUTPUTS = ("joint_position", "joint_torque")  # of which sensitivities are tabled and drawn
 _UNITS = {name: unit_text(signal.unit) for name, signal in SIGNALS.items()}
-_EVENT_CAPACITY = 4096
+EVENT_CAPACITY = 4096
 # after which the simulation of a recording is given up: what swings so fast is not in its samples
 _FEWEST_STEPS, _STEPS_PER_SAMPLE = 200_000, 100
 _KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
@@ -234,7 +234,7 @@ def _time(values: ArrayLike) -> Array:
     return time
 
 
-def _slopes(time: Array, samples: Array) -> Array:
+def spline_slopes(time: Array, samples: Array) -> Array:
     """Derivatives at the samples of the twice continuously differentiable cubic spline.
 
     Fits simulate one recording again and again, so those of a few are kept.
@@ -364,7 +364,7 @@ class _Motion:
         return cls(
             time=time,
             inputs=given,
-            slopes=np.array([_slopes(time, samples) for samples in given]) if cubic else None,
+            slopes=np.array([spline_slopes(time, samples) for samples in given]) if cubic else None,
             interpolation=INTERPOLATIONS.index(interpolation),
             start=_initial_state(model, initial_state),
             tolerance=tolerance,
@@ -406,7 +406,7 @@ def _run(
     states = np.empty((n, len(variables.states)))
     outputs = np.empty((n, len(variables.outputs)))
     derivatives = np.empty((n, len(variables.outputs), m))
-    event_time = np.empty(_EVENT_CAPACITY)
+    event_time = np.empty(EVENT_CAPACITY)
     call = motion.call(states, outputs)
     call.parameters = _address(parameters)
     call.most_steps = _FEWEST_STEPS + _STEPS_PER_SAMPLE * n if as_measured else 0
@@ -414,7 +414,7 @@ def _run(
     call.direction = _address(direction)
     call.output_derivatives = _address(derivatives)
     call.event_time = _address(event_time)
-    call.event_capacity = _EVENT_CAPACITY
+    call.event_capacity = EVENT_CAPACITY
     library = load(*model.structure)
     outcome = interrupt.call(library.elastic_tendon_simulate, call)
     if outcome != 0:

@@ -69,7 +69,8 @@ class Page(HTMLParser):
         return [
             json.loads(text)
             for attributes, text in every
-            if "id" in attributes and not attributes["id"].endswith("-dark")
+            if (attributes.get("id") or "").startswith("figure-")
+            and not attributes["id"].endswith("-dark")
         ]
 
 
@@ -116,7 +117,7 @@ def in_order(text: str, *words: str) -> bool:
 def test_sections_stand_in_the_order_in_which_one_asks() -> None:
     anchors = [tag["id"] for tag in friction().of("h2")]
     assert anchors == [
-        *("verdict", "overlay", "where", "effects", "sure", "ladder"),
+        *("verdict", "overlay", "live", "where", "effects", "sure", "ladder"),
         *("parameters", "equations", "linear", "data", "papers"),
     ]
     links = [tag["href"] for tag in friction().of("a")]
@@ -326,7 +327,7 @@ def test_a_state_that_cannot_be_linearised_is_a_sentence(monkeypatch) -> None:
 def test_a_comparison_has_the_sections_that_apply() -> None:
     page = Page(document_of_comparison(recording()))
     anchors = [tag["id"] for tag in page.of("h2")]
-    assert anchors == ["verdict", "overlay", "where", "data", "papers"]
+    assert anchors == ["verdict", "overlay", "live", "where", "data", "papers"]
     assert in_order(
         page.text,
         "The joint position error of demo_actuator is 37.5 mrad RMS",

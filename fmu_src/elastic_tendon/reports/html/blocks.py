@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from rich.table import Table as TerminalTable
 from rich.text import Text
 
+from elastic_tendon.fmu.live import script_safe
 from elastic_tendon.reports.interactive.theme import DARK, LIGHT, Theme
 
 Draw = Callable[[Theme], go.Figure]
@@ -84,7 +85,15 @@ class Beside:
     figure: Plot
 
 
-Block = Heading | Paragraphs | Listing | Code | Table | Plot | Beside
+@dataclass(frozen=True)
+class Live:
+    """The panel of `fmu.live`; a page bears one."""
+
+    kind: ClassVar[str] = "live"
+    html: str
+
+
+Block = Heading | Paragraphs | Listing | Code | Table | Plot | Beside | Live
 
 
 @dataclass(frozen=True)
@@ -108,7 +117,7 @@ def plot(draw: Draw, words: str, head: int = HEAD) -> Plot:
     figure = draw(LIGHT)
     light, dark = (_tree(themed, head) for themed in (figure, draw(DARK)))
     changed = _changes(light, dark)
-    return Plot(words, int(figure.layout.height or 450), *map(_script_safe, (light, changed)))
+    return Plot(words, int(figure.layout.height or 450), *map(script_safe, (light, changed)))
 
 
 def _tree(figure: go.Figure, head: int) -> Any:
@@ -125,14 +134,6 @@ def _changes(before: Any, after: Any) -> Any:
     else:
         return after
     return {key: _changes(*pair) for key, pair in pairs.items() if pair[0] != pair[1]}
-
-
-def _script_safe(tree: Any) -> str:
-    """JSON that cannot end the script element it stands in, nor begin a comment there."""
-    text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    for letter in "<>&":  # they occur in strings only
-        text = text.replace(letter, f"\\u{ord(letter):04x}")
-    return text
 
 
 def as_table(table: TerminalTable, title: str | None = None) -> Table:

@@ -22,6 +22,7 @@ from elastic_tendon.reports.html.blocks import (
     Table,
 )
 from elastic_tendon.reports.html.evidence import glance, rounds, steps, sureness
+from elastic_tendon.reports.html.live import live
 from elastic_tendon.reports.html.origin import Origin
 from elastic_tendon.reports.html.page import page
 from elastic_tendon.reports.html.recordings import Alike, Recording, facts, overlays, places, torque
@@ -51,6 +52,7 @@ def diagnosis_document(
     parts: tuple[Part, ...] = (
         ("verdict", "Verdict", lambda: _verdict(diagnosis, origin, alike)),
         ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
+        ("live", "Try the model", lambda: _live(diagnosis, progress)),
         ("where", "Where the model as given fails", lambda: _where(diagnosis, where, alike)),
         ("effects", "What would explain it", lambda: rounds(diagnosis)),
         ("sure", "How sure the answer is", lambda: sureness(diagnosis)),
@@ -97,6 +99,7 @@ def comparison_document(
     parts: tuple[Part, ...] = (
         ("verdict", "Verdict", lambda: [Paragraphs(sentences, "verdict")]),
         ("overlay", "Measured and simulated", lambda: overlays(used, alike)),
+        ("live", "Try the model", lambda: live(model, comparison.files, (), progress)),
         ("where", "Where the model fails", lambda: places(comparison, where, alike)),
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [Listing(literature)]),
@@ -171,6 +174,11 @@ def _where(diagnosis: Diagnosis, where: Location, alike: Alike) -> Iterator[Bloc
     ):
         yield Heading("What the improved model still lacks")
         yield torque(diagnosis.comparison.files[0], diagnosis.location.files[0])
+
+
+def _live(diagnosis: Diagnosis, progress: Progress) -> Iterator[Block]:
+    files = diagnosis.steps[-1].comparison.files
+    return live(diagnosis.model, files, diagnosis.findings.estimates, progress)
 
 
 def _papers_of(diagnosis: Diagnosis) -> Listing:

@@ -1,16 +1,15 @@
 """From sections to one HTML file: all it needs is in it, and it may not ask for more."""
 
 import json
-from base64 import b64encode
 from collections.abc import Sequence
-from hashlib import sha256
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from elastic_tendon.fmu import live
 from elastic_tendon.fmu.icon import PAGES
-from elastic_tendon.reports.html.blocks import Section
+from elastic_tendon.reports.html.blocks import Live, Section
 from elastic_tendon.reports.interactive.theme import CONFIG
 
 HERE = Path(__file__).parent
@@ -41,22 +40,18 @@ def page(title: str, subtitle: str, sections: Sequence[Section]) -> str:
         lstrip_blocks=True,
     )
     script = _read(HERE / "page.js").replace("CONFIG", json.dumps(_CONFIG))
-    scripts = [_read(PLOTLY), script]
+    alive = any(isinstance(block, Live) for section in sections for block in section.blocks)
+    scripts = [_read(PLOTLY), script, *[live.script()] * alive]
+    allowed = [*map(live.source_expression, scripts), *[live.ALLOWED] * alive]
     return environment.get_template("page.html").render(
         title=title,
         subtitle=subtitle,
         sections=sections,
-        style=Markup(_read(PAGES / "style.css") + _read(HERE / "page.css")),
+        style=Markup(_read(PAGES / "style.css") + _read(HERE / "page.css") + live.style() * alive),
         scripts=[Markup(code) for code in scripts],
-        allowed=" ".join(map(_hash, scripts)),
+        allowed=" ".join(allowed),
     )
 
 
 def _read(path: Path) -> str:
     return path.read_text("utf-8")
-
-
-def _hash(script: str) -> str:
-    """Source expression by which a content security policy allows just this script."""
-    digest = b64encode(sha256(script.encode()).digest()).decode()
-    return f"'sha256-{digest}'"

@@ -1,0 +1,3 @@
+typedef long long time_t;
+
+time_t time(time_t *result);
