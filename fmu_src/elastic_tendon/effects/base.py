@@ -242,10 +242,14 @@ class Contribution:
 
 @dataclass(frozen=True)
 class FrictionBounds:
-    """Range of dry friction torque at this velocity, N·m; ``lower <= 0 <= upper``."""
+    """Range of dry friction torque at this velocity, N·m; ``lower <= 0 <= upper``.
+
+    `thresholds`: as of `Contribution`, where the bounds have a corner.
+    """
 
     lower: Symbol
     upper: Symbol
+    thresholds: Mapping[str, Symbol] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,21 @@
 
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Contribution, Effect, Joint, Parameter, Slot
-from elastic_tendon.effects.symbolic import absolute
+from elastic_tendon.effects.base import Contribution, Effect, Joint, Parameter, Relation, Slot
+from elastic_tendon.effects.symbolic import where
+
+VELOCITY_SCALE = 1.0  # rad/s
 
 
 def equations(
-    at: Joint, p: SimpleNamespace, _state: SimpleNamespace, _mode: SimpleNamespace
+    at: Joint, p: SimpleNamespace, _state: SimpleNamespace, mode: SimpleNamespace
 ) -> Contribution:
     """Half the difference on either side of link.damping, which is the mean."""
-    return Contribution(-0.5 * p.difference * absolute(at.velocity))
+    half = 0.5 * p.difference
+    return Contribution(
+        where(mode.forward, -half, half) * at.velocity,
+        thresholds={"forward": at.velocity / VELOCITY_SCALE},
+    )
 
 
 EFFECT = Effect(
@@ -51,5 +57,6 @@ EFFECT = Effect(
         ),
     ),
     equations=equations,
+    relations=(Relation("forward", "the joint moves in the positive direction"),),
     reference="B. Armstrong-Hélouvry, Control of Machines with Friction, Kluwer, 1991",
 )

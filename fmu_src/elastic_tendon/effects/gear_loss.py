@@ -2,22 +2,42 @@
 
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Effect, FrictionBounds, Motor, Parameter, Slot
-from elastic_tendon.effects.symbolic import Symbol, absolute
+from elastic_tendon.effects.base import (
+    Effect,
+    FrictionBounds,
+    Motor,
+    Parameter,
+    Relation,
+    Slot,
+)
+from elastic_tendon.effects.symbolic import Symbol, where
+
+TORQUE_SCALE = 1.0  # N·m
+# beside each share, so that its derivative is right where it vanishes: far below any real one
+SMALLEST = 1e-12
 
 
 def equations(
-    at: Motor, p: SimpleNamespace, _state: SimpleNamespace, _mode: SimpleNamespace
+    at: Motor, p: SimpleNamespace, _state: SimpleNamespace, mode: SimpleNamespace
 ) -> FrictionBounds:
     """Shares of the torques at both sides, which add up where these oppose each other."""
-    torque = lost(at, p)
-    return FrictionBounds(lower=-torque, upper=torque)
+    torque = lost(at, p, mode)
+    return FrictionBounds(lower=-torque, upper=torque, thresholds={"upwards": twist(at, p)})
 
 
-def lost(at: Motor, p: SimpleNamespace) -> Symbol:
+def lost(at: Motor, p: SimpleNamespace, mode: SimpleNamespace) -> Symbol:
     """Torque (N·m) that is lost between the motor's side of a gear and its load's."""
-    return absolute(p.motor_share * at.torque - p.load_share * at.load)
+    difference = p.motor_share * at.torque - p.load_share * at.load
+    return where(mode.upwards, difference, -difference)
 
+
+def twist(at: Motor, p: SimpleNamespace) -> Symbol:
+    """Which way the teeth are pressed: positive where the motor's side presses upwards."""
+    before, behind = p.motor_share + SMALLEST, p.load_share + SMALLEST
+    return (before * at.torque - behind * at.load) / ((before + behind) * TORQUE_SCALE)
+
+
+UPWARDS = Relation("upwards", "the motor presses the teeth in the positive direction")
 
 EFFECT = Effect(
     id="gear_loss",
@@ -69,6 +89,7 @@ EFFECT = Effect(
         ),
     ),
     equations=equations,
+    relations=(UPWARDS,),
     reference="P. Hamon, M. Gautier, P. Garrec, Dynamic identification of robots with a dry "
     "friction model depending on load and velocity, IEEE/RSJ International Conference on "
     "Intelligent Robots and Systems, 2010",

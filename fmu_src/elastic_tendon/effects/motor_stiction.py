@@ -2,24 +2,33 @@
 
 from types import SimpleNamespace
 
-from elastic_tendon.effects.base import Effect, FrictionBounds, Motor, Parameter, Slot
-from elastic_tendon.effects.gear_loss import lost
+from elastic_tendon.effects.base import (
+    Effect,
+    FrictionBounds,
+    Motor,
+    Parameter,
+    Relation,
+    Slot,
+)
+from elastic_tendon.effects.gear_loss import TORQUE_SCALE, UPWARDS, lost, twist
 from elastic_tendon.effects.symbolic import Symbol, absolute, exp, power, where
 
 
 def equations(
-    at: Motor, p: SimpleNamespace, _state: SimpleNamespace, _mode: SimpleNamespace
+    at: Motor, p: SimpleNamespace, _state: SimpleNamespace, mode: SimpleNamespace
 ) -> FrictionBounds:
     """The excess at rest, which falls with the speed as an exponential of its power."""
     fallen = exp(-power(absolute(at.velocity) / p.stribeck_velocity, p.exponent))
-    torque = (p.torque + lost(at, p) + _squares(at, p)) * fallen
-    return FrictionBounds(lower=-torque, upper=torque)
+    torque = (p.torque + lost(at, p, mode) + _square(at, p, mode)) * fallen
+    larger = (absolute(at.torque) - absolute(at.load)) / TORQUE_SCALE
+    return FrictionBounds(
+        lower=-torque, upper=torque, thresholds={"upwards": twist(at, p), "driving": larger}
+    )
 
 
-def _squares(at: Motor, p: SimpleNamespace) -> Symbol:
-    """Square of the smaller of two torques that oppose each other, by who drives whom (N·m)."""
-    motor, load = absolute(at.torque), absolute(at.load)
-    square = where(load < motor, p.driving_square * load**2, p.driven_square * motor**2)
+def _square(at: Motor, p: SimpleNamespace, mode: SimpleNamespace) -> Symbol:
+    """Of the smaller of two torques that oppose each other, by who drives whom, N·m."""
+    square = where(mode.driving, p.driving_square * at.load**2, p.driven_square * at.torque**2)
     return where(at.torque * at.load < 0, square, 0)
 
 
@@ -117,6 +126,7 @@ EFFECT = Effect(
         ),
     ),
     equations=equations,
+    relations=(UPWARDS, Relation("driving", "the motor's torque is the larger one")),
     reference="M. Duclusaud, G. Passault, V. Padois, O. Ly, Extended friction models for the "
     "physics simulation of servo actuators, arXiv 2410.08650, 2024",
 )
