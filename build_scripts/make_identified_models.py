@@ -1,6 +1,6 @@
 """Write the bundled models of real machines, with the numbers that their recordings say.
 
-    python build_scripts/make_identified_models.py [--data FOLDER] [--only NAME...] [--output FOLDER]
+    python build_scripts/make_identified_models.py [--data FOLDER] [--only NAME...] [--output DIR]
 
 Each begins from the model of `scoreboard.py`, takes the effects that are named here and is fitted
 to the part of the recordings that is to be fitted; the other part is simulated once, after that.

@@ -121,7 +121,7 @@ EFFECT = Effect(
             null=2.0,
             lower=0.5,
             upper=10.0,
-            typical=1.5,
+            typical=2.0,
             shape=True,
         ),
     ),
