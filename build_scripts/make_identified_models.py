@@ -50,19 +50,11 @@ MODELS_MADE = (
     Identified(
         "emps_axis",
         "EMPS",
-        ("coulomb_friction", "constant_torque", "directional_damping"),
+        ("coulomb_friction", "constant_torque"),
         "Linear axis with a ball screw: Janot, Gautier and Brunot, Data set and reference models "
         "of EMPS, 2019. Metres stand for rad and newtons for N m: link.inertia is a mass in kg, "
         "and load_torque the force of the drive in N. It has no springs; those that a model has "
         "to have are too soft to matter, and its motor stands still.",
-    ),
-    Identified(
-        "silverbox",
-        "Silverbox",
-        ("spring_hardening", "constant_torque", "quadratic_drag", "joint_encoder_offset"),
-        "Electronic twin of a mass on a progressive spring: Wigren and Schoukens, Three free data "
-        "sets for development and benchmarking in nonlinear system identification, ECC 2013. "
-        "Volts stand for rad (joint_position) and for N m (load_torque); its motor stands still.",
     ),
     Identified(
         "mrd_tool_4",
@@ -85,7 +77,9 @@ def made(entry: Identified, folder: Path) -> str:
     model = found.model.with_values(values)
     model = model.model_copy(update={"name": entry.name, "uncertainty": sigmas})
     errors = machine.scale * found.ladder[-1].rmse[machine.signal], error_on(model, test, machine)
-    return f"{comment(entry, machine, fitted, test, errors)}{annotated(model, found)}"
+    return (
+        f"{comment(entry, machine, (fitted, test), errors)}{ratios(found)}{annotated(model, found)}"
+    )
 
 
 def error_on(model: et.Model, recording: et.Measurement, machine: Machine) -> float:
@@ -96,12 +90,11 @@ def error_on(model: et.Model, recording: et.Measurement, machine: Machine) -> fl
 def comment(
     entry: Identified,
     machine: Machine,
-    fitted: et.Measurement,
-    test: et.Measurement,
+    parts: tuple[et.Measurement, et.Measurement],
     errors: tuple[float, float],
 ) -> str:
     """Where the machine and its numbers come from, as lines of a comment."""
-    seen, unseen = errors
+    (fitted, test), (seen, unseen) = parts, errors
     found = (
         f"Identified by build_scripts/make_identified_models.py with {', '.join(entry.effects)}. "
         f"RMS error of {machine.signal} on what was fitted ({fitted.name}): {seen:.3g} "
@@ -111,6 +104,16 @@ def comment(
     )
     lines = [line for text in (entry.about, found) for line in textwrap.wrap(text, WIDTH)]
     return "".join(f"# {line}\n" for line in lines)
+
+
+def ratios(found: et.Addition) -> str:
+    """What a recording without known loads says although it leaves a common scale open."""
+    said = [
+        f"# {one.name} = {one.value:.4g} {one.unit}, {low:.4g} to {high:.4g}\n"
+        for one in found.findings.ratios
+        for low, high in [one.interval]
+    ]
+    return "".join(["# Without a known load only ratios are determined:\n", *said]) if said else ""
 
 
 def annotated(model: et.Model, found: et.Addition) -> str:

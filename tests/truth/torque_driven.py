@@ -29,6 +29,7 @@ class Drive:
     link: tuple[float, float]  # inertia, damping
     rotor: tuple[float, float]  # inertia, damping
     rotor_friction: float = 0.0
+    gravity: float = 0.0  # of a link that hangs at 0, N·m
     gain: float = 1.0
     offset: float = 0.0
     cogging: tuple[float, float, float] = (0.0, 1.0, 0.0)  # amplitude, waves, phase
@@ -81,6 +82,7 @@ class Drive:
         q, v, motor, rate = x
         upper, lower = self.pulls(q, v, motor, rate)
         turning = self.joint_radius * (upper - lower) + load(t) - self.link[1] * v
+        turning -= self.gravity * np.sin(q)
         if way == 0:
             return np.array([v, turning / self.link[0], 0.0, 0.0])
         pushed = self.push(torque(t), x) - way * self.dry(torque(t), x)
