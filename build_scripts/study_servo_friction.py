@@ -64,7 +64,12 @@ M1 = et.load_model(
     }
 )
 # one term of friction beyond M1, and both
-LADDERS = ((), ("motor_stiction",), ("gear_loss",), ("gear_loss", "motor_stiction"))
+LADDERS: tuple[tuple[str, ...], ...] = (
+    (),
+    ("motor_stiction",),
+    ("gear_loss",),
+    ("gear_loss", "motor_stiction"),
+)
 
 
 def log(seed: int, seconds: float) -> et.Measurement:
@@ -99,7 +104,7 @@ def errors(logs: int, seconds: float) -> dict[tuple[str, ...], tuple[float, floa
     """RMS error of the motor's position, rad, on fitted and on other logs, by what was added."""
     fitted = [log(seed, seconds) for seed in range(logs)]
     others = [log(100 + seed, seconds) for seed in range(logs)]
-    found = {}
+    found: dict[tuple[str, ...], tuple[float, float]] = {}
     for names in LADDERS:
         added = et.add(M1, names, fitted) if names else et.fit(M1, fitted)
         parts = [

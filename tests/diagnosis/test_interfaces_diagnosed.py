@@ -144,6 +144,14 @@ def test_the_loss_of_a_gear_is_found_beside_its_friction():
     assert with_loss < 1.1
 
 
+@pytest.mark.slow
+def test_the_loss_of_a_gear_is_named():
+    lossy = recording(replace(TRUE, rotor_friction=0.05, loss=(0.12, 0.25)))
+    found = et.diagnose(GIVEN.at("torque"), lossy)
+    assert set(found.added) == {"motor_friction", "gear_loss"}
+    assert found.ladder[-1].noise_ratio["motor_position"] < 1.1
+
+
 def test_nothing_is_called_missing_of_a_rotor_that_is_as_modelled(plain):
     found = et.diagnose(GIVEN.at("torque"), plain)
     assert found.added == ()
