@@ -19,6 +19,7 @@ EFFECTS = [effect.id for effect in et.effects.CATALOGUE]
 PAGES = (
     "index",
     "which_tool",
+    "servo_friction",
     "known_machines",
     "importers",
     "ARCHITECTURE",

@@ -23,7 +23,7 @@ REFERENCE = (
     *("effects/index", "equations", "reference/index", "commands", "contracts/index"),
     "examples/index",
 )
-ABOUT = ("known_machines", "which_tool", "importers", "ARCHITECTURE")
+ABOUT = ("known_machines", "servo_friction", "which_tool", "importers", "ARCHITECTURE")
 SKIPPED = shutil.ignore_patterns("__pycache__", "logs", "*.fmu")
 
 

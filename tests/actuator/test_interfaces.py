@@ -57,6 +57,19 @@ def load(t):
 MACHINES = {
     "plain": ({}, {}),
     "motor_friction": ({"torque": 0.3}, {"rotor_friction": 0.3}),
+    "gear_loss": ({"motor_share": 0.2, "load_share": 0.3}, {"loss": (0.2, 0.3)}),
+    "motor_stiction": (
+        {
+            "torque": 0.1,
+            "motor_share": 0.05,
+            "load_share": 0.1,
+            "driving_square": 0.04,
+            "driven_square": 0.06,
+            "stribeck_velocity": 1.5,
+            "exponent": 1.4,
+        },
+        {"slow": (0.1, 0.05, 0.1, 0.04, 0.06, 1.5, 1.4)},
+    ),
     "motor_torque_gain": ({"error": -0.2}, {"gain": 0.8}),
     "motor_torque_offset": ({"offset": 0.15}, {"offset": 0.15}),
     "motor_cogging": (

@@ -132,6 +132,26 @@ def test_friction_of_the_motor_is_named():
     assert "Motor friction is surely missing" in found.sentence
 
 
+def test_the_loss_of_a_gear_is_found_beside_its_friction():
+    lossy = recording(replace(TRUE, rotor_friction=0.05, loss=(0.12, 0.25)))
+    found = et.add(GIVEN.at("torque"), ("motor_friction", "gear_loss"), lossy)
+    effects = found.model.effects
+    assert effects["motor_friction"]["torque"] == pytest.approx(0.05, rel=0.02)
+    assert effects["gear_loss"]["motor_share"] == pytest.approx(0.12, rel=0.02)
+    assert effects["gear_loss"]["load_share"] == pytest.approx(0.25, rel=0.02)
+    without, with_loss = (step.noise_ratio["motor_position"] for step in found.ladder[-2:])
+    assert without > 100.0
+    assert with_loss < 1.1
+
+
+@pytest.mark.slow
+def test_the_loss_of_a_gear_is_named():
+    lossy = recording(replace(TRUE, rotor_friction=0.05, loss=(0.12, 0.25)))
+    found = et.diagnose(GIVEN.at("torque"), lossy)
+    assert set(found.added) == {"motor_friction", "gear_loss"}
+    assert found.ladder[-1].noise_ratio["motor_position"] < 1.1
+
+
 def test_nothing_is_called_missing_of_a_rotor_that_is_as_modelled(plain):
     found = et.diagnose(GIVEN.at("torque"), plain)
     assert found.added == ()

@@ -300,13 +300,12 @@ def pendulum_servo(rng: np.random.Generator, hidden: str) -> Case:
         motor_position=noisy(rng, turned, 3e-4),
         signals={"joint_position": noisy(rng, joint, 3e-4), "motor_torque": gain * torque},
     )
-    dry = ("motor_friction", *DRY)
+    dry = [f"gravity_load {name}{gained}" for name in ("motor_friction", *DRY) for gained in GAINED]
     named = {
         "plain": right("gravity_load", "gravity_load motor_torque_gain"),
-        **dict.fromkeys(
-            ("friction", "gear"),
-            right(*(f"gravity_load {name}{gained}" for name in dry for gained in GAINED)),
-        ),
+        "friction": right(*dry),
+        # a gain is a loss while the motor drives its load
+        "gear": right(*dry, *(f"{names} gear_loss" for names in ("gravity_load", *dry))),
     }
     return Case(given(rng, machine, motor=True), (recording,), named[hidden])
 

@@ -55,7 +55,10 @@ class Stop:
 
 @dataclass(frozen=True)
 class Link:
-    """J q'' = jτ_e + τ_load - b q' - c q' |q'| + T + gravity + stops + extra - friction."""
+    """J q'' = jτ_e + τ_load - b q' - c q' |q'| + T + gravity + stops + extra - friction.
+
+    Damping b is `damping` and half its `damping_difference` more forwards, as much less backwards.
+    """
 
     inertia: float  # kg m²
     damping: float = 0.0  # N m s/rad
@@ -63,6 +66,7 @@ class Link:
     # further torque on the joint, N·m, of time (s), position (rad) and velocity (rad/s); smooth
     extra_torque: Callable[[float, float, float], float] = field(default=no_torque)
     drag: float = 0.0  # c, N·m s²/rad²
+    damping_difference: float = 0.0  # N m s/rad
     constant_torque: float = 0.0  # T, N·m
     gravity: Gravity | None = None
     stop: Stop | None = None

@@ -183,7 +183,7 @@ class System:
             self.elastic_torque(tensions)
             + self.experiment.load_torque.value(time)
             + link.extra_torque(time, position, velocity)
-            - link.damping * velocity
+            - (link.damping + 0.5 * link.damping_difference * mode.direction) * velocity
             - link.drag * mode.direction * velocity**2
             + link.constant_torque
             + self.stop_torque(state, mode)
@@ -208,7 +208,8 @@ class System:
     def has_direction(self) -> bool:
         """Whether anything depends on the sign of the joint's velocity."""
         link = self.actuator.link
-        return self.sticks or link.friction is not None or link.drag != 0.0
+        signed = link.drag != 0.0 or link.damping_difference != 0.0
+        return self.sticks or link.friction is not None or signed
 
     def guide_torque(self, direction: int, tensions: list[float]) -> float:
         """What the tendons' guides take of the torque, N·m, against positive motion."""

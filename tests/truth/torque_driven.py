@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 ROUNDING = 1e-10  # rad/s
+NOTHING = 1e-13  # N·m
 Vector = NDArray[np.float64]
 Signal = Callable[[float], float]
 
@@ -28,9 +29,13 @@ class Drive:
     link: tuple[float, float]  # inertia, damping
     rotor: tuple[float, float]  # inertia, damping
     rotor_friction: float = 0.0
+    gravity: float = 0.0  # of a link that hangs at 0, N·m
     gain: float = 1.0
     offset: float = 0.0
     cogging: tuple[float, float, float] = (0.0, 1.0, 0.0)  # amplitude, waves, phase
+    loss: tuple[float, float] = (0.0, 0.0)  # of the gear: shares of torques before and behind it
+    # more of it while slow: without load, shares, squares driving and driven; velocity, exponent
+    slow: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0)
 
     def pulls(self, q: float, v: float, motor: float, rate: float) -> tuple[float, float]:
         """Tension of the upper and the lower tendon, N: never negative."""
@@ -42,21 +47,45 @@ class Drive:
         ]
         return tensions[0], tensions[1]
 
-    def push(self, torque: float, q: float, v: float, motor: float, rate: float) -> float:
-        """Torque on the rotor but its dry friction, N·m."""
-        upper, lower = self.pulls(q, v, motor, rate)
+    @property
+    def rubs(self) -> bool:
+        """Whether anything can hold the rotor."""
+        return self.rotor_friction > 0.0 or any(self.loss) or any(self.slow[:5])
+
+    def sides(self, torque: float, x: Vector) -> tuple[float, float]:
+        """Torques of the motor, before its gear, and of the tendons behind it, N·m."""
+        upper, lower = self.pulls(*x)
         amplitude, waves, phase = self.cogging
-        driving = self.gain * torque + self.offset + amplitude * np.sin(waves * motor + phase)
-        return float(driving - self.rotor[1] * rate - self.motor_radius * (upper - lower))
+        driving = self.gain * torque + self.offset + amplitude * np.sin(waves * x[2] + phase)
+        return float(driving), -self.motor_radius * (upper - lower)
+
+    def dry(self, torque: float, x: Vector) -> float:
+        """Most that dry friction takes or holds, N·m."""
+        driving, load = self.sides(torque, x)
+        if driving * load >= 0.0:  # both push the same way: the shares of the gear work apart
+            lost = [abs(abs(driving) * m - abs(load) * n) for m, n in (self.loss, self.slow[1:3])]
+            square = 0.0
+        else:
+            lost = [abs(driving) * m + abs(load) * n for m, n in (self.loss, self.slow[1:3])]
+            driven = abs(driving) <= abs(load)
+            square = self.slow[4] * driving**2 if driven else self.slow[3] * load**2
+        share = np.exp(-((abs(x[3]) / self.slow[5]) ** self.slow[6]))
+        slow = self.slow[0] + lost[1] + square
+        return float(self.rotor_friction + lost[0] + slow * share)
+
+    def push(self, torque: float, x: Vector) -> float:
+        """Torque on the rotor but its dry friction, N·m."""
+        return sum(self.sides(torque, x)) - self.rotor[1] * float(x[3])
 
     def rates(self, t: float, x: Vector, torque: Signal, load: Signal, way: int) -> Vector:
         """Of joint position and velocity, motor position and velocity; `way` the motor moves."""
         q, v, motor, rate = x
         upper, lower = self.pulls(q, v, motor, rate)
         turning = self.joint_radius * (upper - lower) + load(t) - self.link[1] * v
+        turning -= self.gravity * np.sin(q)
         if way == 0:
             return np.array([v, turning / self.link[0], 0.0, 0.0])
-        pushed = self.push(torque(t), q, v, motor, rate) - way * self.rotor_friction
+        pushed = self.push(torque(t), x) - way * self.dry(torque(t), x)
         return np.array([v, turning / self.link[0], rate, pushed / self.rotor[0]])
 
 
@@ -67,9 +96,8 @@ def simulate(drive: Drive, time: Vector, torque: Signal, load: Signal) -> Vector
     while len(rows) < len(time):
 
         def stops(t: float, y: Vector, way: int = way) -> float:
-            pushed = drive.push(torque(t), *y[:3], 0.0)
             # a motor just released has no velocity yet, and rounding must not stop it at once
-            return abs(pushed) - drive.rotor_friction if way == 0 else way * y[3] + ROUNDING
+            return _freed(drive, torque(t), y) if way == 0 else way * y[3] + ROUNDING
 
         stops.terminal = True  # type: ignore[attr-defined]
         stops.direction = 1.0 if way == 0 else -1.0  # type: ignore[attr-defined]
@@ -81,21 +109,31 @@ def simulate(drive: Drive, time: Vector, torque: Signal, load: Signal) -> Vector
             rtol=1e-12,
             atol=1e-13,
             max_step=0.01,
-            events=stops if drive.rotor_friction else None,
+            events=stops if drive.rubs else None,
             dense_output=True,
         )
         reached = time[len(rows) : np.searchsorted(time, found.t[-1], side="right")]
         rows += list(found.sol(reached).T) if len(reached) else []
         now, x = float(found.t[-1]), found.y[:, -1].copy()
-        if drive.rotor_friction:
+        if drive.rubs:
             x[3] = 0.0
             way = _released(drive, now, x, torque)
     return np.array(rows)
 
 
+def _freed(drive: Drive, torque: float, x: Vector) -> float:
+    """By how much a resting rotor is pushed more than friction holds, N·m.
+
+    A little less: where there is no torque at all a gear that loses shares rests, and does not
+    break loose at once.
+    """
+    resting = np.array([*x[:3], 0.0])
+    return abs(drive.push(torque, resting)) - drive.dry(torque, resting) - NOTHING
+
+
 def _released(drive: Drive, t: float, x: Vector, torque: Signal) -> int:
     """Which way a resting motor is pushed off, 0 where friction holds it."""
-    if not drive.rotor_friction:
+    if not drive.rubs:
         return 1
-    pushed = drive.push(torque(t), x[0], x[1], x[2], 0.0)
-    return int(np.sign(pushed)) if abs(pushed) >= drive.rotor_friction * (1.0 - 1e-12) else 0
+    rounding = max(1e-12 * drive.dry(torque(t), x), 0.1 * NOTHING)
+    return int(np.sign(drive.push(torque(t), x))) if _freed(drive, torque(t), x) >= -rounding else 0

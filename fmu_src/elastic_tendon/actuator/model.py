@@ -4,7 +4,7 @@ The chain follows the slots of `effects.base`: motor, its pulley, two tendons, j
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
@@ -142,11 +142,10 @@ def _rotor(s: Symbols, ends: _Ends, tendon_torque: Symbol, upper: TendonForces) 
     motor = s.parameters("motor")
     t = s.parameters("transmission")
     given = s.input["motor_torque"]
-    at = Motor(ends.motor_position, ends.motor_velocity, given)
-    torque = given - motor.damping * ends.motor_velocity - tendon_torque
-    for added in s.fill(Slot.MOTOR_TORQUE, at):
-        torque += added.value
-    dry = _bounds(s.fill(Slot.MOTOR_FRICTION, at))
+    at = Motor(ends.motor_position, ends.motor_velocity, given, load=-tendon_torque)
+    driving = given + sum(added.value for added in s.fill(Slot.MOTOR_TORQUE, at))
+    torque = driving - motor.damping * ends.motor_velocity - tendon_torque
+    dry = _bounds(s.fill(Slot.MOTOR_FRICTION, replace(at, torque=driving)))
     _accelerate(s, ROTOR, torque, dry, t.motor_pulley_radius * upper.largest)
 
 

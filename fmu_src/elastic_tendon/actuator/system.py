@@ -205,10 +205,9 @@ class Symbols:
 
     def take(self, place: str, answer: Answer) -> None:
         """Take over rates, starts and relations of an answer."""
-        if isinstance(answer, FrictionBounds):
-            return
-        self.rate |= {f"{place}.{name}": rate for name, rate in answer.rates.items()}
-        self.start |= {f"{place}.{name}": start for name, start in answer.starts.items()}
+        if not isinstance(answer, FrictionBounds):
+            self.rate |= {f"{place}.{name}": rate for name, rate in answer.rates.items()}
+            self.start |= {f"{place}.{name}": start for name, start in answer.starts.items()}
         for name, quantity in getattr(answer, "thresholds", {}).items():
             self.relations.threshold(f"{place}.{name}", quantity)
 

@@ -146,14 +146,16 @@ class Signal:
 
 @dataclass(frozen=True)
 class Motor:
-    """Where the rotor is moved: position (rad), velocity (rad/s), the torque that is given (N·m).
+    """Where the rotor is moved: position (rad), velocity (rad/s), torques on it (N·m).
 
-    All count at the motor pulley.
+    `torque` : that is given; in the slot of friction with what the slot before it adds. `load` :
+    of the tendons, which against the motor's torque is negative. All count at the motor pulley.
     """
 
     position: Symbol
     velocity: Symbol
     torque: Symbol
+    load: Symbol
 
 
 @dataclass(frozen=True)
@@ -240,10 +242,14 @@ class Contribution:
 
 @dataclass(frozen=True)
 class FrictionBounds:
-    """Range of dry friction torque at this velocity, N·m; ``lower <= 0 <= upper``."""
+    """Range of dry friction torque at this velocity, N·m; ``lower <= 0 <= upper``.
+
+    `thresholds`: as of `Contribution`, where the bounds have a corner.
+    """
 
     lower: Symbol
     upper: Symbol
+    thresholds: Mapping[str, Symbol] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

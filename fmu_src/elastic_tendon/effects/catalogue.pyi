@@ -23,7 +23,10 @@ deflection_gain: Effect
 motor_encoder_offset: Effect
 constant_torque: Effect
 measurement_delay: Effect
+directional_damping: Effect
 motor_friction: Effect
+gear_loss: Effect
+motor_stiction: Effect
 motor_cogging: Effect
 motor_torque_gain: Effect
 motor_torque_offset: Effect

@@ -32,7 +32,7 @@ EFFECT = Effect(
     "rounded corners and is lower where a tendon is slack. Quadratic drag and viscous damping: "
     "they vanish in slow motion. Constant torque: it is the same in both directions. Gear "
     "backlash: it makes a dead zone too, but lets the joint loose instead of holding it. Joint "
-    "stop: it holds the joint at one angle only.",
+    "stop: it holds the joint at one angle only. Directional damping: it grows with the speed.",
     confirm="Hold the motor and push the link slowly forth and back through a force gauge. The "
     "loop of load torque against joint position is as high at every deflection and every slow "
     "speed, and stays so with more pretension. Without a gauge: approach the same motor position "

@@ -28,7 +28,8 @@ EFFECT = Effect(
     "±torque",
     confused_with="Motor torque gain: its error grows with the torque. Motor torque offset: it is "
     "the same in both directions. Motor cogging: it repeats over the motor's angle. Viscous "
-    "damping of the motor (motor.damping): it grows with the speed.",
+    "damping of the motor (motor.damping): it grows with the speed. Gear loss: it grows with the "
+    "torque that the motor bears. Motor stiction: it falls with the speed.",
     confirm="Take the tendons off or let the joint hang free, raise the motor torque slowly until "
     "the motor moves, in both directions and at several angles: half the difference is the "
     "friction torque. At several constant speeds the torque has the same intercept.",

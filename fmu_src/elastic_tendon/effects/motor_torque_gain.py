@@ -25,7 +25,8 @@ EFFECT = Effect(
     law="error τ",
     confused_with="Motor friction: its torque has one size, whatever the motor's is. A wrong "
     "inertia of the motor (motor.inertia): alike where the motor only accelerates; where the "
-    "springs or a known load hold against it, only the gain is wrong.",
+    "springs or a known load hold against it, only the gain is wrong. Gear loss: it opposes the "
+    "motion, so it changes its side where the load drives the motor.",
     confirm="Hold the joint against a force gauge or hang a known mass on the link, let the motor "
     "hold it still, and compare its torque with that of the load, raised and lowered to cancel "
     "friction.",

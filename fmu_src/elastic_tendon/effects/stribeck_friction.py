@@ -80,7 +80,7 @@ EFFECT = Effect(
     confused_with="Coulomb friction: lacks the excess near rest, so only slow motions tell the two "
     "apart. LuGre friction: yields elastically before it breaks away, which only very small "
     "motions show. Gear backlash: it too makes the joint late where a motion turns round, but lets "
-    "it loose instead of holding it.",
+    "it loose instead of holding it. Motor stiction: the springs lie between it and the joint.",
     confirm="Turn the motor at constant speeds from very slow to fast, in both directions and "
     "without load. The mean deflection times the joint's stiffness is the friction torque: it is "
     "largest at the lowest speeds and falls with speed. Sticking and slipping that ceases above a "

@@ -35,7 +35,8 @@ EFFECT = Effect(
     "joint stays while some s from -1 to 1 balances",
     confused_with="Coulomb friction: its loop does not grow with tension; while both tendons stay "
     "taut the two cannot be distinguished. Spring hysteresis: its loop shrinks where a tendon is "
-    "slack, where this one opens.",
+    "slack, where this one opens. Gear loss: it is lost at the motor and does not grow with the "
+    "pretension.",
     confirm="Hold the motor and push the link slowly forth and back through a force gauge, far "
     "enough that a tendon goes slack: the loop opens towards the ends. Repeat with twice the "
     "pretension: its height in the middle doubles.",
