@@ -131,6 +131,14 @@ def test_a_recording_is_simulated_as_its_inputs_are(model, recording) -> None:
         et.simulate(model, TIME)
 
 
+def test_actuators_are_stepped_by_another_simulator(model) -> None:
+    held = model.at("joint")
+    actuators = et.Actuators([held] * 2)
+    actuators.step(TIME[1], 0.0, 0.0, joint_position=[0.0, 0.01], joint_velocity=0.0)
+    torque = et.simulate(held, TIME[:2], [0.0, 0.0], joint_position=[0.0, 0.01])["joint_torque"]
+    assert actuators["joint_torque"] == pytest.approx([0.0, torque[1]])
+
+
 def test_one_recording_or_several_everywhere(model, recording) -> None:
     for function in (et.compare, et.fit):
         assert repr(function(model, recording)) == repr(function(model, [recording]))
@@ -210,7 +218,7 @@ RESULTS = {
 }
 # what users give or look at, and what they get back only within a result
 NO_RESULTS = {
-    *("Drive", "LimitCycle", "Model", "Motion", "OperatingPoint", "Options", "Points"),
+    *("Actuators", "Drive", "LimitCycle", "Model", "Motion", "OperatingPoint", "Options", "Points"),
     *("ReadOptions", "SlackState", "Task"),
 }
 

@@ -52,6 +52,7 @@ from .measurement.reader import read as read
 from .measurement.recording import Measurement as Measurement
 from .output import OutputError as OutputError
 from .reports.write import report as report
+from .simulation.actuators import Actuators as Actuators
 from .simulation.simulate import Many as Many
 from .simulation.simulate import Sensitivities as Sensitivities
 from .simulation.simulate import Trajectory as Trajectory
