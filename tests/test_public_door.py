@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 import control
+import mujoco
 import numpy as np
 import pandas as pd
 import pytest
@@ -139,6 +140,16 @@ def test_actuators_are_stepped_by_another_simulator(model) -> None:
     assert actuators["joint_torque"] == pytest.approx([0.0, torque[1]])
 
 
+def test_an_arm_in_mujoco_has_elastic_joints(model) -> None:
+    robot = mujoco.MjModel.from_xml_path(str(ROOT / "examples" / "arm" / "arm.xml"))
+    arm = et.Arm(robot, {"elbow": model})
+    arm.step(arm.motor_position, 0.0)
+    assert arm.largest_stable_step() > robot.opt.timestep
+    with pytest.raises(et.ArmError, match="no joint 'knee'"):
+        et.Arm(robot, {"knee": model})
+    assert et.largest_stable_step([[1.0]], [[4.0]], [[0.0]]) == pytest.approx(1.0)
+
+
 def test_one_recording_or_several_everywhere(model, recording) -> None:
     for function in (et.compare, et.fit):
         assert repr(function(model, recording)) == repr(function(model, [recording]))
@@ -218,7 +229,17 @@ RESULTS = {
 }
 # what users give or look at, and what they get back only within a result
 NO_RESULTS = {
-    *("Actuators", "Drive", "LimitCycle", "Model", "Motion", "OperatingPoint", "Options", "Points"),
+    *(
+        "Actuators",
+        "Arm",
+        "Drive",
+        "LimitCycle",
+        "Model",
+        "Motion",
+        "OperatingPoint",
+        "Options",
+        "Points",
+    ),
     *("ReadOptions", "SlackState", "Task"),
 }
 
