@@ -10,6 +10,8 @@ from .actuator.parameters import load_model as load_model
 from .actuator.parameters import models as models
 from .actuator.transmission import SlackState as SlackState
 from .arm.arm import Arm as Arm
+from .arm.joints import CutJoint as CutJoint
+from .arm.joints import cut_into_joints as cut_into_joints
 from .arm.stability import largest_stable_step as largest_stable_step
 from .comparison.compare import Comparison as Comparison
 from .comparison.compare import compare as compare

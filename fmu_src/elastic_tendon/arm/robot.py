@@ -24,6 +24,15 @@ def mujoco() -> ModuleType:
     return module
 
 
+def joints_of(robot: Any) -> tuple[str, ...]:
+    """Names of all joints, in MuJoCo's order."""
+    package = mujoco()
+    return tuple(
+        package.mj_id2name(robot, package.mjtObj.mjOBJ_JOINT, number) or f"number {number}"
+        for number in range(robot.njnt)
+    )
+
+
 def joint_numbers(robot: Any, names: Sequence[str]) -> tuple[Indices, Indices]:
     """Where hinges stand in the robot's positions and velocities.
 
@@ -32,11 +41,7 @@ def joint_numbers(robot: Any, names: Sequence[str]) -> tuple[Indices, Indices]:
     ArmError
         for a joint that there is not, or that is no hinge
     """
-    package = mujoco()
-    known = [
-        package.mj_id2name(robot, package.mjtObj.mjOBJ_JOINT, number) or f"number {number}"
-        for number in range(robot.njnt)
-    ]
+    known = joints_of(robot)
     if not names:
         raise ArmError(f"no joint has an actuator; the robot has {', '.join(known) or 'no joint'}")
     for name in names:
@@ -46,7 +51,7 @@ def joint_numbers(robot: Any, names: Sequence[str]) -> tuple[Indices, Indices]:
             )
     numbers = np.array([known.index(name) for name in names], dtype=np.int64)
     for name, number in zip(names, numbers, strict=True):
-        if robot.jnt_type[number] != package.mjtJoint.mjJNT_HINGE:
+        if robot.jnt_type[number] != mujoco().mjtJoint.mjJNT_HINGE:
             raise ArmError(f"joint {name} is no hinge, and tendons on pulleys turn hinges alone")
     return (
         robot.jnt_qposadr[numbers].astype(np.int64),
