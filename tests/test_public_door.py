@@ -150,6 +150,18 @@ def test_an_arm_in_mujoco_has_elastic_joints(model) -> None:
     assert et.largest_stable_step([[1.0]], [[4.0]], [[0.0]]) == pytest.approx(1.0)
 
 
+def test_a_recording_of_an_arm_is_cut_into_joints(model, recording) -> None:
+    robot = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body><joint name="joint"/><inertial pos="0 0 0" mass="1" '
+        'diaginertia="0.03 0.03 0.03"/></body></worldbody></mujoco>'
+    )
+    alone = et.cut_into_joints(robot, {"joint": model}, {"joint": recording})["joint"]
+    assert isinstance(alone, et.CutJoint)
+    assert alone.model.link.inertia == pytest.approx(0.03)
+    ends = np.searchsorted(recording.time, alone.recording.time)
+    assert alone.recording.load_torque == pytest.approx(LOAD[ends], abs=1e-6)
+
+
 def test_one_recording_or_several_everywhere(model, recording) -> None:
     for function in (et.compare, et.fit):
         assert repr(function(model, recording)) == repr(function(model, [recording]))
@@ -231,6 +243,7 @@ RESULTS = {
 NO_RESULTS = {
     *(
         "Actuators",
+        "CutJoint",
         "Arm",
         "Drive",
         "LimitCycle",

@@ -5,8 +5,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-
 from arms import ACTUATORS
+
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.arm.joints import cut_into_joints
 from elastic_tendon.comparison.compare import compare
@@ -52,7 +52,7 @@ def test_noise_of_loads_counts_where_it_moves_the_joint(cut):
 
 
 def test_links_are_those_of_the_mass_matrix(cut):
-    """At rest in the middle of the motion, by the parallel axis theorem of the hand about itself."""
+    """Here the hand's, which no other joint changes, by the parallel axis theorem."""
     known = robot(NOTHING.seed)
     hand = known.body("hand").id
     offset = known.body_ipos[hand][0]
@@ -108,7 +108,7 @@ def test_loads_are_those_of_a_robot_that_moves_as_a_formula_says():
     known.dof_damping[:] = 0.0
     time = np.arange(0.0, 2.0, 0.002)
     wrist = 0.5 * np.sin(3.0 * time)
-    position = {name: 0 * time for name in JOINTS} | {"wrist": wrist}
+    position = dict.fromkeys(JOINTS, 0 * time) | {"wrist": wrist}
     held = {
         name: Measurement(time=time, motor_position=at, signals={"joint_position": at}).with_noise(
             {"joint_position": 1e-6}
