@@ -165,6 +165,16 @@ def test_example_runs(script, tmp_path):
         check(run.stdout)
 
 
+def test_arm_of_fmus_tends_to_that_of_one_process(tmp_path):
+    run = _run(SCRIPTS / "arm" / "system.py", tmp_path, str(tmp_path))
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert (tmp_path / "arm.ssp").is_file()
+    apart = [float(one) for one in re.findall(r"joints (\S+) mrad apart", run.stdout)]
+    assert apart[0] < 20
+    assert apart[0] / apart[1] == pytest.approx(2.0, rel=0.1)
+    assert apart[1] / apart[2] == pytest.approx(2.0, rel=0.1)
+
+
 @pytest.mark.parametrize("name", MADE)
 def test_example_says_why_it_cannot_make_its_folder(name, tmp_path):
     script = SCRIPTS / name / "run.py"
