@@ -1,15 +1,16 @@
 """`Arm`: MuJoCo's links and our actuators in turns, against one solver for both, and by energy."""
 
+import re
 from itertools import pairwise
 
 import mujoco
 import numpy as np
 import pytest
-from arms import ACTUATORS, robot
+from arms import ACTUATORS, MJCF, robot
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.arm.arm import Arm
-from elastic_tendon.errors import ArmError, ModelError
+from elastic_tendon.errors import ArmError
 from elastic_tendon.simulation.simulate import simulate
 
 INERTIA, DAMPING, WEIGHT = 0.03, 0.16, 1.5  # kg m^2, N m s/rad, N m when level
@@ -114,7 +115,7 @@ def test_what_drove_an_arm_before_is_forgotten_at_reset():
 def test_one_elastic_joint_leaves_the_others_free():
     arm = Arm(robot(), {"shoulder": ACTUATORS["shoulder"]})
     hand = arm.data.qpos[3]
-    for _ in range(100):
+    for _ in range(200):
         arm.step(arm.motor_position, 0.0)
     assert abs(arm.joint_position[0]) < 0.2
     assert abs(arm.data.qpos[3] - hand) > 0.1
@@ -152,8 +153,17 @@ def test_robots_that_cannot_be_driven_are_refused_in_a_sentence():
     with pytest.raises(ArmError, match="joint joint is no hinge"):
         Arm(mujoco.MjModel.from_xml_string(slide), {"joint": ACTUATORS["elbow"]})
     backwards = ACTUATORS["elbow"].with_effect("coulomb_friction", {"torque": 0.1})
-    with pytest.raises(ModelError, match="coulomb_friction"):
+    with pytest.raises(ArmError, match="at elbow has coulomb_friction, beyond the springs; give"):
         Arm(robot(), {"elbow": backwards})
+    with pytest.raises(ArmError, match=r"shape \(2,\), but 4 joints have actuators \(base, "):
+        Arm(robot(), ACTUATORS).reset([0.0, 0.0])
+
+
+def test_the_example_for_your_own_arm_runs_as_printed(monkeypatch, capsys):
+    monkeypatch.chdir(MJCF.parents[2])
+    (block,) = re.findall(r"```python\n(.*?)```", MJCF.with_name("README.md").read_text(), re.S)
+    exec(block, {})
+    assert capsys.readouterr().out.startswith("[")
 
 
 def test_without_mujoco_it_says_what_to_install(monkeypatch):

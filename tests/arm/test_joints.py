@@ -13,6 +13,7 @@ from elastic_tendon.comparison.compare import compare
 from elastic_tendon.errors import ArmError
 from elastic_tendon.measurement import Measurement
 from engine.arms import BASES, JOINTS, PlayedArm, links, play, robot
+from study_arm import row_of
 
 NOTHING = PlayedArm("nothing", "elbow", 3)  # of development
 DURATION = 3.0  # s
@@ -66,6 +67,12 @@ def test_what_hides_in_one_joint_shows_in_that_joint_alone():
     found = errors(cut_into_joints(robot(arm.seed), TRUE, play(arm, DURATION)))
     assert found.pop("elbow") > 5.0
     assert max(found.values()) < 1.4
+
+
+@pytest.mark.slow
+def test_it_is_diagnosed_in_that_joint_alone():
+    row = row_of(PlayedArm("dry", "elbow", NOTHING.seed))
+    assert row["right"], row
 
 
 def test_recordings_of_another_number_of_joints_are_refused(recordings):

@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.arm.robot import joint_numbers, mujoco
 from elastic_tendon.arm.stability import largest_stable_step
+from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import ArmError, SimulationError
 from elastic_tendon.simulation.actuators import Actuators
 
@@ -45,10 +47,8 @@ class Arm:
     Raises
     ------
     ArmError
-        for a joint that there is not or that is no hinge, an integrator that cannot be coupled,
-        or a step of the robot that is not stable
-    ModelError
-        for a model that cannot be taken at interface joint
+        for a joint that there is not or that is no hinge, a model with effects beyond the springs,
+        an integrator that cannot be coupled, or a step of the robot that is not stable
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Arm:
         # views, which last; to ask MuJoCo for one takes as long as an actuator's step
         self._position, self._velocity = self.data.qpos, self.data.qvel
         self._force = self.data.qfrc_applied
-        self.actuators = Actuators([model.at("joint") for model in actuators.values()])
+        self.actuators = Actuators([_at_joint(*pair) for pair in actuators.items()])
         self.reset()
 
     def reset(
@@ -86,11 +86,16 @@ class Arm:
         Raises
         ------
         ArmError
-            where the robot's step is not stable there, or no motors hold it
+            where the robot's step is not stable there, no motors hold it, or a position is missing
         """
         self._mujoco.mj_resetData(self.robot, self.data)
         self.robot.dof_damping[:] = self._joint_damping
         if joint_position is not None:
+            if np.shape(joint_position) != (len(self.joints),):
+                raise ArmError(
+                    f"joint_position has shape {np.shape(joint_position)}, but {len(self.joints)} "
+                    f"joints have actuators ({', '.join(self.joints)}); give one position for each"
+                )
             self._position[self._places] = joint_position
         self._mujoco.mj_forward(self.robot, self.data)
         holding = self.motors_that_hold() if motor_position is None else motor_position
@@ -250,6 +255,21 @@ class Arm:
             raise ArmError(
                 "semi_implicit needs tendons that move one joint each; leave it or passes out"
             )
+
+
+def _at_joint(joint: str, model: Model) -> Model:
+    """The model as a force between motor and link."""
+    at_link = [
+        effect_id
+        for effect_id in model.effects
+        if not InterfaceKind.JOINT.has_slot(BY_ID[effect_id].slot)
+    ]
+    if at_link:
+        raise ArmError(
+            f"{model.name} at {joint} has {', '.join(at_link)}, beyond the springs; give the "
+            "robot's joint what is like it, as frictionloss, and the arm the model without"
+        )
+    return model.at(InterfaceKind.JOINT)
 
 
 def _wiring(joints: tuple[str, ...], passes: Mapping[tuple[str, str], float]) -> Array:
