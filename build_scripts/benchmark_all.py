@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import benchmark_arm
 import benchmark_cluster
 import benchmark_fit
 import benchmark_fmpy
@@ -57,6 +58,7 @@ def groups(quick: bool) -> list[Group]:
             partial(benchmark_sweep.sweep_rows, quick),
         ),
         Group("A thousand cores", partial(benchmark_cluster.rows, quick)),
+        Group("Actuators of an arm, a step of 1 ms", benchmark_arm.rows),
         Group("Start-up", partial(benchmark_startup.process_rows, 5 if quick else 20)),
     ]
 

@@ -14,6 +14,7 @@ SHAPE_OF_GAINS = "ignore:Setting the shape on a NumPy array:DeprecationWarning:c
 SCRIPTS = Path(__file__).parents[1] / "examples"
 EXAMPLES = sorted(SCRIPTS.glob("*/run.py"))
 MADE = {  # by those that make their folder: what is in it then
+    "arm": {".png"},
     "drive_fmu": {".png"},
     "system_simulation": {".png", ".ssp"},
     "tolerance_study": {".png"},
@@ -117,7 +118,18 @@ def _check_fleet(printed):
     assert "finn: finn.csv: there is no column joint_position_rad" in printed
 
 
+def _check_arm(printed):
+    """The coupling is of first order, explicit; a step that is told the slopes is always stable."""
+    assert 10 < float(re.search(r"stable step, explicit: (\S+) ms", printed)[1]) < 100
+    assert "stable step, semi-implicit: any" in printed
+    moved = [float(one) for one in re.findall(r"explicit, .* move by (\S+) mrad", printed)]
+    assert moved[0] / moved[1] == pytest.approx(2.0, rel=0.1)
+    assert moved[1] / moved[2] == pytest.approx(2.0, rel=0.1)
+    assert max(float(one) for one in re.findall(r"slack for (\d+) %", printed)) > 20
+
+
 CHECKS = {
+    "arm": _check_arm,
     "controller_design": _check_controller_design,
     "diagnose": _check_diagnose,
     "fleet": _check_fleet,
@@ -151,6 +163,16 @@ def test_example_runs(script, tmp_path):
     assert made == MADE.get(name, made)
     if check := CHECKS.get(name):
         check(run.stdout)
+
+
+def test_arm_of_fmus_tends_to_that_of_one_process(tmp_path):
+    run = _run(SCRIPTS / "arm" / "system.py", tmp_path, str(tmp_path))
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert (tmp_path / "arm.ssp").is_file()
+    apart = [float(one) for one in re.findall(r"joints (\S+) mrad apart", run.stdout)]
+    assert apart[0] < 20
+    assert apart[0] / apart[1] == pytest.approx(2.0, rel=0.1)
+    assert apart[1] / apart[2] == pytest.approx(2.0, rel=0.1)
 
 
 @pytest.mark.parametrize("name", MADE)

@@ -12,7 +12,7 @@ PACKAGE = Path(elastic_tendon.__file__).parent
 # from what needs nothing to what shows everything; each room may use those before it
 ROOMS = (
     *("errors", "version", "progress", "output", "result"),
-    *("effects", "actuator", "native", "simulation", "measurement"),
+    *("effects", "actuator", "native", "simulation", "measurement", "arm"),
     *("comparison", "estimation", "misreadings", "diagnosis"),
     *("evidence", "fmu", "linear", "sweeps", "reports", "demo", "app", "cli"),
     *("__init__", "__main__"),

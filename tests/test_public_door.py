@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 import control
+import mujoco
 import numpy as np
 import pandas as pd
 import pytest
@@ -131,6 +132,36 @@ def test_a_recording_is_simulated_as_its_inputs_are(model, recording) -> None:
         et.simulate(model, TIME)
 
 
+def test_actuators_are_stepped_by_another_simulator(model) -> None:
+    held = model.at("joint")
+    actuators = et.Actuators([held] * 2)
+    actuators.step(TIME[1], 0.0, 0.0, joint_position=[0.0, 0.01], joint_velocity=0.0)
+    torque = et.simulate(held, TIME[:2], [0.0, 0.0], joint_position=[0.0, 0.01])["joint_torque"]
+    assert actuators["joint_torque"] == pytest.approx([0.0, torque[1]])
+
+
+def test_an_arm_in_mujoco_has_elastic_joints(model) -> None:
+    robot = mujoco.MjModel.from_xml_path(str(ROOT / "examples" / "arm" / "arm.xml"))
+    arm = et.Arm(robot, {"elbow": model})
+    arm.step(arm.motor_position, 0.0)
+    assert arm.largest_stable_step() > robot.opt.timestep
+    with pytest.raises(et.ArmError, match="no joint 'knee'"):
+        et.Arm(robot, {"knee": model})
+    assert et.largest_stable_step([[1.0]], [[4.0]], [[0.0]]) == pytest.approx(1.0)
+
+
+def test_a_recording_of_an_arm_is_cut_into_joints(model, recording) -> None:
+    robot = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body><joint name="joint"/><inertial pos="0 0 0" mass="1" '
+        'diaginertia="0.03 0.03 0.03"/></body></worldbody></mujoco>'
+    )
+    alone = et.cut_into_joints(robot, {"joint": model}, {"joint": recording})["joint"]
+    assert isinstance(alone, et.CutJoint)
+    assert alone.model.link.inertia == pytest.approx(0.03)
+    ends = np.searchsorted(recording.time, alone.recording.time)
+    assert alone.recording.load_torque == pytest.approx(LOAD[ends], abs=1e-6)
+
+
 def test_one_recording_or_several_everywhere(model, recording) -> None:
     for function in (et.compare, et.fit):
         assert repr(function(model, recording)) == repr(function(model, [recording]))
@@ -210,7 +241,18 @@ RESULTS = {
 }
 # what users give or look at, and what they get back only within a result
 NO_RESULTS = {
-    *("Drive", "LimitCycle", "Model", "Motion", "OperatingPoint", "Options", "Points"),
+    *(
+        "Actuators",
+        "CutJoint",
+        "Arm",
+        "Drive",
+        "LimitCycle",
+        "Model",
+        "Motion",
+        "OperatingPoint",
+        "Options",
+        "Points",
+    ),
     *("ReadOptions", "SlackState", "Task"),
 }
 

@@ -9,6 +9,10 @@ from .actuator.parameters import Model as Model
 from .actuator.parameters import load_model as load_model
 from .actuator.parameters import models as models
 from .actuator.transmission import SlackState as SlackState
+from .arm.arm import Arm as Arm
+from .arm.joints import CutJoint as CutJoint
+from .arm.joints import cut_into_joints as cut_into_joints
+from .arm.stability import largest_stable_step as largest_stable_step
 from .comparison.compare import Comparison as Comparison
 from .comparison.compare import compare as compare
 from .comparison.locate import Location as Location
@@ -18,6 +22,7 @@ from .demo import load_demo as load_demo
 from .diagnosis.diagnose import diagnose as diagnose
 from .diagnosis.options import Options as Options
 from .diagnosis.result import Diagnosis as Diagnosis
+from .errors import ArmError as ArmError
 from .errors import BuildError as BuildError
 from .errors import EffectError as EffectError
 from .errors import ElasticTendonError as ElasticTendonError
@@ -52,6 +57,7 @@ from .measurement.reader import read as read
 from .measurement.recording import Measurement as Measurement
 from .output import OutputError as OutputError
 from .reports.write import report as report
+from .simulation.actuators import Actuators as Actuators
 from .simulation.simulate import Many as Many
 from .simulation.simulate import Sensitivities as Sensitivities
 from .simulation.simulate import Trajectory as Trajectory

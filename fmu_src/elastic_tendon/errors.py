@@ -26,6 +26,10 @@ class SimulationError(ElasticTendonError):
     """The solver could not go on; the message names the time and the reason."""
 
 
+class ArmError(ElasticTendonError):
+    """An arm that cannot be driven or cut into joints; the message says what to change."""
+
+
 class EffectError(ElasticTendonError):
     """An effect of the user's own that cannot be used; the message names file, line, reason."""
 

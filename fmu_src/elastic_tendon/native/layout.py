@@ -215,7 +215,7 @@ def text_table(name: str, texts: Iterable[str]) -> str:
 def structure(name: str, fields: Mapping[str, str]) -> str:
     """C source of a structure, its fields by name with their types."""
     declared = "".join(f"  {kind} {field};\n" for field, kind in fields.items())
-    return f"typedef struct {{\n{declared}}} {name};"
+    return f"typedef struct {name} {{\n{declared}}} {name};"
 
 
 _COLUMNS: Mapping[str, tuple[str, Callable[[FmuVariable], str]]] = {  # type in C, and what it shows

@@ -32,6 +32,7 @@ DEFAULT_TOLERANCE = 1e-8
 
 CLASSES = classes(STRUCTURES)
 Simulation, Runs = CLASSES["Simulation"], CLASSES["Runs"]  # what the library is called with
+EachStep, ListedActuator = CLASSES["EachStep"], CLASSES["ListedActuator"]
 
 
 # ---- cache ---------------------------------------------------------------------------------
@@ -172,4 +173,5 @@ def load(effect_ids: tuple[str, ...], kind: InterfaceKind = InterfaceKind.POSITI
         ctypes.POINTER(Simulation),
         ctypes.POINTER(Runs),
     ]
+    library.elastic_tendon_each.restype = ctypes.c_longlong
     return library

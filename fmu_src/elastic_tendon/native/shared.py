@@ -71,6 +71,18 @@ STRUCTURES: Mapping[str, Fields] = {  # sizes in elements, arrays row by row
         "outcome": "int *",  # out: an Outcome for each run
         "failure_time": "double *",  # out: n_runs, s
     },
+    "EachStep": {  # of actuators that another simulator steps: what is common to all
+        "duration": "double",  # s
+        "tolerance": "double",
+        "n_results": "long long",  # outputs that are written, the first of each
+    },
+    "ListedActuator": {  # one of them, with functions of its own library
+        "act": "Act *",
+        "memory": "void *",  # all that changes
+        "constants": "const double *",
+        "input": "const double *",  # N_INPUTS
+        "result": "double *",  # out
+    },
 }
 _TOLERANCES = tuple(zip(("SMALLEST", "LARGEST"), TOLERANCES, strict=True))
 _ENUMERATIONS: Mapping[str, Iterable[str]] = {
@@ -129,6 +141,9 @@ def header(structures: Mapping[str, Fields] = STRUCTURES) -> str:
         *("#ifndef SHARED_H", "#define SHARED_H"),
         *(f"#define {name}_TOLERANCE {value:g}" for name, value in _TOLERANCES),
         "typedef int Interrupted(void);",
+        "struct EachStep;",
+        "typedef int Act(void *, const double *, const struct EachStep *, const double *,",
+        "                double *);",
         *enumerations,
         text_table("outcome_text", OUTCOMES.values()),
         text_table("category_name", (name for name, _ in LOG_CATEGORIES.values())),

@@ -258,7 +258,8 @@ def _address(array: Array | NDArray[np.int32] | None) -> int | None:
     return None if array is None else array.ctypes.data
 
 
-def _initial_state(model: Model, given: Mapping[str, float] | None) -> Array:
+def initial_state_of(model: Model, given: Mapping[str, float] | None = None) -> Array:
+    """Initial states in the library's order, NaN where calculated; ValueError for a wrong name."""
     states = interface(*model.structure).states
     unknown = set(given or {}) - {state.name for state in states}
     if unknown:
@@ -366,7 +367,7 @@ class _Motion:
             inputs=given,
             slopes=np.array([spline_slopes(time, samples) for samples in given]) if cubic else None,
             interpolation=INTERPOLATIONS.index(interpolation),
-            start=_initial_state(model, initial_state),
+            start=initial_state_of(model, initial_state),
             tolerance=tolerance,
         )
 
@@ -385,14 +386,14 @@ class _Motion:
         )
 
 
-def _parameters(model: Model, as_measured: bool) -> Array:
+def library_parameters(model: Model, as_measured: bool = False) -> Array:
     """Parameters of the library: the model's parameters, and the settings of a call."""
     settings = [float(as_measured)] if interface(*model.structure).reads_signals else []
     return np.array([*model.values().values(), *settings])
 
 
-def _reason(outcome: int, time: float) -> str:
-    """Why a simulation stopped."""
+def reason(outcome: int, time: float) -> str:
+    """Why a simulation stopped, as its `Outcome` says."""
     return f"stopped at {time:.6g} s: {tuple(OUTCOMES.values())[outcome]}"
 
 
@@ -401,7 +402,7 @@ def _run(
 ) -> tuple[Trajectory, Array]:
     variables = interface(*model.structure)
     n, m = motion.time.size, len(directions)
-    parameters = _parameters(model, as_measured)
+    parameters = library_parameters(model, as_measured)
     direction = np.array(directions, dtype=np.int32)
     states = np.empty((n, len(variables.states)))
     outputs = np.empty((n, len(variables.outputs)))
@@ -418,7 +419,7 @@ def _run(
     library = load(*model.structure)
     outcome = interrupt.call(library.elastic_tendon_simulate, call)
     if outcome != 0:
-        raise SimulationError(f"{model.name}: {_reason(outcome, call.failure_time)}")
+        raise SimulationError(f"{model.name}: {reason(outcome, call.failure_time)}")
     statistics = {name: int(getattr(call.statistics, name)) for name in STATISTICS}
     names = (variables.state_names, variables.output_names)
     event_times = event_time[: statistics["events"]].copy()
@@ -565,7 +566,7 @@ def simulate_many(
         raise SimulationError(f"{model.name}: memory is short")
     failures = [""] * k
     for i in np.flatnonzero(outcome):
-        failures[i] = _reason(outcome[i], stopped[i])
+        failures[i] = reason(outcome[i], stopped[i])
     return Many(motion.time, values, tuple(outputs), tuple(failures))
 
 
@@ -582,7 +583,7 @@ def _parameter_sets(model: Model, varied: Mapping[str, ArrayLike], as_measured: 
             "one row of values of each parameter is needed, all of one length, not of shapes "
             + ", ".join(map(str, sorted(shapes)))
         )
-    sets = np.tile(_parameters(model, as_measured), (next(iter(shapes))[0], 1))
+    sets = np.tile(library_parameters(model, as_measured), (next(iter(shapes))[0], 1))
     for path, column in columns.items():
         sets[:, paths.index(path)] = column
     return sets

@@ -5,3 +5,5 @@
 #include "solver.c"
 
 #include "simulate.c"
+
+#include "actuators.c"
