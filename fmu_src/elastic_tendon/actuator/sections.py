@@ -93,6 +93,11 @@ class Transmission(BaseModel):
         return value
 
     @property
+    def absent(self) -> bool:
+        """Whether it is `NO_SPRINGS`, of a model without this table."""
+        return self.upper_spring.stiffness == 0.0
+
+    @property
     def motor_share(self) -> float:
         """Joint rotation for a rotation of the motor without load, 1/n_t of (10)."""
         return self.motor_pulley_radius / self.joint_pulley_radius
@@ -109,6 +114,18 @@ class Transmission(BaseModel):
             1 / self.upper_spring.combined_stiffness + 1 / self.lower_spring.combined_stiffness
         )
         return series * min(self.upper_spring.max_deflection, self.lower_spring.max_deflection)
+
+
+_NO_SPRING = Spring.model_construct(stiffness=0.0, max_deflection=math.inf)
+# of a model without [transmission]: no torque at any deflection, and nothing is ever slack
+NO_SPRINGS = Transmission.model_construct(
+    joint_pulley_radius=1.0,
+    motor_pulley_radius=1.0,
+    upper_spring=_NO_SPRING,
+    lower_spring=_NO_SPRING,
+    pretension_force=0.0,
+    slack=0,
+)
 
 
 class Link(BaseModel):

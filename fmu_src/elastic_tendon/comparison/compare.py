@@ -224,7 +224,13 @@ def slack_states_measured(model: Model, trajectory: Trajectory, measurement: Mea
     trajectory : Trajectory of n samples
     measurement : Measurement; its errors of position, taken from the simulated deflection, leave
         the measured one, whatever offsets the model knows
+
+    Returns
+    -------
+    (n,) array; 0 where the model has no springs
     """
+    if not model.kind.has_springs:
+        return np.zeros(len(trajectory.time))
     errors = residuals_of(trajectory, measurement)
     ratio = model.transmission.motor_share
     motor_error = ratio * errors.get("motor_position", 0.0)  # reflected, (10)

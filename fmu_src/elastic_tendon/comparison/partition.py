@@ -165,10 +165,11 @@ def partitions(
     -------
     dict, name of a variable -> Partition; a variable that does not change is left out
     """
-    partitions = [_slack_states(variables["slack_state"], sizes)]
+    springs = model.kind.has_springs
+    partitions = [_slack_states(variables["slack_state"], sizes)] if springs else []
     boundaries = slack_boundaries(model.transmission)
     for by in UNITS:
-        if static and by in NOT_STATIC:
+        if (static and by in NOT_STATIC) or (by == "deflection" and not springs):
             continue
         values = variables[by]
         if np.ptp(values) > 1e-9 * np.max(np.abs(values)):

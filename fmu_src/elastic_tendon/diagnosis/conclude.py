@@ -6,7 +6,7 @@ from math import sqrt
 from operator import is_
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_GIVEN, InterfaceKind
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.compare import Comparison, compare
@@ -185,7 +185,8 @@ def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
         return
     if data.given.kind is not InterfaceKind.POSITION:
         found.no_experiment = (
-            "No experiment is proposed at interface torque: proposals move the motor's position."
+            f"No experiment is proposed at interface {data.given.kind}: proposals move the motor's "
+            "position."
         )
         return
     pairs = zip(_different(found.alike), found.alike, strict=True)
@@ -382,7 +383,7 @@ def _recordings(
     for role, comparison in (("fitted", last.comparison), ("validation", last.heldout)):
         for file in comparison.files if isinstance(comparison, Comparison) else ():
             part = file.measurement.samples(slice(judged))
-            asked = role == "validation" and model.kind is InterfaceKind.POSITION
+            asked = role == "validation" and model.kind in AS_GIVEN
             constant = explained_by(model, part) if asked else None
             rows.append(
                 RecordingSummary(

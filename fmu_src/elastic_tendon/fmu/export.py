@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_GIVEN, InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.system import HybridSystem
@@ -45,7 +45,7 @@ def model_identifier(name: str) -> str:
 def _variant_name(model: Model) -> str:
     """The model's name, and its interface where that is not the default."""
     kind = model.kind
-    return model.name if kind is InterfaceKind.POSITION else f"{model.name}, interface {kind}"
+    return model.name if kind in AS_GIVEN else f"{model.name}, interface {kind}"
 
 
 def describe(
@@ -82,11 +82,11 @@ def _binaries(
     }
 
 
-def _icon_and_terminals(fmi_version: FmiVersion) -> dict[str, bytes]:
+def _icon_and_terminals(fmi_version: FmiVersion, kind: InterfaceKind) -> dict[str, bytes]:
     """Files for drawing and connecting the FMU by their path in it."""
     if fmi_version == 2:
         return {"model.png": icon()["icon.png"]}
-    terminals = description.to_bytes(terminals_and_icons())
+    terminals = description.to_bytes(terminals_and_icons(kind))
     files = {"terminalsAndIcons.xml": terminals, **icon(), **flanges()}
     return {f"terminalsAndIcons/{name}": content for name, content in files.items()}
 
@@ -126,7 +126,7 @@ def _contents(
             *(model, described.variables, fmi_version),
             library=described.identifier if source else None,
         ),
-        **_icon_and_terminals(fmi_version),
+        **_icon_and_terminals(fmi_version, model.kind),
     }
 
 

@@ -8,6 +8,8 @@ that is the load, at the motor what the motor has to bring to hold the tendons.
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
+
 _HALF_WIDTH = 100.0  # of the picture, in the units of its coordinate system
 _FLANGE_HALF_WIDTH = 10.0
 _MILLIMETRES = 0.1  # on paper, of one unit
@@ -47,8 +49,8 @@ _FLANGES = (
 )
 
 
-def terminals_and_icons() -> Element:
-    """Root element of terminalsAndIcons.xml, the same for every model.
+def terminals_and_icons(kind: InterfaceKind = InterfaceKind.POSITION) -> Element:
+    """Root element of terminalsAndIcons.xml, the same for every model with springs.
 
     The pictures, from `icon`, lie beside it.
     """
@@ -58,7 +60,7 @@ def terminals_and_icons() -> Element:
     SubElement(picture, "CoordinateSystem", whole, suggestedScalingFactorTo_mm=repr(_MILLIMETRES))
     SubElement(picture, "Icon", whole)
     terminals = SubElement(root, "Terminals")
-    for flange in _FLANGES:
+    for flange in _FLANGES if kind.has_springs else _FLANGES[1:]:
         terminals.append(_terminal(flange))
     return root
 

@@ -116,7 +116,7 @@ def find_layout(
         times = {}
     else:
         read, unread = search.joint_signals()
-        required = ["motor_position", *([read] if joint_required else [])]
+        required = [*search.motor_signals(read), *([read] if joint_required else [])]
         search.check_time(required)
         columns = [
             search.column(signal, required=signal in required)
@@ -179,6 +179,12 @@ class _Search:
             return deflection, position
         return position, deflection
 
+    def motor_signals(self, read: str) -> tuple[str, ...]:
+        """What has to be there of the motor: nothing where a load drives the joint, and its own
+        position is read."""
+        driven = self._mentioned("load_torque") and read == "joint_position"
+        return () if driven else ("motor_position",)
+
     def check_time(self, required: Sequence[str]) -> None:
         """Refuse a file without time, and a static curve that has one."""
         if not self._mentioned("time"):
@@ -186,7 +192,7 @@ class _Search:
         if all(map(self._mentioned, STATIC)) and not self._mentioned("motor_position"):
             raise MeasurementError(
                 f"{self.source}: there are a deflection and a torque beside the time, but no "
-                f"motor position; name it with {_advice(required[0])}, or, where the motor was "
+                f"motor position; name it with {_advice('motor_position')}, or, where the motor was "
                 "held, save the file without the time to have it read as a static curve"
             )
 

@@ -149,14 +149,17 @@ def readings_of(measurement: Measurement) -> tuple[Reading, ...]:
         *([Reading(swapped, {}, swapped=POSITIONS)] if positions == POSITIONS else []),
         *signs,
         *(reading for signal in positions for reading in unit_readings(measurement, (signal,))),
-        *unit_readings(measurement, positions),
+        *(unit_readings(measurement, positions) if len(positions) > 1 else []),
         *(reading for load in loads for reading in unit_readings(measurement, (load,))),
         *time_readings(measurement),
     )
 
 
-def positions_of(measurement: Measurement) -> tuple[str, str]:
-    """What was measured of the joint, its position or deflection, and the motor's position."""
+def positions_of(measurement: Measurement) -> tuple[str, ...]:
+    """What was measured of the joint, its position or deflection, and the motor's position, where
+    there is one."""
+    if not measurement.kind.has_springs:
+        return ("joint_position",)
     return POSITIONS if measurement.motor_share is None else ("joint_deflection", "motor_position")
 
 
