@@ -53,7 +53,7 @@ class InterfaceKind(StrEnum):
 
 
 # at which a recording is compared as it stands: of springs, and of none
-AS_GIVEN = (InterfaceKind.POSITION, InterfaceKind.LOAD)
+AS_RECORDED = (InterfaceKind.POSITION, InterfaceKind.LOAD)
 
 WITH_SPRINGS = tuple(kind for kind in InterfaceKind if kind.has_springs)
 

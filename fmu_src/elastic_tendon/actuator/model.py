@@ -92,7 +92,11 @@ def build(
 
 
 def _outputs(
-    s: Symbols, kind: InterfaceKind, ends: _Ends, angle: Symbol, upper: TendonForces,
+    s: Symbols,
+    kind: InterfaceKind,
+    ends: _Ends,
+    angle: Symbol,
+    upper: TendonForces,
     lower: TendonForces,
 ) -> dict[str, Symbol]:
     """Outputs that tendons have, by name; sets the rates of what they move."""

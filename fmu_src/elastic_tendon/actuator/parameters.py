@@ -36,7 +36,7 @@ from elastic_tendon.actuator.effect_numbers import (
     effect_quantities,
     effects_schema,
 )
-from elastic_tendon.actuator.interfaces import AS_GIVEN, InterfaceKind, kinds_with
+from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind, kinds_with
 from elastic_tendon.actuator.quantity import STRICT, Quantity, declared_in
 from elastic_tendon.actuator.sections import (
     NO_SPRINGS,
@@ -190,7 +190,7 @@ class Model(BaseModel):
         ]
         return self.without(without_place).at(position)
 
-    def check_interface(self, what: str, allowed: Sequence[InterfaceKind] = AS_GIVEN) -> None:
+    def check_interface(self, what: str, allowed: Sequence[InterfaceKind] = AS_RECORDED) -> None:
         """Refuse what does not work at this model's interface; `what` begins the sentence.
 
         Raises
@@ -201,7 +201,9 @@ class Model(BaseModel):
         if self.kind in allowed:
             return
         if not self.kind.has_springs:
-            raise ModelError(self.name, [f"{what} is about springs; give a table [transmission]"])
+            raise ModelError(
+                self.name, [f"{what} needs springs; give the model a table [transmission]"]
+            )
         raise ModelError(
             self.name,
             [

@@ -6,7 +6,7 @@ from math import sqrt
 from operator import is_
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.interfaces import AS_GIVEN, InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.compare import Comparison, compare
@@ -367,7 +367,7 @@ def _steps(data: Data, search: Search, found: Found) -> tuple[FittedStep, ...]:
         step(title, added, value, _compared(answer, data.whole))
         for (title, added, answer), value in zip(found.ladder, values, strict=True)
     ]
-    return (step(AS_GIVEN, None, None, compare(data.given, data.whole)), *ways)
+    return (step(AS_RECORDED, None, None, compare(data.given, data.whole)), *ways)
 
 
 def _searched(search: Search, answer: Answer) -> Answer:
@@ -383,7 +383,7 @@ def _recordings(
     for role, comparison in (("fitted", last.comparison), ("validation", last.heldout)):
         for file in comparison.files if isinstance(comparison, Comparison) else ():
             part = file.measurement.samples(slice(judged))
-            asked = role == "validation" and model.kind in AS_GIVEN
+            asked = role == "validation" and model.kind in AS_RECORDED
             constant = explained_by(model, part) if asked else None
             rows.append(
                 RecordingSummary(

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
-from elastic_tendon.actuator.interfaces import AS_GIVEN, InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.system import HybridSystem
@@ -45,7 +45,7 @@ def model_identifier(name: str) -> str:
 def _variant_name(model: Model) -> str:
     """The model's name, and its interface where that is not the default."""
     kind = model.kind
-    return model.name if kind in AS_GIVEN else f"{model.name}, interface {kind}"
+    return model.name if kind in AS_RECORDED else f"{model.name}, interface {kind}"
 
 
 def describe(
