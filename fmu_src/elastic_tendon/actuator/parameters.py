@@ -201,9 +201,8 @@ class Model(BaseModel):
         if self.kind in allowed:
             return
         if not self.kind.has_springs:
-            raise ModelError(
-                self.name, [f"{what} needs springs; give the model a table [transmission]"]
-            )
+            advice = "needs springs; give the model a table [transmission]"
+            raise ModelError(self.name, [f"{what} {advice}"])
         raise ModelError(
             self.name,
             [

@@ -367,7 +367,7 @@ def _steps(data: Data, search: Search, found: Found) -> tuple[FittedStep, ...]:
         step(title, added, value, _compared(answer, data.whole))
         for (title, added, answer), value in zip(found.ladder, values, strict=True)
     ]
-    return (step(AS_RECORDED, None, None, compare(data.given, data.whole)), *ways)
+    return (step(AS_GIVEN, None, None, compare(data.given, data.whole)), *ways)
 
 
 def _searched(search: Search, answer: Answer) -> Answer:

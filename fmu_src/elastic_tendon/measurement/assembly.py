@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -223,10 +224,11 @@ def _of_piece(
     given_shifts = preparation.time_shift
     shifts = {signal: shift for signal, shift in given_shifts.items() if shift != "auto"}
     waiting = {signal: shift for signal, shift in given_shifts.items() if shift == "auto"}
+    motor_position: Any = values.pop("motor_position", None)
     measurement = Measurement(
         name=name + ((window is None and reading.asked.suffix(reading.preparation)) or shown),
         time=time,
-        motor_position=values.pop("motor_position", None),
+        motor_position=motor_position,
         load_torque=values.pop("load_torque", None),
         signals=values,
         interpolation=reading.interpolation,

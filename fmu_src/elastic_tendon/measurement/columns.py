@@ -117,7 +117,7 @@ def find_layout(
     else:
         read, unread = search.joint_signals()
         required = [*search.motor_signals(read), *([read] if joint_required else [])]
-        search.check_time(required)
+        search.check_time()
         columns = [
             search.column(signal, required=signal in required)
             for signal in DIMENSIONS
@@ -185,15 +185,15 @@ class _Search:
         driven = self._mentioned("load_torque") and read == "joint_position"
         return () if driven else ("motor_position",)
 
-    def check_time(self, required: Sequence[str]) -> None:
+    def check_time(self) -> None:
         """Refuse a file without time, and a static curve that has one."""
         if not self._mentioned("time"):
             raise self._missing("time")
         if all(map(self._mentioned, STATIC)) and not self._mentioned("motor_position"):
             raise MeasurementError(
                 f"{self.source}: there are a deflection and a torque beside the time, but no "
-                f"motor position; name it with {_advice('motor_position')}, or, where the motor was "
-                "held, save the file without the time to have it read as a static curve"
+                f"motor position; name it with {_advice('motor_position')}, or, where the motor "
+                "was held, save the file without the time to have it read as a static curve"
             )
 
     def column(self, signal: str, *, required: bool) -> Column | None:

@@ -92,7 +92,7 @@ class Measurement(Result):
     """
 
     time: Array
-    motor_position: Array = field(default=None)  # type: ignore[assignment]  # zeros are put there
+    motor_position: Array = None  # type: ignore[assignment]  # zeros are put there
     signals: Mapping[str, Array] = field(default_factory=dict)
     load_torque: Array | None = None
     interpolation: AskedInterpolation = "auto"

@@ -33,7 +33,8 @@ def trajectory_figure(trajectory: Trajectory) -> Figure:
     -------
     matplotlib.figure.Figure; one pair of axes for each
     """
-    drawn = [name for name in DRAWN if name in trajectory.keys()]
+    known = trajectory.keys()
+    drawn = [name for name in DRAWN if name in known]
     return _over_time({name: [(trajectory.time, trajectory[name])] for name in drawn}, color=BLUE)
 
 
