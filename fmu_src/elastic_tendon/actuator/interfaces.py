@@ -59,5 +59,5 @@ WITH_SPRINGS = tuple(kind for kind in InterfaceKind if kind.has_springs)
 
 
 def kinds_with(slot: Slot) -> tuple[InterfaceKind, ...]:
-    """Kinds of interface at which effects of a slot can act."""
-    return tuple(kind for kind in InterfaceKind if kind.has_slot(slot))
+    """Kinds of interface, of models with springs, at which effects of a slot can act."""
+    return tuple(kind for kind in WITH_SPRINGS if kind.has_slot(slot))
