@@ -12,6 +12,7 @@ import tomllib
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import chain
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,7 @@ from elastic_tendon.actuator.effect_numbers import (
     effects_schema,
 )
 from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind, kinds_with
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.quantity import STRICT, Quantity, declared_in
 from elastic_tendon.actuator.sections import (
     NO_SPRINGS,
@@ -63,6 +65,7 @@ class Model(BaseModel):
     model_config = STRICT
 
     name: str
+    motion: MotionKind = Field(MotionKind.ROTARY, strict=False)
     interface: InterfaceSection | None = None
     transmission: Transmission = Field(default=NO_SPRINGS, validate_default=True)
     link: Link
@@ -213,7 +216,7 @@ class Model(BaseModel):
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Run-time parameters of this model, in the order of their declaration."""
-        return quantities(*self.structure)
+        return self.motion.quantities(quantities(*self.structure))
 
     def values(self) -> dict[str, float]:
         """Run-time numbers by dotted path (SI), in the order of `quantities`."""
@@ -308,7 +311,7 @@ class Model(BaseModel):
         """What is allowed but unwise, one sentence each."""
         present = tuple(effects.BY_ID[effect_id] for effect_id in self.effects)
         of_springs = self._spring_warnings(present) if self.kind.has_springs else []
-        return of_springs + cautions(self.effects, present)
+        return [*map(self.motion.words, of_springs + cautions(self.effects, present))]
 
     def _spring_warnings(self, present: Sequence[Effect]) -> list[str]:
         warnings = []
@@ -337,8 +340,10 @@ class Model(BaseModel):
 
     @model_serializer(mode="wrap")
     def _as_tables(self, tables_of: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """As in a model.toml, without a [transmission] that it does not have."""
+        """As in a model.toml, without a [transmission] that it does not have; most are rotary."""
         tree: dict[str, Any] = tables_of(self)
+        if self.motion is MotionKind.ROTARY:
+            tree.pop("motion", None)
         if self.transmission.absent:
             tree.pop("transmission", None)
         return tree
@@ -506,9 +511,11 @@ def parse_model(tree: Mapping[str, Any], source: str) -> Model:
     except ValidationError as error:
         listed = tree.get("effects")
         present = effects.BY_ID.keys() & (listed if isinstance(listed, Mapping) else ())
-        declared = {quantity.path: quantity for quantity in declared_in(Model)}
-        for effect in effects.BY_ID.values():
-            declared |= {quantity.path: quantity for quantity in _effect_quantities(effect)}
+        of_effects = (_effect_quantities(effect) for effect in effects.BY_ID.values())
+        every = (*declared_in(Model), *chain.from_iterable(of_effects))
+        linear = tree.get("motion") == MotionKind.LINEAR
+        motion = MotionKind.LINEAR if linear else MotionKind.ROTARY
+        declared = {quantity.path: quantity for quantity in motion.quantities(every)}
         keys = _known_keys(declared, present, "transmission" in tree)
         raise ModelError(source, problems.sentences(error, declared, keys)) from None
 

@@ -136,8 +136,9 @@ class Comparison(Result):
     def plot(self) -> "Figure":
         """Draw measured and simulated signals, and the residual below each."""
         from elastic_tendon.reports.comparison_figures import overlay
+        from elastic_tendon.reports.worded import worded_figure
 
-        return overlay(self)
+        return worded_figure(overlay(self), self.model.motion)
 
     def within(self, tolerances: Mapping[str, float]) -> tuple[ToleranceCheck, ...]:
         """Hold every sample against tolerances, rad or N·m by signal: see `check_tolerances`."""

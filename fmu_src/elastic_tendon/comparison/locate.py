@@ -159,13 +159,15 @@ def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileL
     return FileLocation(
         bins=bins,
         in_words={
-            name: in_words(
-                Evidence(
-                    *(name, block_means(residual, stride), file.signals[name], bins[name]),
-                    *(missing, variables, parts),
-                    static=measurement.static,
-                    model=model,
-                    load_recorded=measurement.load_torque is not None,
+            name: model.motion.words(
+                in_words(
+                    Evidence(
+                        *(name, block_means(residual, stride), file.signals[name], bins[name]),
+                        *(missing, variables, parts),
+                        static=measurement.static,
+                        model=model,
+                        load_recorded=measurement.load_torque is not None,
+                    )
                 )
             )
             for name, residual in residuals.items()

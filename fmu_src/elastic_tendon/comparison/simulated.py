@@ -23,6 +23,7 @@ from elastic_tendon.simulation.simulate import Trajectory, driving_torque, given
 from elastic_tendon.simulation.simulate import simulate as call
 
 SUFFIXES = {"rad": "_rad", "rad/s": "_rad_per_s", "N.m": "_Nm", "N": "_N", "1": ""}
+SUFFIXES |= {"m": "_m", "m/s": "_m_per_s"}
 
 
 def simulate(
@@ -162,7 +163,7 @@ def _table(
     columns = {"time_s": trajectory.time}
     variables = interface(*model.structure)
     for variable in (*variables.inputs, *variables.outputs):
-        name = variable.name + SUFFIXES[variable.unit]
+        name = variable.name + SUFFIXES[model.motion.unit(variable.unit)]
         if variable.name in trajectory.output_names:
             columns[name] = trajectory[variable.name]
         elif (values := inputs.get(variable.name)) is not None:

@@ -398,5 +398,5 @@ def documentation(
     -------
     dict of bytes by path; equal arguments give equal bytes
     """
-    page = _index(model, variables, fmi_version, library)
+    page = model.motion.words(_index(model, variables, fmi_version, library))
     return {"documentation/index.html": page.encode(), **licenses()}

@@ -15,6 +15,7 @@ TYPES = {
     "s": ("Time", "Time"),
     "m": ("Length", "Length"),
     "m/s": ("Velocity", "Velocity"),
+    "m/s2": ("Acceleration", "Acceleration"),
     "kg": ("Mass", "Mass"),
     "rad": ("Angle", "Angle"),
     "rad/s": ("AngularVelocity", "AngularVelocity"),

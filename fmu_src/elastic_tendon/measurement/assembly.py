@@ -235,6 +235,7 @@ def _of_piece(
         notes=(*reading.layout.notes, *_clock_notes(part, reference, step)),
         preparation=preparation.model_copy(update={"time_shift": waiting}),
         source=reading.asked.path,
+        motion=reading.layout.motion,
     )
     return measurement.shifted(shifts) if shifts else measurement
 
@@ -271,6 +272,7 @@ def _static_measurement(
         static=True,
         preparation=_resolved_preparation(reading, run, None, columns),
         source=reading.asked.path,
+        motion=reading.layout.motion,
     )
 
 

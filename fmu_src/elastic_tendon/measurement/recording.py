@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.between import interpolation_of
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
@@ -89,6 +90,7 @@ class Measurement(Result):
     driving : inputs of that interface beside motor position and load torque, by name, (n,) SI
     motor_share : of the motor position in a joint position that was not measured itself, see
         `with_joint_position`; None: it was
+    motion : whether what was recorded turns or slides; None: no unit says so, and the model does
     """
 
     time: Array
@@ -105,6 +107,7 @@ class Measurement(Result):
     kind: InterfaceKind = InterfaceKind.POSITION
     driving: Mapping[str, Array] = field(default_factory=dict)
     motor_share: float | None = None
+    motion: MotionKind | None = None
 
     def __post_init__(self) -> None:
         """Lists become arrays; all have one value for each sample."""
@@ -140,9 +143,26 @@ class Measurement(Result):
 
         Raises
         ------
-        MeasurementError : see `with_joint_position` and `at`
+        MeasurementError : see `with_joint_position` and `at`; or one turns and the other slides
         """
-        return self.with_joint_position(model).at(model.kind)
+        return self.of_motion(model.motion).with_joint_position(model).at(model.kind)
+
+    def of_motion(self, motion: MotionKind) -> "Measurement":
+        """The recording as of a machine that turns or slides.
+
+        Raises
+        ------
+        MeasurementError : its units are those of the other
+        """
+        if self.motion is None and motion is not MotionKind.ROTARY:
+            return replace(self, motion=motion)
+        if self.motion not in (None, motion):
+            raise MeasurementError(
+                f"{self.name}: its units are those of a {self.motion} machine, and the model's "
+                f'motion is {motion}; write motion = "{self.motion}" at the top of the model, or '
+                "give other units with --map"
+            )
+        return self
 
     def with_joint_position(self, model: "Model") -> "Measurement":
         """The recording with the joint position where the deflection was measured instead: that,

@@ -40,7 +40,9 @@ def believed(
         which springs start
     """
     kind = model.at_position().kind if model.kind.has_link else InterfaceKind.POSITION
-    measurements = [part.with_joint_position(model).at(kind) for part in measurements]
+    measurements = [
+        part.of_motion(model.motion).with_joint_position(model).at(kind) for part in measurements
+    ]
     known = all("joint_position" in measurement.signals for measurement in measurements)
     if not known or not model.kind.has_link:  # a load that was not given looks like anything
         return measurements

@@ -11,7 +11,7 @@ from dash.development.base_component import Component
 import elastic_tendon as et
 from elastic_tendon.actuator.parameters import model_from_toml
 from elastic_tendon.app.choice import choice
-from elastic_tendon.app.document import Document, Version
+from elastic_tendon.app.document import Document, Version, check_shown
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
@@ -393,7 +393,7 @@ def _chosen(
                 f"{len(sent)} files are one too many; choose one model.toml"
             )
         model = model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
-        model.check_interface("the app")
+        check_shown(model)
         return model
     return et.load_model(bundled) if bundled and bundled in et.models else None
 

@@ -108,7 +108,7 @@ def plot(draw: Draw, words: str, head: int = HEAD) -> Plot:
     figure = draw(LIGHT)
     light, dark = (_tree(themed, head) for themed in (figure, draw(DARK)))
     changed = _changes(light, dark)
-    return Plot(words, int(figure.layout.height or 450), *map(_script_safe, (light, changed)))
+    return Plot(words, int(figure.layout.height or 450), *map(script_safe, (light, changed)))
 
 
 def _tree(figure: go.Figure, head: int) -> Any:
@@ -127,7 +127,7 @@ def _changes(before: Any, after: Any) -> Any:
     return {key: _changes(*pair) for key, pair in pairs.items() if pair[0] != pair[1]}
 
 
-def _script_safe(tree: Any) -> str:
+def script_safe(tree: Any) -> str:
     """JSON that cannot end the script element it stands in, nor begin a comment there."""
     text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     for letter in "<>&":  # they occur in strings only

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.result import Diagnosis
@@ -26,6 +27,7 @@ from elastic_tendon.reports.html.origin import Origin
 from elastic_tendon.reports.html.page import page
 from elastic_tendon.reports.html.recordings import Alike, Recording, facts, overlays, places, torque
 from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.reports.worded import worded_blocks
 
 Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
 
@@ -65,7 +67,10 @@ def diagnosis_document(
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [_papers_of(diagnosis)]),
     )
-    return _written(f"Diagnosis of {diagnosis.given.name}", parts, origin, progress)
+    if not diagnosis.given.kind.has_springs:
+        parts = tuple(part for part in parts if part[0] != "linear")
+    heading, motion = f"Diagnosis of {diagnosis.given.name}", diagnosis.given.motion
+    return _written(heading, parts, origin, motion, progress)
 
 
 def comparison_document(
@@ -101,14 +106,17 @@ def comparison_document(
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [Listing(literature)]),
     )
-    return _written(f"{model.name} beside measurements", parts, origin, progress)
+    heading = f"{model.name} beside measurements"
+    return _written(heading, parts, origin, model.motion, progress)
 
 
-def _written(title: str, parts: Sequence[Part], origin: Origin, progress: Progress) -> str:
+def _written(
+    title: str, parts: Sequence[Part], origin: Origin, motion: MotionKind, progress: Progress
+) -> str:
     sections = []
     for index, (anchor, heading, make) in enumerate(parts):
         progress(f"report: {heading}", index / len(parts))
-        sections.append(Section(anchor, heading, tuple(make())))
+        sections.append(Section(anchor, heading, worded_blocks(tuple(make()), motion)))
     software = origin.software["elastic-tendon"]
     return page(title, f"Made by elastic-tendon {software} on {origin.made}", sections)
 
