@@ -9,6 +9,9 @@ from scipy.integrate import solve_ivp
 
 import elastic_tendon as et
 from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.variables import interface
+from elastic_tendon.fmu.documentation import documentation
+from elastic_tendon.native.layout import layout
 
 INERTIA, DAMPING = 95.0, 203.0
 AXIS = {"name": "axis", "link": {"inertia": INERTIA, "damping": DAMPING}}
@@ -197,3 +200,32 @@ def test_its_fmu_moves_as_simulated(version, tmp_path):
     assert not any(
         name.startswith(("slack", "motor", "transmission", "deflection")) for name in names
     )
+
+
+def test_a_joint_that_another_simulator_moves_needs_no_link():
+    content = {key: value for key, value in SPRINGS.items() if key != "link"}
+    with pytest.raises(et.ModelError, match=r"link: missing; a table \[link\] with inertia"):
+        et.load_model(content)
+    bare = et.load_model({**content, "interface": {"kind": "joint"}})
+    assert "link" not in bare.to_toml()
+    assert et.load_model(bare.model_dump()) == bare
+    motion = {"motor_position": 0.2 * np.sin(TIME), "joint_position": 0.1 * np.sin(3.0 * TIME)}
+    of_both = [et.simulate(one, TIME, **motion) for one in (bare, et.models.figure_7.at("joint"))]
+    assert np.array_equal(*(trajectory.outputs for trajectory in of_both))
+    rows = layout(interface(*bare.structure), bare.values())
+    page = documentation(bare, rows, 2)["documentation/index.html"].decode()
+    assert (
+        page
+        == documentation(et.models.figure_7.at("joint"), rows, 2)[
+            "documentation/index.html"
+        ].decode()
+    )
+    torque = {
+        "joint_position": motion["joint_position"],
+        "joint_torque": of_both[0]["joint_torque"],
+    }
+    recording = et.Measurement(TIME, motion["motor_position"], torque)
+    assert et.compare(bare, recording).rmse()["joint_torque"] < 1e-9
+    for use in (et.design, lambda model: et.linearise(model, "III"), et.Model.at_position):
+        with pytest.raises(et.ModelError, match="link"):
+            use(bare)

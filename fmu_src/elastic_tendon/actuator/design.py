@@ -14,6 +14,7 @@ from elastic_tendon.actuator.interfaces import WITH_SPRINGS
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.transmission import FloatArray
+from elastic_tendon.errors import ModelError
 from elastic_tendon.result import Result, plain
 
 if TYPE_CHECKING:
@@ -141,9 +142,11 @@ def design(model: Model) -> DesignTable:
 
     Raises
     ------
-    ModelError : the model has no springs
+    ModelError : the model has no springs, or no link
     """
     model.check_interface("a design", WITH_SPRINGS)
+    if model.link.absent:
+        raise ModelError(model.name, ["a design needs a link; give the model a table [link]"])
     transmission = model.transmission
     upper, lower = transmission.upper_spring, transmission.lower_spring
     square = transmission.joint_pulley_radius**2

@@ -41,6 +41,7 @@ from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind, kinds
 from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.quantity import STRICT, Quantity, declared_in
 from elastic_tendon.actuator.sections import (
+    NO_LINK,
     NO_SPRINGS,
     InterfaceSection,
     Link,
@@ -54,8 +55,8 @@ from elastic_tendon.errors import ModelError
 MODELS_FOLDER = Path(__file__).parents[1] / "models"
 SPRING_MASS_SHARE = 0.1  # paper, section II: springs at least a magnitude lighter than the link
 WIDE_DAMPING_RATIO = 0.3  # one sigma of a damping given as 0: more than most joints have
-# without springs nothing says how large torques are: typical are those of springs with which the
-# link would swing once in a second, that far
+# without springs nothing says how large torques are, and without a link how inert one is: typical
+# are springs with which the link swings once in a second, that far
 FREE_FREQUENCY, FREE_REACH = 2.0 * math.pi, 0.1  # rad/s, rad
 
 
@@ -68,7 +69,7 @@ class Model(BaseModel):
     motion: MotionKind = Field(MotionKind.ROTARY, strict=False)
     interface: InterfaceSection | None = None
     transmission: Transmission = Field(default=NO_SPRINGS, validate_default=True)
-    link: Link
+    link: Link = Field(default=NO_LINK, validate_default=True)
     # id -> parameter -> value; complete, in catalogue order
     effects: dict[str, dict[str, float]] = Field(default_factory=dict)
     motor: Motor | None = Field(default=None, validate_default=True)
@@ -98,6 +99,17 @@ class Model(BaseModel):
             raise _refused(
                 "interface load is that of a link without springs; leave this table out, or "
                 "choose interface position"
+            )
+        return value
+
+    @field_validator("link")
+    @classmethod
+    def _moved_by_the_load(cls, value: Link, info: ValidationInfo) -> Link:
+        kind = _kind_of(info.data)
+        if value.absent and kind.has_link:
+            raise _refused(
+                f"missing; a table [link] with inertia, damping is expected, as interface {kind} "
+                "moves the link"
             )
         return value
 
@@ -206,10 +218,11 @@ class Model(BaseModel):
         if not self.kind.has_springs:
             advice = "needs springs; give the model a table [transmission]"
             raise ModelError(self.name, [f"{what} {advice}"])
+        places = " or ".join(kind for kind in allowed if kind.has_springs)
         raise ModelError(
             self.name,
             [
-                f"interface: {what} works at interface {' or '.join(allowed)}, not at "
+                f"interface: {what} works at interface {places}, not at "
                 f"{self.kind}; take the model with that kind, or its method `at`"
             ],
         )
@@ -340,10 +353,12 @@ class Model(BaseModel):
 
     @model_serializer(mode="wrap")
     def _as_tables(self, tables_of: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """As in a model.toml, without a [transmission] that it does not have; most are rotary."""
+        """As in a model.toml, without tables that it does not have; most are rotary."""
         tree: dict[str, Any] = tables_of(self)
         if self.motion is MotionKind.ROTARY:
             tree.pop("motion", None)
+        if self.link.absent:
+            tree.pop("link", None)
         if self.transmission.absent:
             tree.pop("transmission", None)
         return tree
@@ -425,12 +440,13 @@ def sizes_of(transmission: Transmission, link: Link) -> Sizes:
         )
     springs = (transmission.upper_spring, transmission.lower_spring)
     radius = transmission.joint_pulley_radius
+    stiffness = radius**2 * sum(spring.combined_stiffness for spring in springs)
     return Sizes(
         torque=radius * min(spring.largest_force for spring in springs),
         stiffness=min(spring.stiffness for spring in springs),
         max_deflection=min(spring.max_deflection for spring in springs),
-        joint_stiffness=radius**2 * sum(spring.combined_stiffness for spring in springs),
-        inertia=link.inertia,
+        joint_stiffness=stiffness,
+        inertia=stiffness / FREE_FREQUENCY**2 if link.absent else link.inertia,
         radius=radius,
         parallel=min(spring.parallel for spring in springs),
     )

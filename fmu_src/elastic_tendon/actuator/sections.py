@@ -145,6 +145,15 @@ class Link(BaseModel):
         tunable=True,
     )
 
+    @property
+    def absent(self) -> bool:
+        """Whether it is `NO_LINK`, of a model without this table."""
+        return math.isnan(self.inertia)
+
+
+# of a model without [link], whose joint another simulator moves
+NO_LINK = Link.model_construct(inertia=math.nan, damping=0.0)
+
 
 class Motor(BaseModel):
     """Rotor and gear at the motor pulley: what a motor torque moves."""

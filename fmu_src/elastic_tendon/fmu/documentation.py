@@ -16,7 +16,7 @@ from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.actuator.sections import Transmission
+from elastic_tendon.actuator.sections import Link, Transmission
 from elastic_tendon.actuator.system import HYSTERESIS
 from elastic_tendon.actuator.variables import (
     JOINT_MOTION,
@@ -324,7 +324,9 @@ def _index(
     }
     numbers = {}
     if kind.has_springs:
-        numbers = {name: _number(value, 4) for name, value in design(model).to_dict().items()}
+        # none of the page's numbers is of the link, which need not be there
+        designed = design(model.model_copy(update={"link": Link(inertia=1.0)}))
+        numbers = {name: _number(value, 4) for name, value in designed.to_dict().items()}
     else:
         of_version["connect"] = _page("fmi3_connect_free") if fmi_version == 3 else ""
     if not velocity and fmi_version == 2:  # it is of the velocity alone
