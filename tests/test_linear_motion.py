@@ -12,6 +12,7 @@ from matplotlib.text import Text
 import elastic_tendon as et
 from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.comparison.simulated import default_table
+from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.reports.write import report
 
 TIME = np.arange(0.0, 2.0, 0.005)
@@ -69,6 +70,7 @@ def test_units_of_its_numbers():
         ("Constant torque of the joint torque", "Constant force of the joint force"),
         ("joint_torque, effects.constant_torque.torque, interface torque", ...),
         ("stiffness 3 N/m, gradient, radius 2 m", ...),
+        ("coulomb_friction.\ntorque", ...),
     ],
 )
 def test_words_and_units_change_and_names_do_not(rotary, linear):
@@ -139,6 +141,14 @@ def test_units_and_terminals_of_its_fmu(version, tmp_path):
             terminals = archive.read("terminalsAndIcons/terminalsAndIcons.xml").decode()
             assert "Mechanics.Translational.Interfaces.Flange_b" in terminals
             assert "Rotational" not in terminals
+
+
+def test_what_turns_is_no_candidate_for_a_machine_that_slides():
+    measured = et.Measurement(TIME, load_torque=LOAD, signals={"joint_position": 0.01 * LOAD})
+    bare = [model.without(model.effect_ids) for model in (ROTARY, LINEAR)]
+    turned, moved = (candidates(model, [measured.for_model(model)]) for model in bare)
+    assert set(turned) - set(moved) == {"gravity_load"}
+    assert "constant_torque" in moved
 
 
 def test_the_command_line_says_metres(tmp_path, monkeypatch):

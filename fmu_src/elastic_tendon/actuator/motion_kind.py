@@ -48,9 +48,10 @@ _WORDS = {
 }
 _SAID = {**_UNITS, **_WRITTEN, **_WORDS}
 _SAID |= {word.capitalize(): other.capitalize() for word, other in _WORDS.items()}
-# no part of a name or of another unit; an interface is called by its name
+# no part of another unit or of a name, which may go on in a further line; an interface is called
+# by its name
 _ANY = "|".join(map(re.escape, sorted(_SAID, key=len, reverse=True)))
-_PLACES = re.compile(rf"(?<![\w.·/])(?<!interface )(?:{_ANY})(?![\w·²/])(?!\.\w)")
+_PLACES = re.compile(rf"(?<![\w.·/])(?<!\.\n)(?<!interface )(?:{_ANY})(?![\w·²/])(?!\.\w)")
 
 
 class MotionKind(StrEnum):
