@@ -15,7 +15,6 @@ TYPES = {
     "s": ("Time", "Time"),
     "m": ("Length", "Length"),
     "m/s": ("Velocity", "Velocity"),
-    "m/s2": ("Acceleration", "Acceleration"),
     "kg": ("Mass", "Mass"),
     "rad": ("Angle", "Angle"),
     "rad/s": ("AngularVelocity", "AngularVelocity"),
