@@ -196,7 +196,7 @@ def test_model_toml_keeps_the_interface():
 REFUSED = {
     "kind": (
         {"interface": {"kind": "tork"}},
-        "interface.kind: 'tork' is refused: input should be 'position', 'torque', 'joint' or",
+        "interface.kind: 'tork' is refused: input should be 'position', 'torque', 'joint',",
     ),
     "no rotor": (
         {"interface": {"kind": "torque"}, "motor": None},
@@ -241,7 +241,7 @@ def test_inputs_of_another_interface_are_refused():
 
 
 def test_effects_say_at_which_interfaces_they_act():
-    position, torque_kind, joint, torque_joint = InterfaceKind
+    position, torque_kind, joint, torque_joint = WITH_SPRINGS
     assert kinds_with(Slot.SPRING_LAW) == WITH_SPRINGS
     assert kinds_with(Slot.JOINT_TORQUE) == (position, torque_kind)
     assert kinds_with(Slot.MOTOR_FRICTION) == (torque_kind, torque_joint)
