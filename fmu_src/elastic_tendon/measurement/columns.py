@@ -408,7 +408,8 @@ class _Search:
             return own["suffix"]
         match = _SUFFIX.fullmatch(name)
         dimension = DIMENSIONS[signal]
-        linear = USUAL[LINEAR[dimension]] if dimension in LINEAR else {}
+        sliding = USUAL[LINEAR[dimension]] if dimension in LINEAR else {}
+        linear = [unit for unit in sliding if len(unit) > 1]  # one letter may mean anything
         usual = {unit.lower() for unit in (*USUAL[dimension], *linear)}
         return match["unit"] if match and usual_name(match["unit"]).lower() in usual else None
 
