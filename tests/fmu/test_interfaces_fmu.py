@@ -8,7 +8,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 import elastic_tendon as et
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.interfaces import WITH_SPRINGS
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.fmu.documentation import documentation
@@ -24,7 +24,7 @@ MOTION = {
     "motor_torque": 0.8 * np.sin(9.0 * TIME),
     "joint_position": 0.2 * np.sin(6.0 * TIME),
 }
-CASES = [(kind, version) for kind in InterfaceKind for version in (2, 3)]
+CASES = [(kind, version) for kind in WITH_SPRINGS for version in (2, 3)]
 
 
 def driven(kind):
@@ -82,7 +82,7 @@ def test_an_fmu_moves_as_simulated(kind, version, tmp_path):
 
 
 @pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("kind", InterfaceKind)
+@pytest.mark.parametrize("kind", WITH_SPRINGS)
 def test_the_documentation_says_what_to_connect_and_to_read(kind, version):
     model = driven(kind)
     variables = interface(*model.structure)
@@ -101,13 +101,13 @@ def test_the_documentation_says_what_to_connect_and_to_read(kind, version):
 
 
 def test_each_interface_of_a_model_has_a_name_of_its_own():
-    models = [et.models.biorob_x4_joint_3.at(kind) for kind in InterfaceKind]
+    models = [et.models.biorob_x4_joint_3.at(kind) for kind in WITH_SPRINGS]
     names = [describe(model, build(*model.structure), 3).name for model in models]
     assert names[0] == "biorob_x4_joint_3"
     assert len(set(names)) == len(names)
 
 
-@pytest.mark.parametrize("kind", InterfaceKind)
+@pytest.mark.parametrize("kind", WITH_SPRINGS)
 def test_names_of_inputs_and_outputs_are_those_of_the_interface(kind, tmp_path):
     path = et.export_fmu(
         et.models.figure_7.at(kind) if not kind.has_rotor else driven(kind),

@@ -113,6 +113,7 @@ def simulate(drive: Drive, time: Vector, torque: Signal, load: Signal) -> Vector
             dense_output=True,
         )
         reached = time[len(rows) : np.searchsorted(time, found.t[-1], side="right")]
+        assert found.sol is not None  # as dense_output asks
         rows += list(found.sol(reached).T) if len(reached) else []
         now, x = float(found.t[-1]), found.y[:, -1].copy()
         if drive.rubs:

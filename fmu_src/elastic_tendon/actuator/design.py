@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic_tendon.actuator import transmission as tendons
+from elastic_tendon.actuator.interfaces import WITH_SPRINGS
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.transmission import FloatArray
+from elastic_tendon.errors import ModelError
 from elastic_tendon.result import Result, plain
 
 if TYPE_CHECKING:
@@ -137,7 +139,14 @@ def design(model: Model) -> DesignTable:
     Returns
     -------
     DesignTable; SI units, with rad
+
+    Raises
+    ------
+    ModelError : the model has no springs, or no link
     """
+    model.check_interface("a design", WITH_SPRINGS)
+    if model.link.absent:
+        raise ModelError(model.name, ["a design needs a link; give the model a table [link]"])
     transmission = model.transmission
     upper, lower = transmission.upper_spring, transmission.lower_spring
     square = transmission.joint_pulley_radius**2
@@ -241,8 +250,9 @@ def characteristic_curves(
     Raises
     ------
     ModelError
-        for a pretension above (27)
+        for a pretension above (27), or a model without springs
     """
+    model.check_interface("a characteristic curve", WITH_SPRINGS)
     chosen = default_pretensions(model) if pretensions is None else pretensions
     return tuple(_curve(model, pretension) for pretension in sorted(set(chosen)))
 

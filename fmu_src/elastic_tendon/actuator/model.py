@@ -33,6 +33,7 @@ from elastic_tendon.effects.base import (
 from elastic_tendon.effects.symbolic import Symbol, both, one_at_a_time, where
 
 VELOCITY_SCALE = 1.0  # rad/s, by which a velocity is judged to have crossed zero
+ACCELERATION_SCALE = 1.0  # rad/s², by which a link without springs is judged to be pushed
 
 
 @dataclass(frozen=True)
@@ -62,17 +63,14 @@ def build(
     variables = interface(effect_ids, kind)
     s = Symbols(variables)
     ends = _ends(s, kind)
-    upper, lower = _tendons(s, ends.joint)
-    angle = _pulley_angle(s, ends, upper, lower)
-    outputs = {
-        **s.state,
-        **(_link(s, ends.joint, upper, lower) if kind.has_link else _held_joint(s, upper, lower)),
-        **_at_motor(s, ends, angle, upper, lower),
-        "slack_state": _slack_state(s.mode["upper_spring.taut"], s.mode["lower_spring.taut"]),
-        "overstretched": ca.logic_or(upper.overstretched, lower.overstretched),
-    }
-    if kind.has_rotor:
-        _rotor(s, ends, outputs["motor_torque"], upper)
+    angle: Symbol = ca.SX(0)
+    if kind.has_springs:
+        upper, lower = _tendons(s, ends.joint)
+        angle = _pulley_angle(s, ends, upper, lower)
+        outputs = {**s.state, **_outputs(s, kind, ends, angle, upper, lower)}
+    else:
+        _free_link(s, ends.joint)
+        outputs = dict(s.state)
     delay = sum((answer.value for answer in s.fill(Slot.SIGNAL_DELAY, None)), ca.SX(0))
     if variables.reads_signals:
         outputs |= _readings(s, ends, delay)
@@ -93,6 +91,27 @@ def build(
     return HybridSystem(interface=variables, **symbols, delay=exact_delay, **columns)
 
 
+def _outputs(
+    s: Symbols,
+    kind: InterfaceKind,
+    ends: _Ends,
+    angle: Symbol,
+    upper: TendonForces,
+    lower: TendonForces,
+) -> dict[str, Symbol]:
+    """Outputs that tendons have, by name; sets the rates of what they move."""
+    joint = _link(s, ends.joint, upper, lower) if kind.has_link else _held_joint(s, upper, lower)
+    motor = _at_motor(s, ends, angle, upper, lower)
+    if kind.has_rotor:
+        _rotor(s, ends, motor["motor_torque"], upper)
+    return {
+        **joint,
+        **motor,
+        "slack_state": _slack_state(s.mode["upper_spring.taut"], s.mode["lower_spring.taut"]),
+        "overstretched": ca.logic_or(upper.overstretched, lower.overstretched),
+    }
+
+
 def _column(symbols: Iterable[Symbol]) -> ca.SX:
     return ca.vertcat(ca.SX(0, 1), *symbols)
 
@@ -103,6 +122,8 @@ def _column(symbols: Iterable[Symbol]) -> ca.SX:
 def _ends(s: Symbols, kind: InterfaceKind) -> _Ends:
     known = s.input | s.state
     joint = known["joint_position"], known["joint_velocity"]
+    if not kind.has_springs:  # there is no motor
+        return _Ends(0.0, 0.0, Joint(*joint))
     motor = known["motor_position"], known["motor_velocity"]
     if not kind.has_rotor:
         true = ca.SX.sym("true")
@@ -125,13 +146,13 @@ def _true_angle(s: Symbols, given: Symbol, true: ca.SX, errors: Sequence[Contrib
 def _joint_errors(s: Symbols, joint: Symbol, motor: Symbol) -> list[Contribution]:
     """Errors of what is read at the joint, rad: of its position, and of a deflection in place of
     it."""
+    of_position = s.fill(Slot.JOINT_SIGNAL, Signal(joint))
+    if not any(s.in_slot(Slot.DEFLECTION_SIGNAL)):
+        return of_position
     t = s.parameters("transmission")
     radii = (t.joint_pulley_radius, t.motor_pulley_radius)
     deflection = joint - transmission.reflected_motor_position(motor, *radii)
-    return [
-        *s.fill(Slot.JOINT_SIGNAL, Signal(joint)),
-        *s.fill(Slot.DEFLECTION_SIGNAL, Signal(deflection)),
-    ]
+    return [*of_position, *s.fill(Slot.DEFLECTION_SIGNAL, Signal(deflection))]
 
 
 # ---- motor and its pulley ------------------------------------------------------------------
@@ -232,12 +253,9 @@ def _tendons(s: Symbols, joint: Joint) -> tuple[TendonForces, TendonForces]:
 
 def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) -> dict[str, Symbol]:
     """Motion of the link, ``J q'' = torque + friction``; outputs seen at the joint."""
-    link = s.parameters("link")
     radius = s.parameter["transmission.joint_pulley_radius"]
     tendon_torque = transmission.joint_torque(upper.joint, lower.joint, radius)
-    torque = tendon_torque + s.input["load_torque"] - link.damping * joint.velocity
-    for added in s.fill(Slot.JOINT_TORQUE, joint):
-        torque += added.value
+    torque = _torque_on_link(s, joint, tendon_torque)
     losses = s.fill(Slot.TENDON_LOSS, JointPulley(upper.joint, lower.joint, radius))
     loss = _bounds(losses)
     dry = _bounds(losses + s.fill(Slot.DRY_FRICTION, joint))
@@ -250,6 +268,22 @@ def _link(s: Symbols, joint: Joint, upper: TendonForces, lower: TendonForces) ->
         "upper_spring_force": upper.joint,
         "lower_spring_force": lower.joint,
     }
+
+
+def _torque_on_link(s: Symbols, joint: Joint, tendon_torque: Symbol) -> Symbol:
+    """All torque on the link but its dry friction, N·m."""
+    damping = s.parameter["link.damping"]
+    torque = tendon_torque + s.input["load_torque"] - damping * joint.velocity
+    for added in s.fill(Slot.JOINT_TORQUE, joint):
+        torque += added.value
+    return torque
+
+
+def _free_link(s: Symbols, joint: Joint) -> None:
+    """Motion of a link without springs, ``J q'' = load + torque + friction``."""
+    torque = _torque_on_link(s, joint, ca.SX(0))
+    dry = _bounds(s.fill(Slot.DRY_FRICTION, joint))
+    _accelerate(s, LINK, torque, dry, ACCELERATION_SCALE * s.parameter[LINK.inertia])
 
 
 def _held_joint(s: Symbols, upper: TendonForces, lower: TendonForces) -> dict[str, Symbol]:

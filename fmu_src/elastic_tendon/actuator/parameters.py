@@ -12,6 +12,7 @@ import tomllib
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import chain
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,11 @@ import tomli_w
 from pydantic import (
     BaseModel,
     Field,
+    SerializerFunctionWrapHandler,
     ValidationError,
     ValidationInfo,
     field_validator,
+    model_serializer,
 )
 from pydantic_core import PydanticCustomError
 
@@ -34,15 +37,27 @@ from elastic_tendon.actuator.effect_numbers import (
     effect_quantities,
     effects_schema,
 )
-from elastic_tendon.actuator.interfaces import InterfaceKind, kinds_with
+from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind, kinds_with
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.quantity import STRICT, Quantity, declared_in
-from elastic_tendon.actuator.sections import InterfaceSection, Link, Motor, Spring, Transmission
+from elastic_tendon.actuator.sections import (
+    NO_LINK,
+    NO_SPRINGS,
+    InterfaceSection,
+    Link,
+    Motor,
+    Spring,
+    Transmission,
+)
 from elastic_tendon.effects.base import Effect, Parameter, Sizes, Slot
 from elastic_tendon.errors import ModelError
 
 MODELS_FOLDER = Path(__file__).parents[1] / "models"
 SPRING_MASS_SHARE = 0.1  # paper, section II: springs at least a magnitude lighter than the link
 WIDE_DAMPING_RATIO = 0.3  # one sigma of a damping given as 0: more than most joints have
+# without springs nothing says how large torques are, and without a link how inert one is: typical
+# are springs with which the link swings once in a second, that far
+FREE_FREQUENCY, FREE_REACH = 2.0 * math.pi, 0.1  # rad/s, rad
 
 
 class Model(BaseModel):
@@ -51,9 +66,10 @@ class Model(BaseModel):
     model_config = STRICT
 
     name: str
+    motion: MotionKind = Field(MotionKind.ROTARY, strict=False)
     interface: InterfaceSection | None = None
-    transmission: Transmission
-    link: Link
+    transmission: Transmission = Field(default=NO_SPRINGS, validate_default=True)
+    link: Link = Field(default=NO_LINK, validate_default=True)
     # id -> parameter -> value; complete, in catalogue order
     effects: dict[str, dict[str, float]] = Field(default_factory=dict)
     motor: Motor | None = Field(default=None, validate_default=True)
@@ -65,6 +81,36 @@ class Model(BaseModel):
     def _readable(cls, value: str) -> str:
         if not value.strip() or any(unicodedata.category(letter) == "Cc" for letter in value):
             raise PydanticCustomError("name", "a name is one line of text that can be read")
+        return value
+
+    @field_validator("transmission")
+    @classmethod
+    def _as_the_interface_says(cls, value: Transmission, info: ValidationInfo) -> Transmission:
+        section = info.data.get("interface")
+        kind = section.kind if section else None
+        if value.absent and kind not in (None, InterfaceKind.POSITION, InterfaceKind.LOAD):
+            raise _refused(
+                f"missing; interface {kind} needs springs between motor and joint: give this "
+                "table, or leave [interface] out, where the load alone moves the link (a motor "
+                "that is rigidly connected adds n_t^2 times its inertia to that of the link, and "
+                "n_t times its torque to the load)"
+            )
+        if kind is InterfaceKind.LOAD and not value.absent:
+            raise _refused(
+                "interface load is that of a link without springs; leave this table out, or "
+                "choose interface position"
+            )
+        return value
+
+    @field_validator("link")
+    @classmethod
+    def _moved_by_the_load(cls, value: Link, info: ValidationInfo) -> Link:
+        kind = _kind_of(info.data)
+        if value.absent and kind.has_link:
+            raise _refused(
+                f"missing; a table [link] with inertia, damping is expected, as interface {kind} "
+                "moves the link"
+            )
         return value
 
     @field_validator("effects", mode="before")
@@ -81,7 +127,7 @@ class Model(BaseModel):
     def _with_a_place(
         cls, value: dict[str, dict[str, float]], info: ValidationInfo
     ) -> dict[str, dict[str, float]]:
-        kind = _kind_of(info.data.get("interface"))
+        kind = _kind_of(info.data)
         for effect_id in value:
             slot = effects.BY_ID[effect_id].slot
             if not kind.has_slot(slot):
@@ -91,7 +137,7 @@ class Model(BaseModel):
     @field_validator("motor")
     @classmethod
     def _moved_by_torque(cls, value: Motor | None, info: ValidationInfo) -> Motor | None:
-        kind = _kind_of(info.data.get("interface"))
+        kind = _kind_of(info.data)
         if not kind.has_rotor:
             return value
         if value is None:
@@ -110,7 +156,7 @@ class Model(BaseModel):
     def _known_paths(cls, value: object, info: ValidationInfo) -> dict[str, Any]:
         # with broken effects every declared path is let pass: their own problem is reported
         effect_ids = info.data.get("effects", effects.BY_ID)
-        kind = _kind_of(info.data.get("interface"))
+        kind = _kind_of(info.data)
         paths = tuple(quantity.path for quantity in quantities(effect_ids, kind))
         listed = _uncertainty_schema(paths).model_validate(value)
         return listed.model_dump(by_alias=True, exclude_unset=True)
@@ -122,8 +168,8 @@ class Model(BaseModel):
 
     @property
     def kind(self) -> InterfaceKind:
-        """What is given and what is computed."""
-        return _kind_of(self.interface)
+        """What is given and what is computed; load where there is no [transmission]."""
+        return _kind_of({"interface": self.interface, "transmission": self.transmission})
 
     @property
     def structure(self) -> tuple[tuple[str, ...], InterfaceKind]:
@@ -147,7 +193,10 @@ class Model(BaseModel):
         return parse_model(tree, self.name)
 
     def at_position(self) -> "Model":
-        """The same actuator at interface position, without effects that act on the rotor."""
+        """The same actuator at interface position, without effects that act on the rotor; one
+        without springs as it is."""
+        if not self.kind.has_springs:
+            return self
         position = InterfaceKind.POSITION
         without_place = [
             effect_id
@@ -156,9 +205,7 @@ class Model(BaseModel):
         ]
         return self.without(without_place).at(position)
 
-    def check_interface(
-        self, what: str, allowed: Sequence[InterfaceKind] = (InterfaceKind.POSITION,)
-    ) -> None:
+    def check_interface(self, what: str, allowed: Sequence[InterfaceKind] = AS_RECORDED) -> None:
         """Refuse what does not work at this model's interface; `what` begins the sentence.
 
         Raises
@@ -166,18 +213,23 @@ class Model(BaseModel):
         ModelError
             at an interface that is not allowed
         """
-        if self.kind not in allowed:
-            raise ModelError(
-                self.name,
-                [
-                    f"interface: {what} works at interface {' or '.join(allowed)}, not at "
-                    f"{self.kind}; take the model with that kind, or its method `at`"
-                ],
-            )
+        if self.kind in allowed:
+            return
+        if not self.kind.has_springs:
+            advice = "needs springs; give the model a table [transmission]"
+            raise ModelError(self.name, [f"{what} {advice}"])
+        places = " or ".join(kind for kind in allowed if kind.has_springs)
+        raise ModelError(
+            self.name,
+            [
+                f"interface: {what} works at interface {places}, not at "
+                f"{self.kind}; take the model with that kind, or its method `at`"
+            ],
+        )
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Run-time parameters of this model, in the order of their declaration."""
-        return quantities(*self.structure)
+        return self.motion.quantities(quantities(*self.structure))
 
     def values(self) -> dict[str, float]:
         """Run-time numbers by dotted path (SI), in the order of `quantities`."""
@@ -260,16 +312,21 @@ class Model(BaseModel):
     def _wide_damping(self, path: str) -> float:
         """What this damping must be to give the joint WIDE_DAMPING_RATIO in state III."""
         transmission = self.transmission
-        springs = (transmission.upper_spring, transmission.lower_spring)
-        square = transmission.joint_pulley_radius**2
-        stiffness = square * sum(spring.combined_stiffness for spring in springs)  # (25)
+        stiffness = sizes_of(transmission, self.link).joint_stiffness  # (25)
         damping = 2.0 * WIDE_DAMPING_RATIO * math.sqrt(stiffness * self.link.inertia)
         if path == "link.damping":
             return damping
-        return damping / (square * sum(spring.parallel for spring in springs))
+        springs = (transmission.upper_spring, transmission.lower_spring)
+        parallel = sum(spring.parallel for spring in springs)
+        return damping / (transmission.joint_pulley_radius**2 * parallel)
 
     def warnings(self) -> list[str]:
         """What is allowed but unwise, one sentence each."""
+        present = tuple(effects.BY_ID[effect_id] for effect_id in self.effects)
+        of_springs = self._spring_warnings(present) if self.kind.has_springs else []
+        return [*map(self.motion.words, of_springs + cautions(self.effects, present))]
+
+    def _spring_warnings(self, present: Sequence[Effect]) -> list[str]:
         warnings = []
         transmission = self.transmission
         if transmission.pretension_force > transmission.recommended_pretension:
@@ -278,10 +335,9 @@ class Model(BaseModel):
                 f"recommended {transmission.recommended_pretension:g} N, paper (30); more "
                 "pretension narrows the range of high stiffness and lowers the largest torque"
             )
-        present = tuple(effects.BY_ID[effect_id] for effect_id in self.effects)
         if not any(effect.slot is Slot.SPRING_MASS for effect in present):
             warnings += self._heavy_springs()
-        return warnings + cautions(self.effects, present)
+        return warnings
 
     def _heavy_springs(self) -> Iterator[str]:
         link_mass = self.link.inertia / self.transmission.joint_pulley_radius**2
@@ -295,13 +351,30 @@ class Model(BaseModel):
                     "may oscillate as two masses, which this model leaves out"
                 )
 
+    @model_serializer(mode="wrap")
+    def _as_tables(self, tables_of: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """As in a model.toml, without tables that it does not have; most are rotary."""
+        tree: dict[str, Any] = tables_of(self)
+        if self.motion is MotionKind.ROTARY:
+            tree.pop("motion", None)
+        if self.link.absent:
+            tree.pop("link", None)
+        if self.transmission.absent:
+            tree.pop("transmission", None)
+        return tree
+
     def to_toml(self) -> str:
         """Text of a model.toml that loads as this model (comments are not kept)."""
         tree = self.model_dump(exclude_none=True)
         return tomli_w.dumps({key: value for key, value in tree.items() if value != {}})
 
 
-def _kind_of(section: InterfaceSection | None) -> InterfaceKind:
+def _kind_of(tables: Mapping[str, Any]) -> InterfaceKind:
+    """Interface of a model with these tables, as far as they are well."""
+    transmission: Transmission | None = tables.get("transmission")
+    if transmission is not None and transmission.absent:
+        return InterfaceKind.LOAD
+    section: InterfaceSection | None = tables.get("interface")
     return section.kind if section else InterfaceKind.POSITION
 
 
@@ -310,6 +383,11 @@ def _refused(sentence: str) -> PydanticCustomError:
 
 
 def _no_place(effect_id: str, slot: Slot, kind: InterfaceKind) -> str:
+    if not kind.has_springs:
+        return (
+            f"{effect_id} acts on motor or springs, which a model without [transmission] does not "
+            "have; leave it out, or give that table"
+        )
     moved = "link" if not kind.has_link and InterfaceKind.POSITION.has_slot(slot) else "rotor"
     there = " or ".join(kinds_with(slot))
     return (
@@ -349,14 +427,26 @@ def _quantities(wanted: frozenset[str], kind: InterfaceKind) -> tuple[Quantity, 
 
 def sizes_of(transmission: Transmission, link: Link) -> Sizes:
     """Characteristic sizes of an actuator, by which typical magnitudes are measured."""
+    if transmission.absent:
+        stiffness = link.inertia * FREE_FREQUENCY**2
+        return Sizes(
+            torque=stiffness * FREE_REACH,
+            stiffness=stiffness,
+            max_deflection=FREE_REACH,
+            joint_stiffness=stiffness,
+            inertia=link.inertia,
+            radius=1.0,
+            parallel=1,
+        )
     springs = (transmission.upper_spring, transmission.lower_spring)
     radius = transmission.joint_pulley_radius
+    stiffness = radius**2 * sum(spring.combined_stiffness for spring in springs)
     return Sizes(
         torque=radius * min(spring.largest_force for spring in springs),
         stiffness=min(spring.stiffness for spring in springs),
         max_deflection=min(spring.max_deflection for spring in springs),
-        joint_stiffness=radius**2 * sum(spring.combined_stiffness for spring in springs),
-        inertia=link.inertia,
+        joint_stiffness=stiffness,
+        inertia=stiffness / FREE_FREQUENCY**2 if link.absent else link.inertia,
         radius=radius,
         parallel=min(spring.parallel for spring in springs),
     )
@@ -437,10 +527,12 @@ def parse_model(tree: Mapping[str, Any], source: str) -> Model:
     except ValidationError as error:
         listed = tree.get("effects")
         present = effects.BY_ID.keys() & (listed if isinstance(listed, Mapping) else ())
-        declared = {quantity.path: quantity for quantity in declared_in(Model)}
-        for effect in effects.BY_ID.values():
-            declared |= {quantity.path: quantity for quantity in _effect_quantities(effect)}
-        keys = _known_keys(declared, present)
+        of_effects = (_effect_quantities(effect) for effect in effects.BY_ID.values())
+        every = (*declared_in(Model), *chain.from_iterable(of_effects))
+        linear = tree.get("motion") == MotionKind.LINEAR
+        motion = MotionKind.LINEAR if linear else MotionKind.ROTARY
+        declared = {quantity.path: quantity for quantity in motion.quantities(every)}
+        keys = _known_keys(declared, present, "transmission" in tree)
         raise ModelError(source, problems.sentences(error, declared, keys)) from None
 
 
@@ -502,8 +594,11 @@ def _uncertainty_schema(paths: tuple[str, ...]) -> type[BaseModel]:
     return closed_schema("uncertainty", dict.fromkeys(paths, (float, bound)))
 
 
-def _known_keys(declared: Mapping[str, Quantity], present: Iterable[str]) -> dict[str, list[str]]:
+def _known_keys(
+    declared: Mapping[str, Quantity], present: Iterable[str], springs: bool
+) -> dict[str, list[str]]:
     """Keys that each table of model.toml may hold, by the table's dotted path."""
+    kind = InterfaceKind.POSITION if springs else InterfaceKind.LOAD
     keys: dict[str, list[str]] = {"": list(Model.model_fields)}
     for path in declared:
         parts = path.split(".")
@@ -512,7 +607,7 @@ def _known_keys(declared: Mapping[str, Quantity], present: Iterable[str]) -> dic
             if parts[depth] not in siblings:
                 siblings.append(parts[depth])
     keys["effects"] = list(effects.BY_ID.ids())
-    keys["uncertainty"] = [quantity.path for quantity in quantities(present)]
+    keys["uncertainty"] = [quantity.path for quantity in quantities(present, kind)]
     return keys
 
 

@@ -93,6 +93,11 @@ class Transmission(BaseModel):
         return value
 
     @property
+    def absent(self) -> bool:
+        """Whether it is `NO_SPRINGS`, of a model without this table."""
+        return self.upper_spring.stiffness == 0.0
+
+    @property
     def motor_share(self) -> float:
         """Joint rotation for a rotation of the motor without load, 1/n_t of (10)."""
         return self.motor_pulley_radius / self.joint_pulley_radius
@@ -111,6 +116,18 @@ class Transmission(BaseModel):
         return series * min(self.upper_spring.max_deflection, self.lower_spring.max_deflection)
 
 
+_NO_SPRING = Spring.model_construct(stiffness=0.0, max_deflection=math.inf)
+# of a model without [transmission]: no torque at any deflection, and nothing is ever slack
+NO_SPRINGS = Transmission.model_construct(
+    joint_pulley_radius=1.0,
+    motor_pulley_radius=1.0,
+    upper_spring=_NO_SPRING,
+    lower_spring=_NO_SPRING,
+    pretension_force=0.0,
+    slack=0,
+)
+
+
 class Link(BaseModel):
     """What the joint pulley moves."""
 
@@ -127,6 +144,15 @@ class Link(BaseModel):
         default=0.0,
         tunable=True,
     )
+
+    @property
+    def absent(self) -> bool:
+        """Whether it is `NO_LINK`, of a model without this table."""
+        return math.isnan(self.inertia)
+
+
+# of a model without [link], whose joint another simulator moves
+NO_LINK = Link.model_construct(inertia=math.nan, damping=0.0)
 
 
 class Motor(BaseModel):

@@ -301,6 +301,8 @@ def _sum_of_taut(
 
 def _prestretched_lengths(transmission: "Transmission") -> tuple[float, float]:
     F_p = transmission.pretension_force
+    if F_p == 0.0:  # also where there are no springs
+        return 0.0, 0.0
     return (
         prestretched_length(F_p, transmission.upper_spring.combined_stiffness),
         prestretched_length(F_p, transmission.lower_spring.combined_stiffness),

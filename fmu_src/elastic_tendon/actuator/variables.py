@@ -252,6 +252,8 @@ def places(effect: Effect, effects: tuple[Effect, ...]) -> tuple[str, ...]:
 
 
 def _inputs(kind: InterfaceKind) -> tuple[Variable, ...]:
+    if not kind.has_springs:
+        return (LOAD_TORQUE,)
     at_motor = (DRIVING_TORQUE,) if kind.has_rotor else (MOTOR_POSITION, MOTOR_VELOCITY)
     return (*at_motor, *((LOAD_TORQUE,) if kind.has_link else _LINK))
 
@@ -260,6 +262,8 @@ def _outputs(kind: InterfaceKind, effects: tuple[Effect, ...]) -> tuple[Variable
     """Outputs in the order of `OUTPUTS`, what is moved in place of the link; no input is one."""
     torque_and_slack, rest = OUTPUTS[:2], OUTPUTS[4:]
     read = _has(effects, *SIGNAL_SLOTS)
+    if not kind.has_springs:
+        return (*_LINK, *(reading for reading in READINGS if read and not reading.at_motor))
     return (
         *torque_and_slack,
         *_moved(kind),
@@ -308,7 +312,20 @@ def _effect_states(effect: Effect, effects: tuple[Effect, ...]) -> tuple[Variabl
     )
 
 
-def _modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
+def _modes(kind: InterfaceKind, effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
+    of_effects = [
+        Mode(f"{place}.{relation.name}", relation.meaning, 0.0)
+        for effect in effects
+        for place in places(effect, effects)
+        for relation in effect.relations
+    ]
+    sticks = [JOINT_MOTION] if _has(effects, *STICTION_SLOTS) else []
+    sticks += [MOTOR_MOTION] if _has(effects, Slot.MOTOR_FRICTION) else []
+    of_springs = _spring_modes(effects) if kind.has_springs else ()
+    return (*of_springs, *of_effects, *sticks)
+
+
+def _spring_modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
     taut = [
         Mode(f"{strand}.taut", f"the {strand[:5]} tendon is taut", 1.0)
         for strand in strands(effects)
@@ -320,15 +337,7 @@ def _modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
         )
         for spring in SPRINGS
     ]
-    of_effects = [
-        Mode(f"{place}.{relation.name}", relation.meaning, 0.0)
-        for effect in effects
-        for place in places(effect, effects)
-        for relation in effect.relations
-    ]
-    sticks = [JOINT_MOTION] if _has(effects, *STICTION_SLOTS) else []
-    sticks += [MOTOR_MOTION] if _has(effects, Slot.MOTOR_FRICTION) else []
-    return (*taut, *stretched, *of_effects, *sticks)
+    return (*taut, *stretched)
 
 
 @lru_cache
@@ -368,5 +377,5 @@ def interface(
         inputs=_inputs(kind),
         outputs=_outputs(kind, effects),
         parameters=parameters,
-        modes=_modes(effects),
+        modes=_modes(kind, effects),
     )

@@ -11,8 +11,10 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, model_validator
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.actuator.quantity import STRICT
+from elastic_tendon.errors import ModelError
 from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 
 GIVEN, EDITED = "as given", "edited by hand"  # titles of models that were made from no other
@@ -242,9 +244,23 @@ class Document(BaseModel):
         return self.model_copy(update={"versions": versions})
 
 
+def check_shown(model: Model) -> None:
+    """Refuse a model that the page would show wrongly.
+
+    Raises
+    ------
+    ModelError
+        at an interface without a recorded motion, or for a machine that slides
+    """
+    model.check_interface("the app")
+    if model.motion is not MotionKind.ROTARY:
+        advice = "use the commands compare, add and diagnose, or Python"
+        raise ModelError(model.name, [f"motion: the app shows rotary machines only; {advice}"])
+
+
 def new_document(model: Model, sources: Sequence[Source] = ()) -> Document:
     """A document that looks at a model as given."""
-    model.check_interface("the app")
+    check_shown(model)
     root = Version(id="1", parent=None, title=GIVEN, model=model.to_toml())
     return Document(sources=tuple(sources), versions=(root,), current="1")
 

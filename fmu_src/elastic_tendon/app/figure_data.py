@@ -52,7 +52,9 @@ def figures(
     rounds : what the search found on the way
     """
     given, current = known[0].fitted.model, known[-1].fitted.model
-    yield _table("characteristic_curve", partial(characteristic, current, given=given))
+    springs = current.kind.has_springs
+    if springs:
+        yield _table("characteristic_curve", partial(characteristic, current, given=given))
     for runs in _side_by_side(known):
         measurement = runs[0].file.measurement
         for signal in measurement.signals:
@@ -60,7 +62,8 @@ def figures(
     fitted = known[-1].fitted
     for file, location in zip(fitted.files, located.files, strict=True):
         name = file.measurement.name
-        yield _table(f"{name}_torque_loop", partial(torque_loop, fitted.model, file, location))
+        if springs:
+            yield _table(f"{name}_torque_loop", partial(torque_loop, fitted.model, file, location))
         yield _table(f"{name}_missing_torque", partial(missing_torque, file, location))
         if not file.measurement.static:
             yield _table(f"{name}_error_maps", partial(error_maps, file, location))

@@ -24,7 +24,9 @@ from elastic_tendon.progress import Progress
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from rich.text import Text
 
+    from elastic_tendon.actuator.motion_kind import MotionKind
 
 INTERRUPTED = 130
 
@@ -32,8 +34,20 @@ app = typer.Typer(
     name="elastic-tendon",
     no_args_is_help=True,
 )
-output = Console()
-notice = Console(stderr=True, highlight=False)
+
+
+class Worded(Console):
+    """A console that writes in the units and words of the machine at hand, see `load`."""
+
+    motion: "MotionKind | None" = None
+
+    def render_str(self, text: str, **how: Any) -> "Text":
+        """Text of a string, such as a cell of a table."""
+        return super().render_str(text if self.motion is None else self.motion.words(text), **how)
+
+
+output = Worded()
+notice = Console(stderr=True, highlight=False)  # its sentences name units as they were given
 
 Parameters = ParamSpec("Parameters")
 ModelArgument = Annotated[
@@ -108,6 +122,7 @@ def load(source: str, own_effects: list[Path] | None, interface: str | None = No
     model = et.load_model(source)
     if interface is not None:
         model = model.at(interface)
+    output.motion = model.motion
     for warning in model.warnings():
         notice.print(f"note: {warning}", markup=False, soft_wrap=True)
     return model
@@ -212,7 +227,10 @@ def sources(
 
 def save_picture(figure: "Figure", path: Path, force: bool) -> None:
     from elastic_tendon.reports.comparison_figures import save
+    from elastic_tendon.reports.worded import worded_figure
 
+    if output.motion is not None:
+        worded_figure(figure, output.motion)
     write_file(path, lambda target: save(figure, target), force=force)
     output.print(f"The picture is {path}.", highlight=False)
 
@@ -225,12 +243,17 @@ def save_figures(
 ) -> None:
     """Draw into a folder; `drawings` are names of files without suffix, and what draws each."""
     from elastic_tendon.reports.comparison_figures import save
+    from elastic_tendon.reports.worded import worded_figure
 
     def write(target: Path) -> None:
         every = list(drawings)
         for index, (name, draw) in enumerate(every):
             progress(f"drawing {name}", index / len(every))
-            save(draw(), target / f"{name}.png")
+            figure = draw()
+            save(
+                figure if output.motion is None else worded_figure(figure, output.motion),
+                target / f"{name}.png",
+            )
 
     write_folder(folder, write, force=force)
 

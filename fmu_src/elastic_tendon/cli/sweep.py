@@ -317,7 +317,7 @@ def _simulations(
         return module.simulations(
             *(model, points),
             motion=motion,
-            outputs=request.keep or module.OUTPUTS,
+            outputs=request.keep or None,
             keep="trajectories" if request.trajectories else "statistics",
         )
     except et.SweepError as error:

@@ -136,8 +136,9 @@ class Comparison(Result):
     def plot(self) -> "Figure":
         """Draw measured and simulated signals, and the residual below each."""
         from elastic_tendon.reports.comparison_figures import overlay
+        from elastic_tendon.reports.worded import worded_figure
 
-        return overlay(self)
+        return worded_figure(overlay(self), self.model.motion)
 
     def within(self, tolerances: Mapping[str, float]) -> tuple[ToleranceCheck, ...]:
         """Hold every sample against tolerances, rad or N·m by signal: see `check_tolerances`."""
@@ -224,7 +225,13 @@ def slack_states_measured(model: Model, trajectory: Trajectory, measurement: Mea
     trajectory : Trajectory of n samples
     measurement : Measurement; its errors of position, taken from the simulated deflection, leave
         the measured one, whatever offsets the model knows
+
+    Returns
+    -------
+    (n,) array; 0 where the model has no springs
     """
+    if not model.kind.has_springs:
+        return np.zeros(len(trajectory.time))
     errors = residuals_of(trajectory, measurement)
     ratio = model.transmission.motor_share
     motor_error = ratio * errors.get("motor_position", 0.0)  # reflected, (10)

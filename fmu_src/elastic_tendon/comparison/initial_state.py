@@ -147,6 +147,9 @@ def _equilibrium(model: Model, measurement: Measurement) -> InitialState:
 
     The joint is damped at least critically on the way, which changes nothing of where it rests.
     """
+    measured = float(measurement.signals["joint_position"][0])
+    if not model.kind.has_springs:  # nothing draws it anywhere
+        return InitialState(measured, 0.0)
     stiffness = float(characteristic_stiffness(0.0, model.transmission))
     critical = 2.0 * np.sqrt(model.link.inertia * stiffness)
     damped = model.with_values({"link.damping": max(model.link.damping, critical)})
@@ -155,6 +158,5 @@ def _equilibrium(model: Model, measurement: Measurement) -> InitialState:
         time=measurement.time[0] + np.array([0.0, SETTLING]),
         interpolation="hold",
     )
-    measured = float(measurement.signals["joint_position"][0])
     settled = simulate_measurement(damped, held, InitialState(measured, 0.0))
     return InitialState(float(settled["joint_position"][-1]), 0.0)

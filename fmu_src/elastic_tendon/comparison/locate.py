@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.averaging import block_means, spread, stride_of
 from elastic_tendon.comparison.bins import Bin, bins_of
@@ -135,10 +134,10 @@ def locate(comparison: Comparison, progress: Progress = silent) -> Location:
 
 def _seen_from_joint(model: Model, file: FileComparison) -> tuple[Model, FileComparison]:
     """Model and comparison at interface position, where a torque missing at the joint shows."""
-    if model.kind is InterfaceKind.POSITION:
+    position = model.at_position()
+    if position.kind is model.kind:
         return model, file
-    model = model.at_position()
-    return model, compare(model, file.measurement).files[0]
+    return position, compare(position, file.measurement).files[0]
 
 
 def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileLocation:
@@ -160,13 +159,15 @@ def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileL
     return FileLocation(
         bins=bins,
         in_words={
-            name: in_words(
-                Evidence(
-                    *(name, block_means(residual, stride), file.signals[name], bins[name]),
-                    *(missing, variables, parts),
-                    static=measurement.static,
-                    model=model,
-                    load_recorded=measurement.load_torque is not None,
+            name: model.motion.words(
+                in_words(
+                    Evidence(
+                        *(name, block_means(residual, stride), file.signals[name], bins[name]),
+                        *(missing, variables, parts),
+                        static=measurement.static,
+                        model=model,
+                        load_recorded=measurement.load_torque is not None,
+                    )
                 )
             )
             for name, residual in residuals.items()

@@ -10,6 +10,7 @@ from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.residuals import Array, residuals_of
 
 PAIRS = (("deflection", "joint_velocity"), ("time", "motor_position"))  # across and up
+WITHOUT_SPRINGS = (("joint_position", "joint_velocity"), ("time", "load_torque"))
 CELLS = 24  # along each side
 MINIMUM_COUNT = 5  # samples in a cell; the mean of fewer says little
 
@@ -37,7 +38,7 @@ class ErrorMap:
 
 
 def error_maps(file: FileComparison, location: FileLocation) -> tuple[ErrorMap, ...]:
-    """Where the error of a recording lies, over each of `PAIRS`.
+    """Where the error of a recording lies, over each of `PAIRS`, or `WITHOUT_SPRINGS`.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def error_maps(file: FileComparison, location: FileLocation) -> tuple[ErrorMap, 
     """
     error = residuals_of(file.trajectory, file.measurement)["joint_position"]
     maps = []
-    for pair in PAIRS:
+    for pair in PAIRS if file.measurement.kind.has_springs else WITHOUT_SPRINGS:
         across, up = (location.variables[variable] for variable in pair)
         squares = mean_by_cell(across, up, error**2)
         rms = squares and replace(squares, values=np.sqrt(squares.values))

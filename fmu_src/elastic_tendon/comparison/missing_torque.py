@@ -39,6 +39,7 @@ from elastic_tendon.comparison.partition import (
 from elastic_tendon.comparison.residuals import (
     Array,
     InitialState,
+    deflection_of,
     residuals_of,
     rms,
     simulate_measurement,
@@ -291,7 +292,7 @@ def _onto(to: Array, of: Array, values: Array) -> Array:
 def _next_track(model: Model, measurement: Measurement, track: _Track, left: Array) -> _Track:
     """Move the model by its smoothed error (n,): change load and initial state, and simulate."""
     time, transmission = measurement.time, model.transmission
-    deflection = track.trajectory["deflection"]
+    deflection = deflection_of(track.trajectory)
     if measurement.static:
         elastic = characteristic_torque(deflection, transmission)
         change = characteristic_torque(deflection - left, transmission) - elastic
@@ -320,27 +321,28 @@ def _error(trajectory: Trajectory, measurement: Measurement) -> Array:
 
 
 def _stiffness(model: Model, trajectory: Trajectory) -> Array:
-    return characteristic_stiffness(trajectory["deflection"], model.transmission)
+    return characteristic_stiffness(deflection_of(trajectory), model.transmission)
 
 
 def _damping(model: Model, trajectory: Trajectory) -> Array:
-    springs = characteristic_damping(trajectory["deflection"], model.transmission)
+    springs = characteristic_damping(deflection_of(trajectory), model.transmission)
     return np.asarray(model.link.damping + springs)
 
 
 def _variables(model: Model, measurement: Measurement, trajectory: Trajectory) -> dict[str, Array]:
     velocity = trajectory["joint_velocity"]
     load = measurement.load_torque
+    nothing = np.zeros(len(velocity))
     return {
         "time": measurement.time,
         "slack_state": slack_states_measured(model, trajectory, measurement),
-        "deflection": trajectory["deflection"],
+        "deflection": deflection_of(trajectory),
         "joint_velocity": velocity,
         "joint_acceleration": np.gradient(velocity, measurement.time),
         "joint_position": trajectory["joint_position"],
-        "joint_torque": trajectory["joint_torque"],
+        "joint_torque": trajectory["joint_torque"] if model.kind.has_springs else nothing,
         "motor_position": measurement.motor_position,
-        "load_torque": np.zeros(len(velocity)) if load is None else load,
+        "load_torque": nothing if load is None else load,
     }
 
 

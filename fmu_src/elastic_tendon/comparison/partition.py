@@ -165,16 +165,18 @@ def partitions(
     -------
     dict, name of a variable -> Partition; a variable that does not change is left out
     """
-    partitions = [_slack_states(variables["slack_state"], sizes)]
+    springs = model.kind.has_springs
+    partitions = [_slack_states(variables["slack_state"], sizes)] if springs else []
     boundaries = slack_boundaries(model.transmission)
     for by in UNITS:
-        if static and by in NOT_STATIC:
+        if (static and by in NOT_STATIC) or (by == "deflection" and not springs):
             continue
         values = variables[by]
         if np.ptp(values) > 1e-9 * np.max(np.abs(values)):
             inner = boundaries if by == "deflection" else ()
             parts = STRETCHES if by == "time" else PARTS
-            partitions.append(_parts(by, values, parts, inner, sizes))
+            unit = model.motion.words(UNITS[by])
+            partitions.append(_parts(by, unit, values, parts, inner, sizes))
     partitions.append(_directions(variables["joint_velocity"], velocity_noise, sizes))
     return {partition.by: partition for partition in partitions if len(partition.counts)}
 
@@ -218,7 +220,12 @@ def range_text(lower: float, upper: float, between: str = " to ") -> str:
 
 
 def _parts(
-    by: str, values: Array, parts: int, inner: tuple[float, ...], sizes: Integers | None
+    by: str,
+    unit: str,
+    values: Array,
+    parts: int,
+    inner: tuple[float, ...],
+    sizes: Integers | None,
 ) -> Partition:
     """Equal parts of the range; edges next to `inner` move there, scarce ends join neighbours."""
     lowest, highest = float(np.min(values)), float(np.max(values))
@@ -234,7 +241,6 @@ def _parts(
     joined = np.add.reduceat(counts, kept)
     number = np.searchsorted(kept, np.arange(parts), side="right") - 1
     member = np.maximum(number, 0)[member]
-    unit = UNITS[by]
     words = tuple(f"{range_text(a, b)} {unit}" for a, b in pairwise(edges.tolist()))
     return Partition(by, member, joined, words, edges, unit, sizes)
 

@@ -113,6 +113,11 @@ def _weight(measurement: Measurement) -> int:
     return STATIC if measurement.static else 1
 
 
+def deflection_of(trajectory: Trajectory) -> Array:
+    """Simulated deflection (n,), rad; without springs as from a motor that stands at 0."""
+    return trajectory["deflection" if "deflection" in trajectory.output_names else "joint_position"]
+
+
 def residuals_of(trajectory: Trajectory, measurement: Measurement) -> dict[str, Array]:
     """Simulated less measured, by signal; (n,) arrays in the signals' units."""
     return {

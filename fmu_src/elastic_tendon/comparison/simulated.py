@@ -11,7 +11,6 @@ from typing import Any
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.comparison.initial_state import estimate_initial_state
@@ -24,6 +23,7 @@ from elastic_tendon.simulation.simulate import Trajectory, driving_torque, given
 from elastic_tendon.simulation.simulate import simulate as call
 
 SUFFIXES = {"rad": "_rad", "rad/s": "_rad_per_s", "N.m": "_Nm", "N": "_N", "1": ""}
+SUFFIXES |= {"m": "_m", "m/s": "_m_per_s"}
 
 
 def simulate(
@@ -101,11 +101,11 @@ def default_table(model: Model) -> pd.DataFrame:
         "motor_position": excitation.motor_position,
         "load_torque": excitation.load_torque,
     }
-    if model.kind is not InterfaceKind.POSITION:
+    if position.kind is not model.kind:
         moved = call(position, excitation.time, **inputs)
         torque = driving_torque(model, excitation.time, excitation.motor_position, moved)
-        known = {**inputs, "joint_position": moved["joint_position"], "motor_torque": torque}
-        inputs = {name: known.get(name) for name in given_names(model)}
+        inputs |= {"joint_position": moved["joint_position"], "motor_torque": torque}
+    inputs = {name: inputs.get(name) for name in given_names(model)}
     trajectory = call(model, excitation.time, as_measured=True, **inputs)
     return _table(model, trajectory, inputs)
 
@@ -163,7 +163,7 @@ def _table(
     columns = {"time_s": trajectory.time}
     variables = interface(*model.structure)
     for variable in (*variables.inputs, *variables.outputs):
-        name = variable.name + SUFFIXES[variable.unit]
+        name = variable.name + SUFFIXES[model.motion.unit(variable.unit)]
         if variable.name in trajectory.output_names:
             columns[name] = trajectory[variable.name]
         elif (values := inputs.get(variable.name)) is not None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.effect_numbers import exclusion
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.actuator.transmission import prestretched_length
 from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
@@ -52,6 +53,9 @@ def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, 
 def _welcome(model: Model, effect: Effect) -> bool:
     """Whether a model has a place for an effect, and no other law of the same thing."""
     if effect.id in model.effect_ids or not model.kind.has_slot(effect.slot):
+        return False
+    turns = any(parameter.spread is Spread.TURN for parameter in effect.parameters)
+    if turns and model.motion is MotionKind.LINEAR:  # what slides has no whole turn
         return False
     return not exclusion((*map(effects.BY_ID.__getitem__, model.effect_ids), effect))
 

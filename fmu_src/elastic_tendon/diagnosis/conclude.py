@@ -6,7 +6,7 @@ from math import sqrt
 from operator import is_
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.compare import Comparison, compare
@@ -148,7 +148,9 @@ def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
         if effect_id in answer.added or not search.screen.goes(together):
             continue  # it is there, or another law of the same thing is
         search.progress(f"what would have shown: {effects.BY_ID[effect_id].title}", 0.0)
-        units = {quantity.path: quantity.unit for quantity in quantities([effect_id])}
+        motion = answer.result.model.motion
+        declared = motion.quantities(quantities([effect_id]))
+        units = {quantity.path: quantity.unit for quantity in declared}
         path = f"effects.{effect_id}.{effects.BY_ID[effect_id].strength.name}"
         if search.screen.sees(effect_id):
             smallest = search.screen.smallest(estimate, effect_id)
@@ -185,7 +187,8 @@ def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
         return
     if data.given.kind is not InterfaceKind.POSITION:
         found.no_experiment = (
-            "No experiment is proposed at interface torque: proposals move the motor's position."
+            f"No experiment is proposed at interface {data.given.kind}: proposals move the motor's "
+            "position."
         )
         return
     pairs = zip(_different(found.alike), found.alike, strict=True)
@@ -240,21 +243,28 @@ def conclude(
     sure = certainty(search, answer, found.alike, explained=explained)
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence_of(
-            verdict,
-            answer.added,
-            sure,
-            different[1:],
-            matter,
-            given,
-            final,
-            elsewhere=elsewhere,
-            contradicting=contradicting,
-            ignored=options.relevance if shaped else None,
-            chosen=bool(options.only or options.without),
-            complete=complete,
+        sentence=data.given.motion.words(
+            sentence_of(
+                verdict,
+                answer.added,
+                sure,
+                different[1:],
+                matter,
+                given,
+                final,
+                elsewhere=elsewhere,
+                contradicting=contradicting,
+                ignored=options.relevance if shaped else None,
+                chosen=bool(options.only or options.without),
+                complete=complete,
+            )
         ),
-        notes=(*notes, *_notes(answer, [*small, *(p for p in changed if p not in matter)])),
+        notes=tuple(
+            map(
+                data.given.motion.words,
+                (*notes, *_notes(answer, [*small, *(p for p in changed if p not in matter)])),
+            )
+        ),
         given=data.unsettled(data.given),
         model=named_after(data.given, data.unsettled(improved)),
         added=_in_order_added(found),
@@ -382,7 +392,7 @@ def _recordings(
     for role, comparison in (("fitted", last.comparison), ("validation", last.heldout)):
         for file in comparison.files if isinstance(comparison, Comparison) else ():
             part = file.measurement.samples(slice(judged))
-            asked = role == "validation" and model.kind is InterfaceKind.POSITION
+            asked = role == "validation" and model.kind in AS_RECORDED
             constant = explained_by(model, part) if asked else None
             rows.append(
                 RecordingSummary(
@@ -390,7 +400,7 @@ def _recordings(
                     role="fitted" if role == "fitted" else "validation",
                     rmse={name: error.rmse for name, error in file.signals.items()},
                     explained_by=None if constant is None else constant.kind,
-                    sentence="" if constant is None else constant.sentence,
+                    sentence="" if constant is None else model.motion.words(constant.sentence),
                     contradicts=contradicting.get(file.measurement.name, ()),
                 )
             )

@@ -12,7 +12,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
@@ -93,7 +93,7 @@ def _diagnosed(
     measurements = [part.for_model(model) for part in measurements]
     validation = [part.for_model(model) for part in validation]
     data = data_of(model, measurements, validation, options)
-    looked_at = measurements if model.kind is InterfaceKind.POSITION else ()
+    looked_at = measurements if model.kind in AS_RECORDED else ()
     notes = [finding.sentence for finding in sign_errors(model, looked_at)]
     notes += torque_notes(model, measurements, options.horizon)
     recordings = (*measurements, *validation)

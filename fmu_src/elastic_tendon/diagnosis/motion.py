@@ -36,6 +36,10 @@ class Motion:
         return residuals_of(self.trajectory, self.measurement)
 
     @property
+    def _has_springs(self) -> bool:
+        return self.model.kind.has_springs
+
+    @property
     def motor_position(self) -> Array:
         """Motor position as recorded, rad."""
         return self.measurement.motor_position
@@ -73,8 +77,8 @@ class Motion:
 
     @property
     def deflection(self) -> Array:
-        """Deflection of the joint from the motor's position, rad."""
-        return self.trajectory["deflection"]
+        """Deflection of the joint from the motor's position, rad; without springs 0."""
+        return self.trajectory["deflection"] if self._has_springs else np.zeros(len(self.time))
 
     @cached_property
     def deflection_rate(self) -> Array:
@@ -83,7 +87,9 @@ class Motion:
 
     @property
     def tensions(self) -> tuple[Array, Array]:
-        """Tension of the upper and the lower tendon, N."""
+        """Tension of the upper and the lower tendon, N; without springs 0."""
+        if not self._has_springs:
+            return np.zeros(len(self.time)), np.zeros(len(self.time))
         return self.trajectory["upper_spring_force"], self.trajectory["lower_spring_force"]
 
     @property
@@ -99,7 +105,10 @@ class Motion:
 
     @cached_property
     def elongations(self) -> tuple[Array, Array]:
-        """Elongation of the upper and the lower spring from rest, m; 0 where it is slack."""
+        """Elongation of the upper and the lower spring from rest, m; 0 where it is slack, or is
+        not there."""
+        if not self._has_springs:
+            return self.tensions
         transmission = self.model.transmission
         found = []
         for sign, spring in ((-1.0, transmission.upper_spring), (1.0, transmission.lower_spring)):

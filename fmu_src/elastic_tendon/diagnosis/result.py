@@ -214,8 +214,9 @@ class Diagnosis(Result):
     def plot(self) -> "Figure":
         """Draw the error after each step, and measured beside simulated."""
         from elastic_tendon.reports.comparison_figures import story
+        from elastic_tendon.reports.worded import worded_figure
 
-        return story(self.steps, self.ladder)
+        return worded_figure(story(self.steps, self.ladder), self.given.motion)
 
     def to_dict(self) -> dict[str, Any]:
         """As of the contract ``elastic-tendon/diagnosis/2``."""

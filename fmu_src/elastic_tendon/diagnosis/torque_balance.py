@@ -346,7 +346,9 @@ class _Seen:
         motor = motor_position, motor_velocity
         link = self._true_motion(LINK, (self.position, self.velocity), motor)
         moved, inputs = [*link], [motor_position, motor_velocity, load]
-        if interface.kind.has_rotor:
+        if not interface.kind.has_springs:
+            inputs = [load]
+        elif interface.kind.has_rotor:
             moved += self._true_motion(ROTOR, motor, motor)
             inputs = [motor_torque, load]
         self._by = (ca.vertcat(*moved, self.memory), ca.vertcat(*inputs))
@@ -380,8 +382,10 @@ class _Seen:
         return read[0] - seen(error) / (1 + slope), (read[1] - drift) / (1 + slope)
 
     def _motor_position(self) -> ca.SX:
-        """The motor's position, a state or an input."""
+        """The motor's position, a state or an input; without springs nothing depends on it."""
         interface = self.system.interface
+        if not interface.kind.has_springs:
+            return ca.SX.sym("no_motor")
         if ROTOR.position in interface.state_names:
             return self.system.x[interface.state_names.index(ROTOR.position)]
         return self.system.u[interface.input_names.index(ROTOR.position)]

@@ -17,6 +17,7 @@ from scipy.optimize import lsq_linear
 from elastic_tendon import effects
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.variables import LINK
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.diagnosis.candidates import STIFFNESSES, sensible, starts
 from elastic_tendon.diagnosis.evidence import DECISIVE
@@ -24,7 +25,7 @@ from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.diagnosis.torque_balance import Balance, torque_balance
 from elastic_tendon.diagnosis.weak_form import Weak, weak_form
 from elastic_tendon.errors import ModelError
-from elastic_tendon.estimation.coordinates import SPRINGS, Coordinates, free_parameters
+from elastic_tendon.estimation.coordinates import Coordinates, free_parameters
 from elastic_tendon.measurement import Measurement
 
 # of the typical strength of an effect, from which its estimate begins; also the second where its
@@ -261,23 +262,22 @@ class Screen:
     def _scale(
         self, structure: Structure, values: Mapping[str, float], slopes: Array
     ) -> tuple[float, Array]:
-        """Stiffness beside that of the given model, and the slopes of its logarithm.
+        """Stiffness beside that of the given model, without springs inertia, and the slopes of its
+        logarithm.
 
         It divides the residuals of the link: the noise of an encoder shows in torque in proportion
-        to the stiffness. Without a known torque all parameters could else shrink together, and
+        to it. Without a known torque all parameters could else shrink together, and
         every residual with them; or play could take the stiffness away.
         """
-        joint, given = _stiffness(values), _stiffness(self._given)
+        weights = _weights(self._given)
+        joint, given = _weighed(values, weights), _weighed(self._given, weights)
         scale = joint / given
         share = 1.0
-        if structure.added:
+        if structure.added and self._slopes.any():
             left = float(np.mean(np.minimum(-slopes, -scale * self._slopes)))
             whole = float(np.mean(-scale * self._slopes))
             share = min(max(left / whole, LEAST_STIFFNESS) / ORDINARY_STIFFNESS, 1.0)
-        columns = [
-            values[path.replace(".stiffness", ".parallel")] / joint if path in STIFFNESSES else 0.0
-            for path in structure.coordinates.paths
-        ]
+        columns = [weights.get(path, 0.0) / joint for path in structure.coordinates.paths]
         return scale * share, np.array(columns)
 
     # ---- one set -----------------------------------------------------------------------------
@@ -518,7 +518,8 @@ class Screen:
                 for torques in [structure.plain.torques(values, part.motion)]
             ]
         )
-        whole[self._of_link] /= _stiffness(values) / _stiffness(self._given)
+        weights = _weights(self._given)
+        whole[self._of_link] /= _weighed(values, weights) / _weighed(self._given, weights)
         return whole
 
     def _around(self, estimate: Estimate) -> Around | None:
@@ -559,9 +560,16 @@ def badness(estimate: Estimate) -> float:
     return square if np.isfinite(square) else np.inf
 
 
-def _stiffness(values: Mapping[str, float]) -> float:
-    """Of all springs together, N/m."""
-    return sum(values[f"{spring}.parallel"] * values[f"{spring}.stiffness"] for spring in SPRINGS)
+def _weights(values: Mapping[str, float]) -> dict[str, float]:
+    """What adds up to the stiffness of all springs together, N/m, each times what; without springs
+    the inertia."""
+    if STIFFNESSES[0] not in values:
+        return {LINK.inertia: 1.0}
+    return {path: values[path.replace(".stiffness", ".parallel")] for path in STIFFNESSES}
+
+
+def _weighed(values: Mapping[str, float], weights: Mapping[str, float]) -> float:
+    return sum(weight * values[path] for path, weight in weights.items())
 
 
 def _prior(structure: Structure, x: Array) -> Array:

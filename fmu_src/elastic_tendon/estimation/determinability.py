@@ -320,10 +320,14 @@ def _ratios(
     if INERTIA not in found.scaled:
         return ()
     values = model.values()
-    square = values["transmission.joint_pulley_radius"] ** 2
-    stiffness = {f"{spring}.stiffness": square * values[f"{spring}.parallel"] for spring in SPRINGS}
+    square = model.transmission.joint_pulley_radius**2
+    stiffness = {
+        f"{spring}.stiffness": square * values[f"{spring}.parallel"]
+        for spring in SPRINGS
+        if model.kind.has_springs
+    }
     declared = declared_quantities(model)
-    numerators = [("K/J", "1/s2", stiffness)]
+    numerators = [("K/J", "1/s2", stiffness)] if stiffness else []
     traded = {path for group in found.traded for path in group}
     for estimate in estimates:
         path = estimate.path

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.comparison.compare import Comparison, FileComparison, compare
@@ -152,7 +153,7 @@ def gather_evidence(
     EvidenceError : the diagnosis cannot be read or is of another model
     SimulationError : the solver could not go on
     """
-    model.check_interface("evidence in an FMU")
+    model.check_interface("evidence in an FMU", (InterfaceKind.POSITION,))
     if keep not in get_args(Kept):
         raise EvidenceError(f'evidence keeps "data" or "hashes", not {keep!r}')
     found = None if diagnosis is None else _diagnosis(diagnosis, model)

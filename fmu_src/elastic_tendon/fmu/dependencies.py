@@ -66,7 +66,7 @@ def _seen(system: HybridSystem) -> _Seen:
     n = len(interface.parameters)
     p, as_measured = system.p[:n], system.p[n:]
     optional = [i for i, variable in enumerate(interface.inputs) if variable is MOTOR_VELOCITY]
-    connected, rate = ca.SX.sym("connected", len(optional)), u[optional]
+    connected, rate = ca.SX.sym("connected", len(optional)), _column(u[optional])
     names = ("outputs", "rates", "indicators", "starts", "next_modes", "residuals")
     columns = ca.substitute(
         [getattr(system, name) for name in names],
@@ -82,6 +82,11 @@ def _seen(system: HybridSystem) -> _Seen:
     )
     v = ca.vertcat(x, u, p, connected)
     return _Seen(v, w, r, factors, dict(zip(names, columns, strict=True)))
+
+
+def _column(symbols: ca.SX) -> ca.SX:
+    """As a column; CasADi takes nothing of one for a row."""
+    return symbols if symbols.numel() else ca.SX(0, 1)
 
 
 @one_at_a_time

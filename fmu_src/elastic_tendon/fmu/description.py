@@ -80,7 +80,7 @@ def root_element(description: Description, attributes: Mapping[str, str]) -> Ele
         {
             **attributes,
             "modelName": description.name,
-            "description": f"Elastic tendon actuator with slack; effects: {effects or 'none'}",
+            "description": f"{_machine(description.interface)}; effects: {effects or 'none'}",
             "author": "the elastic-tendon authors",
             "version": software,
             "copyright": COPYRIGHT,
@@ -98,6 +98,12 @@ def root_element(description: Description, attributes: Mapping[str, str]) -> Ele
         if capabilities is not None:
             SubElement(root, name, identifier | dict(capabilities))
     return root
+
+
+def _machine(interface: Interface) -> str:
+    if not interface.kind.has_springs:
+        return "Link that a load moves, without springs"
+    return "Elastic tendon actuator with slack"
 
 
 def _generation_time() -> dict[str, str]:

@@ -5,7 +5,7 @@ text of elements, so nothing in it can act as HTML.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.metadata import distribution
 from string import Template
@@ -16,7 +16,7 @@ from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.actuator.sections import Transmission
+from elastic_tendon.actuator.sections import Link, Transmission
 from elastic_tendon.actuator.system import HYSTERESIS
 from elastic_tendon.actuator.variables import (
     JOINT_MOTION,
@@ -84,6 +84,7 @@ _CALCULATED = {
     InterfaceKind.TORQUE: "the motion of motor and joint and the forces",
     InterfaceKind.JOINT: "the forces",
     InterfaceKind.TORQUE_JOINT: "the motion of the motor and the forces",
+    InterfaceKind.LOAD: "the motion of the joint",
 }
 _INDICATORS = {
     2: "",
@@ -95,6 +96,10 @@ _JUMPS = {
 }
 _CURVE = "Torque on the joint over its deflection, at rest, as far as the springs bear it"
 _BUILD_LINK = ' <a href="#build">Build from source</a>'
+# of the page: lines about springs, and lines in their place
+_PART = re.compile(
+    "<!-- springs -->\n(?P<springs>.*?)(?:<!-- else -->\n(?P<none>.*?))?<!-- end -->\n", re.DOTALL
+)
 _GREEK = {"theta": "θ", "tau": "τ"}
 
 Cell = str | Element
@@ -275,6 +280,16 @@ def _page(name: str) -> str:
     return (PAGES / f"{name}.html").read_text("utf-8")
 
 
+def _index_page(kind: InterfaceKind) -> str:
+    """The page's template, with what only springs have or, where it says so, what stands in place
+    of it."""
+
+    def chosen(part: re.Match[str]) -> str:
+        return part["springs"] if kind.has_springs else part["none"] or ""
+
+    return _PART.sub(chosen, _page("index"))
+
+
 def _build(library: str, fmi_version: Literal[2, 3]) -> str:
     """How to build the packed source code; `library` is its file name without suffix."""
     folders = dict.fromkeys(platform.folder(fmi_version) for platform in PLATFORMS.values())
@@ -283,6 +298,13 @@ def _build(library: str, fmi_version: Literal[2, 3]) -> str:
         folder=PLATFORMS["x86_64-linux"].folder(fmi_version),
         folders=", ".join(f"<code>{folder}</code>" for folder in folders),
     )
+
+
+def _link_motion(kind: InterfaceKind, symbols: Mapping[str, str]) -> str:
+    page = _page("link_motion") if kind.has_link else ""
+    if not kind.has_springs:
+        page = page.replace("$tau_j<mo>+</mo>", "")
+    return Template(page).substitute(symbols)
 
 
 def _index(
@@ -303,10 +325,16 @@ def _index(
         part: _page(f"fmi{fmi_version}_{part}")
         for part in ("connect", "co_simulation", "model_exchange")
     }
-    numbers = {name: _number(value, 4) for name, value in design(model).to_dict().items()}
+    numbers = {}
+    if kind.has_springs:
+        # none of the page's numbers is of the link, which need not be there
+        designed = design(model.model_copy(update={"link": Link(inertia=1.0)}))
+        numbers = {name: _number(value, 4) for name, value in designed.to_dict().items()}
+    else:
+        of_version["connect"] = _page("fmi3_connect_free") if fmi_version == 3 else ""
     if not velocity and fmi_version == 2:  # it is of the velocity alone
         of_version["connect"] = ""
-    return Template(_page("index")).substitute(
+    return Template(_index_page(kind)).substitute(
         symbols
         | numbers
         | of_version
@@ -315,7 +343,7 @@ def _index(
         | _AT_JOINT[kind.has_link],
         calculated=_CALCULATED[kind],
         velocity=_page("velocity") if velocity else "",
-        link_motion=Template(_page("link_motion")).substitute(symbols) if kind.has_link else "",
+        link_motion=_link_motion(kind, symbols),
         rotor_motion=_page("rotor_motion") if kind.has_rotor else "",
         R2="<msup><mi>R</mi><mn>2</mn></msup>",
         name=escape(model.name),
@@ -336,7 +364,7 @@ def _index(
         modes=_modes(structure.modes),
         log_categories=_log_categories(),
         jumps=_JUMPS[bool({JOINT_MOTION, MOTOR_MOTION} & {*structure.modes})],
-        curve=_curve(model.transmission),
+        curve=_curve(model.transmission) if kind.has_springs else "",
         dead_band=_number(HYSTERESIS),
         step_size=_number(1e3 * STEP_SIZE),
         tolerance=_number(TOLERANCE),
@@ -382,5 +410,5 @@ def documentation(
     -------
     dict of bytes by path; equal arguments give equal bytes
     """
-    page = _index(model, variables, fmi_version, library, panel)
+    page = model.motion.words(_index(model, variables, fmi_version, library, panel))
     return {"documentation/index.html": page.encode(), **licenses()}

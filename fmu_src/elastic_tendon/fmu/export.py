@@ -4,13 +4,16 @@ import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, get_args
 
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_RECORDED
 from elastic_tendon.actuator.model import build
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.system import HybridSystem
+from elastic_tendon.actuator.variables import Variable
 from elastic_tendon.errors import BuildError, EvidenceError
 from elastic_tendon.evidence.gather import Evidence
 from elastic_tendon.evidence.seal import Signer, add_seal, load_signer
@@ -47,7 +50,16 @@ def model_identifier(name: str) -> str:
 def _variant_name(model: Model) -> str:
     """The model's name, and its interface where that is not the default."""
     kind = model.kind
-    return model.name if kind is InterfaceKind.POSITION else f"{model.name}, interface {kind}"
+    return model.name if kind in AS_RECORDED else f"{model.name}, interface {kind}"
+
+
+def _moving(variable: Variable, model: Model) -> Variable:
+    """The variable in the units and words of the model's motion."""
+    if model.motion is MotionKind.ROTARY:
+        return variable
+    own = {quantity.path: quantity for quantity in model.quantities()}.get(variable.name)
+    unit = model.motion.unit(variable.unit) if own is None else own.unit
+    return replace(variable, unit=unit, meaning=model.motion.words(variable.meaning))
 
 
 def describe(
@@ -57,13 +69,12 @@ def describe(
     validity: Mapping[str, tuple[float, float]] | None = None,
 ) -> description.Description:
     """What the FMU of a model says of itself."""
+    rows = layout(system.interface, model.values(), indicators=fmi_version == 3, validity=validity)
     return description.Description(
         name=_variant_name(model),
         identifier=model_identifier(model.name),
         interface=system.interface,
-        variables=layout(
-            system.interface, model.values(), indicators=fmi_version == 3, validity=validity
-        ),
+        variables=tuple(replace(row, variable=_moving(row.variable, model)) for row in rows),
         dependencies=dependencies(system),
         co_simulation=_DESCRIPTIONS[fmi_version].CO_SIMULATION,
         model_exchange=_DESCRIPTIONS[fmi_version].MODEL_EXCHANGE,
@@ -84,11 +95,11 @@ def _binaries(
     }
 
 
-def _icon_and_terminals(fmi_version: FmiVersion) -> dict[str, bytes]:
+def _icon_and_terminals(fmi_version: FmiVersion, model: Model) -> dict[str, bytes]:
     """Files for drawing and connecting the FMU by their path in it."""
     if fmi_version == 2:
         return {"model.png": icon()["icon.png"]}
-    terminals = description.to_bytes(terminals_and_icons())
+    terminals = description.to_bytes(terminals_and_icons(model.kind, model.motion))
     files = {"terminalsAndIcons.xml": terminals, **icon(), **flanges()}
     return {f"terminalsAndIcons/{name}": content for name, content in files.items()}
 
@@ -130,7 +141,7 @@ def _contents(
             library=described.identifier if source else None,
             panel=panel.result(),
         ),
-        **_icon_and_terminals(fmi_version),
+        **_icon_and_terminals(fmi_version, model),
     }
 
 

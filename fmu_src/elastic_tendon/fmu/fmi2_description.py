@@ -59,6 +59,8 @@ def _add_types(root: Element, description: Description) -> None:
             name, quantity = TYPES[unit]
             declared = SubElement(definitions, "SimpleType", name=name)
             SubElement(declared, "Real", {"quantity": quantity, **common.unit_attributes(unit)})
+    if not description.interface.kind.has_springs:
+        return
     slack = SubElement(definitions, "SimpleType", name=common.SLACK_STATE_TYPE)
     common.add_slack_states(SubElement(slack, "Enumeration"))
 

@@ -68,6 +68,8 @@ def _add_types(root: Element, description: Description) -> None:
             name, quantity = TYPES[unit]
             attributes = {"name": name, "quantity": quantity, **common.unit_attributes(unit)}
             SubElement(definitions, "Float64Type", attributes)
+    if not description.interface.kind.has_springs:
+        return
     slack = SubElement(definitions, "EnumerationType", name=common.SLACK_STATE_TYPE)
     common.add_slack_states(slack)
 

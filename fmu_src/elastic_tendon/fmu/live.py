@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.actuator.quantity import Quantity, unit_text
 from elastic_tendon.actuator.variables import SIGNALS, interface
@@ -265,7 +266,8 @@ def live_panel(
 ) -> str:
     """HTML of a panel in which a model runs; its page needs `script`, `style` and `ALLOWED` too.
 
-    "" where the module is larger than a page bears.
+    "" where there is no step to show (see `runs_in_page`), or the module is larger than a page
+    bears.
 
     Parameters
     ----------
@@ -280,6 +282,8 @@ def live_panel(
     BuildError
         where the compiler refuses
     """
+    if not runs_in_page(model):
+        return ""
     content = {
         **described(model, progress),
         "groups": _groups(model, intervals or {}),
@@ -289,6 +293,11 @@ def live_panel(
     if len(content["module"]) > LARGEST:
         return ""
     return Template(_text("live.html")).substitute(instead=instead, model=script_safe(content))
+
+
+def runs_in_page(model: Model) -> bool:
+    """Whether a page can show a model: it turns, has springs, and the numbers of its link."""
+    return model.motion is MotionKind.ROTARY and model.kind.has_springs and not model.link.absent
 
 
 def fmu_panel(model: Model) -> str:

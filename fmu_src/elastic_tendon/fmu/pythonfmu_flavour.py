@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.errors import BuildError
@@ -123,7 +124,7 @@ def export_pythonfmu(model: Model, path: str | Path, *, overwrite: bool = False)
     """
     from pythonfmu.builder import FmuBuilder
 
-    model.check_interface("the pythonfmu flavour")
+    model.check_interface("the pythonfmu flavour", (InterfaceKind.POSITION,))
     path = checked_path(path, overwrite=overwrite)
     if not FmuBuilder.has_binary():
         raise BuildError("pythonfmu has no wrapper for this platform; export the plain FMU instead")

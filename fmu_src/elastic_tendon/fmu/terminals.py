@@ -8,6 +8,9 @@ that is the load, at the motor what the motor has to bring to hold the tendons.
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.motion_kind import MotionKind
+
 _HALF_WIDTH = 100.0  # of the picture, in the units of its coordinate system
 _FLANGE_HALF_WIDTH = 10.0
 _MILLIMETRES = 0.1  # on paper, of one unit
@@ -15,7 +18,7 @@ _MILLIMETRES = 0.1  # on paper, of one unit
 
 @dataclass(frozen=True)
 class _Flange:
-    """A rotational flange: names of its variables, and where along the picture it is drawn."""
+    """A flange: names of its variables, and where along the picture it is drawn."""
 
     name: str
     kind: str
@@ -30,7 +33,7 @@ class _Flange:
 _FLANGES = (
     _Flange(
         "motor_flange",
-        "Modelica.Mechanics.Rotational.Interfaces.Flange_a",
+        "Flange_a",
         "flange_a",
         "motor pulley; tau is the torque that the motor has to apply to it",
         *("motor_position", "motor_velocity", "motor_torque"),
@@ -38,7 +41,7 @@ _FLANGES = (
     ),
     _Flange(
         "joint_flange",
-        "Modelica.Mechanics.Rotational.Interfaces.Flange_b",
+        "Flange_b",
         "flange_b",
         "joint with its link; tau is the external torque on it",
         *("joint_position", "joint_velocity", "load_torque"),
@@ -47,8 +50,10 @@ _FLANGES = (
 )
 
 
-def terminals_and_icons() -> Element:
-    """Root element of terminalsAndIcons.xml, the same for every model.
+def terminals_and_icons(
+    kind: InterfaceKind = InterfaceKind.POSITION, motion: MotionKind = MotionKind.ROTARY
+) -> Element:
+    """Root element of terminalsAndIcons.xml, the same for all models of an interface and motion.
 
     The pictures, from `icon`, lie beside it.
     """
@@ -58,18 +63,31 @@ def terminals_and_icons() -> Element:
     SubElement(picture, "CoordinateSystem", whole, suggestedScalingFactorTo_mm=repr(_MILLIMETRES))
     SubElement(picture, "Icon", whole)
     terminals = SubElement(root, "Terminals")
-    for flange in _FLANGES:
-        terminals.append(_terminal(flange))
+    for flange in _FLANGES if kind.has_springs else _FLANGES[1:]:
+        terminals.append(_terminal(flange, motion))
     return root
 
 
-def _terminal(flange: _Flange) -> Element:
-    attributes = {"name": flange.name, "matchingRule": "plug", "terminalKind": flange.kind}
-    terminal = Element("Terminal", attributes, description=flange.meaning)
+# of the flanges of Modelica's mechanics: their package, and what they call what flows there
+_MEMBERS = {
+    MotionKind.ROTARY: ("Rotational", "phi", "w", "tau"),
+    MotionKind.LINEAR: ("Translational", "s", "v", "f"),
+}
+
+
+def _terminal(flange: _Flange, motion: MotionKind) -> Element:
+    package, position, velocity, torque = _MEMBERS[motion]
+    attributes = {
+        "name": flange.name,
+        "matchingRule": "plug",
+        "terminalKind": f"Modelica.Mechanics.{package}.Interfaces.{flange.kind}",
+    }
+    meaning = motion.words(flange.meaning.replace("tau", torque))
+    terminal = Element("Terminal", attributes, description=meaning)
     for member, variable, kind in (
-        ("phi", flange.position, "signal"),
-        ("w", flange.velocity, "signal"),
-        ("tau", flange.torque, "inflow"),
+        (position, flange.position, "signal"),
+        (velocity, flange.velocity, "signal"),
+        (torque, flange.torque, "inflow"),
     ):
         names = {"variableName": variable, "memberName": member, "variableKind": kind}
         SubElement(terminal, "TerminalMemberVariable", names)

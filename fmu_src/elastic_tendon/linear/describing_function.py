@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import deflection_limits, slack_boundaries
 from elastic_tendon.effects import BY_ID
@@ -183,7 +184,7 @@ def describing_function(
     ----------
     Gelb and Vander Velde, 1968, chapters 2 and 6
     """
-    model.check_interface("a describing function")
+    model.check_interface("a describing function", (InterfaceKind.POSITION,))
     if deflection is not None and load_torque is not None:
         raise LinearisationError(
             "deflection and load_torque are both given, but one settles the other; give one"

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from elastic_tendon.actuator import transmission
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.interfaces import WITH_SPRINGS, InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.sections import Motor
 from elastic_tendon.actuator.transmission import SlackState
@@ -86,6 +86,7 @@ def linearise(
             f"{model}: linearise takes a model, as load_model reads it; linearise_fmu takes the "
             "path of an FMU"
         )
+    model.check_interface("a linear model", WITH_SPRINGS)
     if model.kind is not InterfaceKind.POSITION:
         return _at_interface(model, state, operating_point, drive, inputs, outputs, modes or {})
     if not model.transmission.slack and slack_state(state) is not SlackState.III:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,8 @@ _REST = 0.05
 _EVEN = 0.1
 # of its own step, below which a step is finer than a signal was sampled; it may have blanks
 _FINER = 0.8
+# whose samples the others are brought to: the first that there is
+_CLOCKS = ("joint_position", "joint_deflection", "motor_position", "load_torque")
 _MOST_NAMES = 6  # runs that a sentence names
 
 
@@ -202,9 +205,7 @@ def _of_piece(
 ) -> Measurement | None:
     """Measurement of one piece, None where fewer than ten samples are in common."""
     first, last = common_time(part)
-    reference = next(
-        (name for name in ("joint_position", "joint_deflection") if name in part), "motor_position"
-    )
+    reference = next(name for name in _CLOCKS if name in part)
     if not first < last or len(part[reference].time) < MINIMUM_SAMPLES:
         return None
     step = reading.preparation.resample
@@ -223,16 +224,18 @@ def _of_piece(
     given_shifts = preparation.time_shift
     shifts = {signal: shift for signal, shift in given_shifts.items() if shift != "auto"}
     waiting = {signal: shift for signal, shift in given_shifts.items() if shift == "auto"}
+    motor_position: Any = values.pop("motor_position", None)
     measurement = Measurement(
         name=name + ((window is None and reading.asked.suffix(reading.preparation)) or shown),
         time=time,
-        motor_position=values.pop("motor_position"),
+        motor_position=motor_position,
         load_torque=values.pop("load_torque", None),
         signals=values,
         interpolation=reading.interpolation,
         notes=(*reading.layout.notes, *_clock_notes(part, reference, step)),
         preparation=preparation.model_copy(update={"time_shift": waiting}),
         source=reading.asked.path,
+        motion=reading.layout.motion,
     )
     return measurement.shifted(shifts) if shifts else measurement
 
@@ -269,6 +272,7 @@ def _static_measurement(
         static=True,
         preparation=_resolved_preparation(reading, run, None, columns),
         source=reading.asked.path,
+        motion=reading.layout.motion,
     )
 
 

@@ -6,10 +6,11 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.formats.base import Group, label
 from elastic_tendon.measurement.preparation import DIMENSIONS, Preparation, SignalColumn
-from elastic_tendon.measurement.units import EXAMPLES, USUAL, parse_unit, usual_name
+from elastic_tendon.measurement.units import EXAMPLES, LINEAR, USUAL, parse_unit, usual_name
 
 STATIC = ("joint_deflection", "joint_torque")
 RUN = "run"
@@ -39,6 +40,14 @@ class Column:
     assumed: bool  # neither the preparation nor the name nor the file says the unit
 
     @property
+    def motion(self) -> MotionKind | None:
+        """Of a machine that has signals in such units; None where they do not say."""
+        unit = None if self.assumed else parse_unit(self.prepared.unit or "")
+        if unit is None or DIMENSIONS[self.signal] not in LINEAR:
+            return None
+        return MotionKind.LINEAR if unit.dimension in LINEAR.values() else MotionKind.ROTARY
+
+    @property
     def label(self) -> str:
         """Name by which a preparation finds the column."""
         return label(self.group, self.name)
@@ -46,7 +55,9 @@ class Column:
     def note(self) -> str | None:
         """What was done to the column, None where it is taken as it stands."""
         done = self.prepared
-        usual = next(iter(USUAL[DIMENSIONS[self.signal]]))
+        measured = LINEAR if self.motion is MotionKind.LINEAR else {}
+        dimension = DIMENSIONS[self.signal]
+        usual = next(iter(USUAL[measured.get(dimension, dimension)]))
         steps = [f" in {done.unit}"] if done.unit != usual else []
         if self.assumed:
             steps = [f" in {done.unit}, assumed"]
@@ -75,6 +86,11 @@ class Layout:
     times: Mapping[str, Column]
     runs: frozenset[str]
     notes: tuple[str, ...]
+
+    @property
+    def motion(self) -> MotionKind | None:
+        """Of the machine, as the units tell."""
+        return next((column.motion for column in self.signals if column.motion), None)
 
     @property
     def static(self) -> bool:
@@ -116,8 +132,8 @@ def find_layout(
         times = {}
     else:
         read, unread = search.joint_signals()
-        required = ["motor_position", *([read] if joint_required else [])]
-        search.check_time(required)
+        required = [*search.motor_signals(read), *([read] if joint_required else [])]
+        search.check_time()
         columns = [
             search.column(signal, required=signal in required)
             for signal in DIMENSIONS
@@ -128,6 +144,7 @@ def find_layout(
         times = {group: search.time(group) for group in sorted(used)}
     signals = tuple(column for column in columns if column is not None and column.signal != _UNUSED)
     _check_distinct([*times.values(), *signals], source)
+    _check_one_motion(signals, source)
     runs = frozenset(
         group.name
         for group in groups
@@ -179,15 +196,21 @@ class _Search:
             return deflection, position
         return position, deflection
 
-    def check_time(self, required: Sequence[str]) -> None:
+    def motor_signals(self, read: str) -> tuple[str, ...]:
+        """What has to be there of the motor: nothing where a load drives the joint, and its own
+        position is read."""
+        driven = self._mentioned("load_torque") and read == "joint_position"
+        return () if driven else ("motor_position",)
+
+    def check_time(self) -> None:
         """Refuse a file without time, and a static curve that has one."""
         if not self._mentioned("time"):
             raise self._missing("time")
         if all(map(self._mentioned, STATIC)) and not self._mentioned("motor_position"):
             raise MeasurementError(
                 f"{self.source}: there are a deflection and a torque beside the time, but no "
-                f"motor position; name it with {_advice(required[0])}, or, where the motor was "
-                "held, save the file without the time to have it read as a static curve"
+                f"motor position; name it with {_advice('motor_position')}, or, where the motor "
+                "was held, save the file without the time to have it read as a static curve"
             )
 
     def column(self, signal: str, *, required: bool) -> Column | None:
@@ -362,7 +385,8 @@ class _Search:
     def _advice_for(self, signal: str, group: Group, name: str) -> str:
         """How to say that a column is the signal, with a unit where it would not be found."""
         said = parse_unit(self._unit_in(group, name, signal) or group.units.get(name, ""))
-        known = said is not None and said.dimension == DIMENSIONS[signal]
+        dimension = DIMENSIONS[signal]
+        known = said is not None and said.dimension in (dimension, LINEAR.get(dimension))
         words = re.split(r"[\W_]+", name)
         usual = [word for word in map(usual_name, words) if word in USUAL[DIMENSIONS[signal]]]
         unit = "" if known else next(iter(usual), "UNIT")
@@ -383,7 +407,10 @@ class _Search:
         if own is not None and own["suffix"] and _is_unit(own["suffix"]):
             return own["suffix"]
         match = _SUFFIX.fullmatch(name)
-        usual = {unit.lower() for unit in USUAL[DIMENSIONS[signal]]}
+        dimension = DIMENSIONS[signal]
+        sliding = USUAL[LINEAR[dimension]] if dimension in LINEAR else {}
+        linear = [unit for unit in sliding if len(unit) > 1]  # one letter may mean anything
+        usual = {unit.lower() for unit in (*USUAL[dimension], *linear)}
         return match["unit"] if match and usual_name(match["unit"]).lower() in usual else None
 
 
@@ -408,17 +435,30 @@ def _check_distinct(columns: Sequence[Column], source: str) -> None:
             )
 
 
+def _check_one_motion(columns: Sequence[Column], source: str) -> None:
+    """Refuse columns of which some are of a machine that turns and some of one that slides."""
+    first = next((column for column in columns if column.motion), None)
+    for column in columns:
+        if first is not None and column.motion not in (None, first.motion):
+            raise MeasurementError(
+                f"{source}: column {first.label} is in {first.prepared.unit}, as of a "
+                f"{first.motion} machine, and {column.label} in {column.prepared.unit}, as of a "
+                f"{column.motion} one; give both in units of one kind, such as rad and Nm or m and "
+                f"N, with {_advice(column.signal, column.label, 'UNIT')}"
+            )
+
+
 def _is_unit(suffix: str, dimension: str | None = None) -> bool:
     """Whether it is a unit, of this dimension where one is given."""
     if _UNIT_SUFFIX.fullmatch(suffix) is None or (unit := parse_unit(suffix)) is None:
         return False
-    return dimension in (None, unit.dimension)
+    return dimension in (None, unit.dimension) or LINEAR.get(dimension or "") == unit.dimension
 
 
 def _factor(unit: str, signal: str, called: str, source: str) -> float:
     dimension = DIMENSIONS[signal]
     parsed = parse_unit(unit)
-    if parsed is not None and parsed.dimension == dimension:
+    if parsed is not None and parsed.dimension in (dimension, LINEAR.get(dimension)):
         return parsed.factor
     known = "which is not known" if parsed is None else f"which is no unit of {dimension}"
     raise MeasurementError(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.between import interpolation_of
 from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
@@ -69,7 +70,8 @@ class Measurement(Result):
     Parameters
     ----------
     time : (n,) array, s; strictly increasing, starts where the file says
-    motor_position : (n,) array, rad at the motor pulley
+    motor_position : (n,) array, rad at the motor pulley; None where there is no motor or it was
+        not measured: the recording is one for interface load then, and zeros stand here
     signals : name of a model output -> (n,) array in its SI unit; what is compared with the model.
         Holds ``joint_position`` (rad) wherever it is compared, or in its place
         ``joint_deflection`` (rad), see `with_joint_position`; ``joint_torque`` and
@@ -88,10 +90,11 @@ class Measurement(Result):
     driving : inputs of that interface beside motor position and load torque, by name, (n,) SI
     motor_share : of the motor position in a joint position that was not measured itself, see
         `with_joint_position`; None: it was
+    motion : whether what was recorded turns or slides; None: no unit says so, and the model does
     """
 
     time: Array
-    motor_position: Array
+    motor_position: Array = None  # type: ignore[assignment]  # zeros are put there
     signals: Mapping[str, Array] = field(default_factory=dict)
     load_torque: Array | None = None
     interpolation: AskedInterpolation = "auto"
@@ -104,9 +107,13 @@ class Measurement(Result):
     kind: InterfaceKind = InterfaceKind.POSITION
     driving: Mapping[str, Array] = field(default_factory=dict)
     motor_share: float | None = None
+    motion: MotionKind | None = None
 
     def __post_init__(self) -> None:
         """Lists become arrays; all have one value for each sample."""
+        if self.motor_position is None:
+            object.__setattr__(self, "motor_position", np.zeros(len(self.time)))
+            object.__setattr__(self, "kind", InterfaceKind.LOAD)
         for name in ("time", "motor_position", "load_torque"):
             if not isinstance(getattr(self, name), np.ndarray | None):
                 object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
@@ -124,7 +131,8 @@ class Measurement(Result):
     def inputs(self) -> dict[str, Array]:
         """What drives the model, by name: at interface position the motor position and, where one
         acts, the load torque."""
-        inputs = {} if self.kind.has_rotor else {"motor_position": self.motor_position}
+        given = self.kind.has_springs and not self.kind.has_rotor
+        inputs = {"motor_position": self.motor_position} if given else {}
         inputs |= self.driving
         if self.kind.has_link and self.load_torque is not None:
             inputs["load_torque"] = self.load_torque
@@ -135,9 +143,26 @@ class Measurement(Result):
 
         Raises
         ------
-        MeasurementError : see `with_joint_position` and `at`
+        MeasurementError : see `with_joint_position` and `at`; or one turns and the other slides
         """
-        return self.with_joint_position(model).at(model.kind)
+        return self.of_motion(model.motion).with_joint_position(model).at(model.kind)
+
+    def of_motion(self, motion: MotionKind) -> "Measurement":
+        """The recording as of a machine that turns or slides.
+
+        Raises
+        ------
+        MeasurementError : its units are those of the other
+        """
+        if self.motion is None and motion is not MotionKind.ROTARY:
+            return replace(self, motion=motion)
+        if self.motion not in (None, motion):
+            raise MeasurementError(
+                f"{self.name}: its units are those of a {self.motion} machine, and the model's "
+                f'motion is {motion}; write motion = "{self.motion}" at the top of the model, or '
+                "give other units with --map"
+            )
+        return self
 
     def with_joint_position(self, model: "Model") -> "Measurement":
         """The recording with the joint position where the deflection was measured instead: that,
@@ -147,7 +172,7 @@ class Measurement(Result):
         ------
         MeasurementError : both were measured, of which one follows from the other
         """
-        if DEFLECTION not in self.signals:
+        if DEFLECTION not in self.signals or not model.kind.has_springs:
             return self
         if JOINT in self.signals:
             raise MeasurementError(
@@ -179,6 +204,14 @@ class Measurement(Result):
             raise MeasurementError(
                 f"{self.name}: a static curve is compared at interface position, not {kind}"
             )
+        if not kind.has_springs:
+            return self._without_motor()
+        if not self.kind.has_springs:
+            raise MeasurementError(
+                f"{self.name}: motor_position was not measured, from which a model with springs "
+                "starts; name its column with --map motor_position=COLUMN, or leave [transmission] "
+                "out of the model if it has no springs"
+            )
         measured = {**self.signals, **self.driving, "motor_position": self.motor_position}
         driving: dict[str, Array] = {}
         for name in (
@@ -198,6 +231,25 @@ class Measurement(Result):
                 "none was measured, so there is nothing to compare"
             )
         return replace(self, signals=measured, kind=kind, driving=driving)
+
+    def _without_motor(self) -> "Measurement":
+        """The recording for a model without springs, of which only the joint moves."""
+        if self.signals and JOINT not in self.signals:
+            raise MeasurementError(
+                f"{self.name}: a model without [transmission] moves the joint, and {JOINT} was not "
+                f"measured; name its column with --map {JOINT}=COLUMN"
+            )
+        left_out = [name for name in self.signals if name != JOINT]
+        notes = [f"{name} is not compared: the model has no springs" for name in left_out]
+        return replace(
+            self,
+            kind=InterfaceKind.LOAD,
+            motor_position=np.zeros(len(self.time)),
+            signals={name: values for name, values in self.signals.items() if name == JOINT},
+            given_noise={name: size for name, size in self.given_noise.items() if name == JOINT},
+            driving={},
+            notes=(*self.notes, *notes),
+        )
 
     @cached_property
     def input_interpolation(self) -> Interpolation:

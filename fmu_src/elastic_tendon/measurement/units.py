@@ -22,12 +22,20 @@ USUAL = {
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE},
     "torque": {"Nm": 1.0, "mNm": 1e-3, "uNm": 1e-6, "kNm": 1e3, "Ncm": 1e-2, "Nmm": 1e-3},
     "speed": {"rad_per_s": 1.0, "mrad_per_s": 1e-3, "deg_per_s": _DEGREE, "rpm": _TURN / 60.0},
+    "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+    "velocity": {"m_per_s": 1.0, "mm_per_s": 1e-3},
 }
+# what a signal of a rotary machine measures -> what it measures at a linear one
+LINEAR = {"angle": "length", "torque": "force", "speed": "velocity"}
 EXAMPLES = {
     "time": "s or ms",
     "angle": "rad or deg",
     "torque": "Nm or mNm",
     "speed": "rad_per_s or rpm",
+    "length": "m or mm",
+    "force": "N or kN",
+    "velocity": "m_per_s or mm_per_s",
 }
 
 _PLAIN = str.maketrans(
@@ -51,6 +59,9 @@ _DIMENSIONS: dict[tuple[float, ...], str] = {
     (0, 0, 0, 1): "angle",
     (1, 2, -2, 0): "torque",
     (0, 0, -1, 1): "speed",
+    (0, 1, 0, 0): "length",
+    (1, 1, -2, 0): "force",
+    (0, 1, -1, 0): "velocity",
 }
 _BASES = ("kilogram", "meter", "second", "radian")
 # what recordings are written in, by pint's names; more would misread words: "grad" is a gradian to

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.misreadings.sampling import sampling_warnings
@@ -35,9 +36,13 @@ def believed(
 
     Raises
     ------
-    MeasurementError : a recording looks as if it was read wrongly
+    MeasurementError : a recording looks as if it was read wrongly, or lacks the motor position from
+        which springs start
     """
-    measurements = [part.with_joint_position(model) for part in measurements]
+    kind = model.at_position().kind if model.kind.has_link else InterfaceKind.POSITION
+    measurements = [
+        part.of_motion(model.motion).with_joint_position(model).at(kind) for part in measurements
+    ]
     known = all("joint_position" in measurement.signals for measurement in measurements)
     if not known or not model.kind.has_link:  # a load that was not given looks like anything
         return measurements

@@ -34,6 +34,7 @@ LIKE = 1.1  # of constants that leave errors this close, the plainest is reporte
 STEPS = 5  # of Gauss and Newton's method
 SETTLED = 0.01  # a step that lowers the squared error by a smaller share is the last
 PROBE = 0.02  # of what a constant may be at most, by which its derivative is taken
+OF_MOTOR = {"offset", "motor_offset", "gain", "stiffness"}  # constants of motor and springs
 MOST_LATE, MOST_OFF = 0.05, 0.9  # s; of a factor, beside 1
 
 
@@ -168,6 +169,7 @@ def _constants(measurement: Measurement) -> list[_Constant]:
     still = bool(np.ptp(measurement.motor_position) == 0.0)
     hidden = {"delay"} if measurement.static else set()
     hidden |= {"gain"} if still else set()
+    hidden |= OF_MOTOR if not measurement.kind.has_springs else set()
     return [constant for constant in CONSTANTS if constant.kind not in hidden]
 
 

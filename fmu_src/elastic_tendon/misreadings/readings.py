@@ -6,6 +6,7 @@ from math import copysign, isclose, pi
 
 import numpy as np
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.preparation import Preparation, SignalColumn
@@ -26,6 +27,8 @@ TIME_GAIN, LONG_STEP = 1.5, 0.1  # 1, s
 # what a column may be in, as people write it, and that in SI
 ANGLES = {"deg": pi / 180.0, "mrad": 1e-3, "rad": 1.0}
 TORQUES = {"mNm": 1e-3, "Ncm": 1e-2, "Nm": 1.0}
+LENGTHS = {"mm": 1e-3, "m": 1.0}  # the same of a machine that slides
+FORCES = {"mN": 1e-3, "N": 1.0, "kN": 1e3}
 TIMES = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 UNITS: Mapping[str, Mapping[str, float]] = {
     "motor_position": ANGLES,
@@ -45,6 +48,11 @@ WORDS = {
     "mNm": "mN·m",
     "Ncm": "N·cm",
     "Nm": "N·m",
+    "mm": "millimetres",
+    "m": "metres",
+    "mN": "mN",
+    "N": "N",
+    "kN": "kN",
     "ns": "nanoseconds",
     "us": "microseconds",
     "ms": "milliseconds",
@@ -149,14 +157,17 @@ def readings_of(measurement: Measurement) -> tuple[Reading, ...]:
         *([Reading(swapped, {}, swapped=POSITIONS)] if positions == POSITIONS else []),
         *signs,
         *(reading for signal in positions for reading in unit_readings(measurement, (signal,))),
-        *unit_readings(measurement, positions),
+        *(unit_readings(measurement, positions) if len(positions) > 1 else []),
         *(reading for load in loads for reading in unit_readings(measurement, (load,))),
         *time_readings(measurement),
     )
 
 
-def positions_of(measurement: Measurement) -> tuple[str, str]:
-    """What was measured of the joint, its position or deflection, and the motor's position."""
+def positions_of(measurement: Measurement) -> tuple[str, ...]:
+    """What was measured of the joint, its position or deflection, and the motor's position, where
+    there is one."""
+    if not measurement.kind.has_springs:
+        return ("joint_position",)
     return POSITIONS if measurement.motor_share is None else ("joint_deflection", "motor_position")
 
 
@@ -202,12 +213,12 @@ def unit_readings(measurement: Measurement, signals: Sequence[str]) -> list[Read
     -------
     list of Reading; empty where the declared units differ or are none of `UNITS`
     """
-    declared = {signal: declared_factor(measurement.preparation, signal) for signal in signals}
+    units = _units(measurement, signals[0])
+    declared = {signal: _declared(measurement.preparation, signal, units) for signal in signals}
     factors = {signal: factor for signal, factor in declared.items() if factor is not None}
     if len(set(factors.values())) != 1 or len(factors) < len(signals):
         return []
     (factor,) = set(factors.values())
-    units = UNITS[signals[0]]
     subject = " and ".join(name(signal) for signal in signals)
     verb = "looks as if it were" if len(signals) == 1 else "look as if they were"
     now = next(WORDS[unit] for unit, value in units.items() if value == factor)
@@ -232,12 +243,24 @@ def time_readings(measurement: Measurement) -> tuple[Reading, ...]:
     )
 
 
+def _units(measurement: Measurement, signal: str) -> Mapping[str, float]:
+    """What a column may be in, at a machine that turns or slides as this one."""
+    of_rotary = UNITS[signal]
+    if measurement.motion is not MotionKind.LINEAR or of_rotary is TIMES:
+        return of_rotary
+    return LENGTHS if of_rotary is ANGLES else FORCES
+
+
 def declared_factor(preparation: Preparation, signal: str) -> float | None:
     """What a signal's unit is in SI, as it was read: 1 where nothing is said; None: unusual."""
+    return _declared(preparation, signal, UNITS[signal])
+
+
+def _declared(preparation: Preparation, signal: str, units: Mapping[str, float]) -> float | None:
     unit = preparation.columns.get(signal, SignalColumn()).unit
     parsed = None if unit is None else parse_unit(unit)
     factor = 1.0 if parsed is None else parsed.factor
-    return next((known for known in UNITS[signal].values() if isclose(known, factor)), None)
+    return next((known for known in units.values() if isclose(known, factor)), None)
 
 
 def deflection_reading(model: Model) -> Reading:

@@ -119,6 +119,8 @@ def _flipped_motion(model: Model, excerpt: Measurement) -> tuple[str, ...]:
     }.get((motor, load))
     declared = unexplained_motion(model, excerpt)
     tried = suspects or tuple(excerpt.inputs)
+    if not tried:  # a link without springs that no load drives
+        return ()
     left = {
         signal: unexplained_motion(model, Reading("", {signal: -1.0}).apply(excerpt))
         for signal in tried

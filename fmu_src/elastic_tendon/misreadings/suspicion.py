@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.parameters import Model, sizes_of
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import simulate_measurement
 from elastic_tendon.errors import MeasurementError, SimulationError
@@ -113,7 +113,7 @@ def _misread(model: Model, excerpt: Measurement, declared: float) -> tuple[_Tria
     table, gear = time_readings(excerpt), None
     if _is_long(model, excerpt):
         table = readings_of(excerpt)
-        if excerpt.motor_share is None:
+        if excerpt.motor_share is None and model.kind.has_springs:
             table, gear = (*table, deflection_reading(model)), _gear(model, excerpt)
     trials = [_Trial(reading, _left_by(model, excerpt, reading)) for reading in table]
     good = [trial for trial in trials if _explains(trial, declared)]
@@ -221,10 +221,8 @@ def _is_long(model: Model, excerpt: Measurement) -> bool:
 
 
 def _period(model: Model) -> float:
-    """Natural period of the joint on both springs, s."""
-    radii = model.transmission
-    springs = radii.upper_spring.combined_stiffness + radii.lower_spring.combined_stiffness
-    stiffness = radii.joint_pulley_radius**2 * springs
+    """Natural period of the joint on both springs, s; without springs a usual one."""
+    stiffness = sizes_of(model.transmission, model.link).joint_stiffness
     return 2.0 * math.pi * math.sqrt(model.link.inertia / stiffness)
 
 

@@ -170,8 +170,9 @@ def layout(
         rows.extend(
             (indicator, Role.INDICATOR, i, False, None) for i, indicator in enumerate(listed)
         )
-    number = interface.outputs.index(_SLACK_STATE)
-    rows.append((_SLACK_STATE_NUMBER, Role.OUTPUT, number, True, None))
+    if _SLACK_STATE in interface.outputs:
+        number = interface.outputs.index(_SLACK_STATE)
+        rows.append((_SLACK_STATE_NUMBER, Role.OUTPUT, number, True, None))
     if validity is not None:
         rows.append((OUTSIDE_VALIDITY, Role.VALIDITY, 0, True, None))
     ranges = [(validity or {}).get(row[0].name, _EVERYWHERE) for row in rows]

@@ -150,9 +150,10 @@ def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
             text += f" {called(taken[0])} was added; the others would do as well."
         sentences.append(text)
     changes = {near.change for near in diagnosis.neighbours if near.refitted}
+    kind = diagnosis.model.kind
     for effect_id in diagnosis.added:
         refitted = {change.removeprefix(f"{effect_id} -> ") for change in changes}
-        sentences += alias_sentences(effects.BY_ID[effect_id], refitted)
+        sentences += alias_sentences(effects.BY_ID[effect_id], refitted, kind)
     sentences += [diagnosis.no_experiment] * bool(diagnosis.no_experiment)
     sentences += diagnosis.findings.sentences
     sentences += [*recording_sentences(diagnosis.recordings), *diagnosis.notes]

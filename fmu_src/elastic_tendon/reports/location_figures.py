@@ -69,7 +69,8 @@ def all_figures(comparison: Comparison, location: Location) -> Iterator[tuple[st
 def _of_one_file(
     name: str, model: Model, file: FileComparison, location: FileLocation
 ) -> Iterator[tuple[str, Drawing]]:
-    yield f"{name}_torque_over_deflection", partial(torque_loop, model, file, location)
+    if model.kind.has_springs:
+        yield f"{name}_torque_over_deflection", partial(torque_loop, model, file, location)
     yield f"{name}_missing_torque", partial(missing_torque, file, location)
     for signal in file.signals:
         yield f"{name}_{signal}_share_of_error", partial(share_of_error, file, location, signal)

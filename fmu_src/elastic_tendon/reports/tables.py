@@ -10,6 +10,7 @@ from rich.table import Table
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.design import DesignTable
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.estimation.add import Addition
@@ -179,14 +180,24 @@ def fall_sentences(first: Step, last: Step, *, static: bool = False) -> list[str
     return sentences
 
 
-def alias_sentences(effect: Effect, refitted: Collection[str] = ()) -> list[str]:
-    """What no measurement of the joint can tell the effect from, but for what was judged by one."""
+def alias_sentences(
+    effect: Effect,
+    refitted: Collection[str] = (),
+    kind: InterfaceKind = InterfaceKind.POSITION,
+) -> list[str]:
+    """What no measurement of the joint can tell the effect from, but for what was judged by one,
+    and what a link without springs cannot have."""
     return [
         f"{effect.title} cannot be distinguished from {' and '.join(alias.of)} as long as "
         f"{alias.when}."
         for alias in effects.BY_ID.aliases_of(effect)
         if not set(alias.of) <= set(refitted)
+        and (kind.has_springs or all(kind.has_slot(one.slot) for one in _among(alias.of)))
     ]
+
+
+def _among(names: Sequence[str]) -> list[Effect]:
+    return [effects.BY_ID[name] for name in names if name in effects.BY_ID]
 
 
 def distrust_sentences(before: Step, after: Step) -> list[str]:

@@ -13,7 +13,7 @@ from elastic_tendon.reports.comparison_figures import BLACK, BLUE, static_torque
 from elastic_tendon.reports.names import at_dots, shortened, verbatim
 from elastic_tendon.reports.thinning import Array, envelope, some
 from elastic_tendon.reports.units import shown, with_unit
-from elastic_tendon.simulation.simulate import MAIN_OUTPUTS, Sensitivities, Trajectory
+from elastic_tendon.simulation.simulate import Sensitivities, Trajectory
 
 DRAWN = ("joint_position", "joint_torque", "slack_state")
 MOST_RUNS = 100  # more lines could not be distinguished
@@ -23,7 +23,7 @@ Curve = tuple[Array, Array]  # time, values
 
 
 def trajectory_figure(trajectory: Trajectory) -> Figure:
-    """Draw joint position, joint torque and slack state over time.
+    """Draw joint position, joint torque and slack state over time, those that there are.
 
     Parameters
     ----------
@@ -33,7 +33,9 @@ def trajectory_figure(trajectory: Trajectory) -> Figure:
     -------
     matplotlib.figure.Figure; one pair of axes for each
     """
-    return _over_time({name: [(trajectory.time, trajectory[name])] for name in DRAWN}, color=BLUE)
+    known = trajectory.keys()
+    drawn = [name for name in DRAWN if name in known]
+    return _over_time({name: [(trajectory.time, trajectory[name])] for name in drawn}, color=BLUE)
 
 
 def measurement_figure(measurement: Measurement) -> Figure:
@@ -96,8 +98,9 @@ def sensitivities_figure(sensitivities: Sensitivities) -> Figure:
     """
     rows = len(sensitivities.names)
     figure = Figure(figsize=(10.0, 1.0 + 1.9 * rows), layout="constrained")
-    panels = figure.subplots(rows, len(MAIN_OUTPUTS), sharex=True, squeeze=False)
-    for column, output in zip(panels.T, MAIN_OUTPUTS, strict=True):
+    outputs = sensitivities.main_outputs
+    panels = figure.subplots(rows, len(outputs), sharex=True, squeeze=False)
+    for column, output in zip(panels.T, outputs, strict=True):
         column[0].set_title(f"derivative of the {shown(output).words}", fontsize="medium")
         column[-1].set_xlabel("time (s)")
         for axes, name, unit, values in zip(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.design import design
-from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.parameters import Model, sizes_of
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,8 @@ class Excitation:
 
 
 def default_excitation(model: Model) -> Excitation:
-    """Ten seconds of smooth multisine on the motor and a slow load that slackens the tendons.
+    """Ten seconds of smooth multisine on the motor and a slow load that slackens the tendons;
+    without springs, of the load alone.
 
     Parameters
     ----------
@@ -42,9 +43,13 @@ def default_excitation(model: Model) -> Excitation:
     -------
     Excitation with 5001 samples
     """
-    table = design(model)
     time = np.arange(int(DURATION * RATE) + 1) / RATE
     ramp = np.sin(0.5 * np.pi * np.minimum(time / RAMP, 1.0)) ** 2
+    swing = np.sin(2.0 * np.pi * LOAD_FREQUENCY * time)
+    if not model.kind.has_springs:
+        largest = sizes_of(model.transmission, model.link).torque
+        return Excitation(time, np.zeros(len(time)), LARGEST_SHARE * largest * ramp * swing)
+    table = design(model)
     sines = [
         np.sin(share * table.frequency_state_3 * time) / len(MOTOR_FREQUENCIES)
         for share in MOTOR_FREQUENCIES
@@ -59,5 +64,5 @@ def default_excitation(model: Model) -> Excitation:
     return Excitation(
         time=time,
         motor_position=ratio * MOTOR_AMPLITUDE * ramp * np.sum(sines, axis=0),
-        load_torque=load * ramp * np.sin(2.0 * np.pi * LOAD_FREQUENCY * time),
+        load_torque=load * ramp * swing,
     )

@@ -118,6 +118,11 @@ class Sensitivities(Result):
     names: tuple[str, ...]
     units: tuple[str, ...]
 
+    @property
+    def main_outputs(self) -> tuple[str, ...]:
+        """Outputs that are tabled and drawn: joint position and joint torque, if there are any."""
+        return tuple(name for name in MAIN_OUTPUTS if name in self.trajectory.output_names)
+
     def of(self, output: str) -> Array:
         """Derivatives (n, m) of one output."""
         return self.output_derivatives[:, self.trajectory.output_names.index(output), :]
@@ -126,10 +131,12 @@ class Sensitivities(Result):
         """Length, and the largest derivatives of joint position and joint torque."""
         time = self.trajectory.time
         lines = [f"Sensitivities over {time[-1] - time[0]:.4g} s, {len(time)} samples; at most"]
-        sizes = (np.abs(self.of(output)).max(axis=0) for output in MAIN_OUTPUTS)
-        for name, unit, position, torque in zip(self.names, self.units, *sizes, strict=True):
-            unit = unit_text(unit)
-            lines.append(f"  by {name}: {position:.4g} rad and {torque:.4g} N·m per {unit}")
+        sizes = (np.abs(self.of(output)).max(axis=0) for output in self.main_outputs)
+        of_outputs = [_UNITS[output] for output in self.main_outputs]
+        for name, unit, *values in zip(self.names, self.units, *sizes, strict=True):
+            pairs = zip(values, of_outputs, strict=True)
+            most = " and ".join(f"{value:.4g} {own}" for value, own in pairs)
+            lines.append(f"  by {name}: {most} per {unit_text(unit)}")
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":

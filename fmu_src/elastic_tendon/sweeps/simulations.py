@@ -183,7 +183,7 @@ class Simulations:
             self.shipped.model,
             varied,
             motion.time,
-            motion.motor_position,
+            motion.motor_position if self.shipped.model.kind.has_springs else None,
             motion.load_torque,
             outputs=self._simulated,
             initial_state=motion.initial_state,
@@ -266,7 +266,7 @@ def simulations(
     points: Points,
     *,
     motion: Motion | None = None,
-    outputs: Sequence[str] = OUTPUTS,
+    outputs: Sequence[str] | None = None,
     keep: Kept = "statistics",
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> Simulations:
@@ -277,7 +277,7 @@ def simulations(
     model : Model
     points : what varies, and how
     motion : of all runs; None: the default motion of the model
-    outputs : names of outputs of the model
+    outputs : names of outputs of the model; None: those of `OUTPUTS` that it has
     keep : "statistics" for one row a run, "trajectories" for a row each sample
     tolerance : as in `simulate`
 
@@ -292,6 +292,8 @@ def simulations(
     """
     model.check_interface("a sweep of simulations")
     known = interface(*model.structure).output_names
+    if outputs is None:
+        outputs = [name for name in OUTPUTS if name in known]
     unknown = [name for name in outputs if name not in known]
     if unknown:
         raise SweepError(problems.unknown_key(unknown[0], unknown[0], known, "the outputs"))
@@ -336,6 +338,8 @@ def _rms(values: Array) -> Array:
 
 def _impossible(model: Model, varied: Mapping[str, Array]) -> Iterator[tuple[int, str]]:
     """Runs that no model.toml may have although each number is within its bounds, and why."""
+    if not model.kind.has_springs:
+        return
     count = len(next(iter(varied.values())))
     numbers = {
         path: np.broadcast_to(varied.get(path, value), (count,))

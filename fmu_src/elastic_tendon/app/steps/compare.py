@@ -449,6 +449,8 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         comparison = compared_now(session)
         if comparison is None:
             return no_update, no_update, "", "", None
+        if not session.document.version.loaded().kind.has_springs:
+            return no_update, {"display": "none"}, "", "", None
         chosen = view_of(view, comparison)
         rests_on = _needs(session.document, session.files)
         now = fingerprint(session, rests_on, theme, chosen.recording, seen)

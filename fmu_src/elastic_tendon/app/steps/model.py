@@ -11,7 +11,7 @@ from dash.development.base_component import Component
 import elastic_tendon as et
 from elastic_tendon.actuator.parameters import model_from_toml
 from elastic_tendon.app.choice import choice
-from elastic_tendon.app.document import Document, Version
+from elastic_tendon.app.document import Document, Version, check_shown
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
@@ -21,7 +21,7 @@ from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
 from elastic_tendon.reports.html.papers import MODEL as PAPER
 from elastic_tendon.reports.interactive.characteristic import characteristic
-from elastic_tendon.reports.interactive.theme import CONFIG, THEMES
+from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, blank
 
 LARGEST = 256 * 1024  # bytes of a model.toml
 GESTURES: Any = CONFIG | {"scrollZoom": False}  # the wheel scrolls the page
@@ -31,6 +31,7 @@ SIGNS = (
     "A positive one stretches the lower tendon, and the torque on the joint is negative. Slack is "
     "in I the lower tendon, in II the upper one, in III none."
 )
+NO_SPRINGS = "Without springs there is no characteristic: the load alone moves the link."
 MARGIN = {"l": 64, "r": 16, "t": 56, "b": 48}  # of the figure; it has no title
 # of the design's table, what changes the machine's feel
 SHOWN = (
@@ -332,6 +333,8 @@ def _register_figure(app: Dash, workspace: Workspace) -> None:
             return no_update, no_update, no_update, no_update
         version = workspace.open(stored).document.version
         model = version.loaded()
+        if not model.kind.has_springs:
+            return head(version), not version.given, blank(THEMES[theme]), NO_SPRINGS
         figure = characteristic(
             model,
             given=version.as_loaded() if version.given else None,
@@ -390,7 +393,7 @@ def _chosen(
                 f"{len(sent)} files are one too many; choose one model.toml"
             )
         model = model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
-        model.check_interface("the app")
+        check_shown(model)
         return model
     return et.load_model(bundled) if bundled and bundled in et.models else None
 

@@ -3,9 +3,11 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.fmu.live import runs_in_page
 from elastic_tendon.progress import Progress, silent
 from elastic_tendon.reports.comparison_tables import repeats, summary_sentences
 from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, verdict_sentences
@@ -27,6 +29,7 @@ from elastic_tendon.reports.html.origin import Origin
 from elastic_tendon.reports.html.page import page
 from elastic_tendon.reports.html.recordings import Alike, Recording, facts, overlays, places, torque
 from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.reports.worded import worded_blocks
 
 Part = tuple[str, str, Callable[[], Iterable[Block]]]  # anchor, title, what makes its blocks
 
@@ -67,7 +70,8 @@ def diagnosis_document(
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [_papers_of(diagnosis)]),
     )
-    return _written(f"Diagnosis of {diagnosis.given.name}", parts, origin, progress)
+    heading = f"Diagnosis of {diagnosis.given.name}"
+    return _written(heading, parts, origin, diagnosis.model, progress)
 
 
 def comparison_document(
@@ -104,14 +108,19 @@ def comparison_document(
         ("data", "Data, and how to repeat this", lambda: _data(used, origin)),
         ("papers", "Papers", lambda: [Listing(literature)]),
     )
-    return _written(f"{model.name} beside measurements", parts, origin, progress)
+    heading = f"{model.name} beside measurements"
+    return _written(heading, parts, origin, model, progress)
 
 
-def _written(title: str, parts: Sequence[Part], origin: Origin, progress: Progress) -> str:
+def _written(
+    title: str, parts: Sequence[Part], origin: Origin, model: Model, progress: Progress
+) -> str:
+    shown = {"linear": model.kind.has_springs, "live": runs_in_page(model)}
+    possible = [part for part in parts if shown.get(part[0], True)]
     sections = []
-    for index, (anchor, heading, make) in enumerate(parts):
-        progress(f"report: {heading}", index / len(parts))
-        sections.append(Section(anchor, heading, tuple(make())))
+    for index, (anchor, heading, make) in enumerate(possible):
+        progress(f"report: {heading}", index / len(possible))
+        sections.append(Section(anchor, heading, worded_blocks(tuple(make()), model.motion)))
     software = origin.software["elastic-tendon"]
     return page(title, f"Made by elastic-tendon {software} on {origin.made}", sections)
 

@@ -1,0 +1,165 @@
+"""``motion = "linear"``: the equations of a rotary machine in metres and newtons, everywhere."""
+
+import re
+import zipfile
+
+import fmpy
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.text import Text
+
+import elastic_tendon as et
+from elastic_tendon.actuator.motion_kind import MotionKind
+from elastic_tendon.comparison.simulated import default_table
+from elastic_tendon.diagnosis.candidates import candidates
+from elastic_tendon.reports.write import report
+
+TIME = np.arange(0.0, 2.0, 0.005)
+LOAD = 60.0 * np.sin(2.0 * TIME) + 40.0 * np.sin(5.1 * TIME + 1.0)
+CONTENT = {
+    "name": "axis",
+    "link": {"inertia": 95.0, "damping": 203.0},
+    "effects": {"coulomb_friction": {"torque": 20.0}, "quadratic_drag": {"coefficient": 5.0}},
+}
+ROTARY = et.load_model(CONTENT)
+LINEAR = et.load_model({**CONTENT, "motion": "linear"})
+# units of a machine that turns, as no text of one that slides has them
+TURNING = re.compile(r"\bm?rad\b|N·m\b|kg·m²|\bN\.m\b|\bkg\.m2\b|_rad\b|_Nm\b")
+
+
+def recording(**units):
+    names = {"load_torque": "N", "joint_position": "mm"} | units
+    values = {"load_torque": LOAD, "joint_position": 1e3 * np.cumsum(LOAD) * 1e-6}
+    columns = {f"{signal}_{unit}": values[signal] for signal, unit in names.items()}
+    return pd.DataFrame({"time_s": TIME, **columns})
+
+
+def test_its_numbers_are_those_of_the_rotary_model_bit_for_bit():
+    turned, moved = (et.simulate(model, TIME, load_torque=LOAD) for model in (ROTARY, LINEAR))
+    assert np.array_equal(turned.outputs, moved.outputs)
+    assert np.ptp(moved["joint_position"]) > 0.05
+    with_springs = et.models.figure_7.model_dump(exclude_none=True)
+    turned, moved = (
+        et.simulate(et.load_model({**with_springs, "motion": kind}), TIME, 0.1 * np.sin(TIME))
+        for kind in ("rotary", "linear")
+    )
+    assert np.array_equal(turned.outputs, moved.outputs)
+
+
+def test_units_of_its_numbers():
+    units = {quantity.path: quantity.unit for quantity in LINEAR.quantities()}
+    assert units == {
+        "link.inertia": "kg",
+        "link.damping": "N.s/m",
+        "effects.coulomb_friction.torque": "N",
+        "effects.quadratic_drag.coefficient": "N.s2/m2",
+    }
+    assert not any(TURNING.search(unit) for unit in units.values())
+    assert et.load_model(LINEAR.model_dump()) == LINEAR
+    assert "motion" in LINEAR.to_toml()
+    assert "motion" not in ROTARY.to_toml()
+
+
+@pytest.mark.parametrize(
+    ("rotary", "linear"),
+    [
+        ("about 20 N·m at any speed", "about 20 N at any speed"),
+        ("damping 3 N·m·s/rad, J 2 kg·m²", "damping 3 N·s/m, J 2 kg"),
+        ("RMS 0.3 mrad; 0.1 to 0.2 rad", "RMS 0.3 mm; 0.1 to 0.2 m"),
+        ("Constant torque of the joint torque", "Constant force of the joint force"),
+        ("joint_torque, effects.constant_torque.torque, interface torque", ...),
+        ("stiffness 3 N/m, gradient, radius 2 m", ...),
+        ("coulomb_friction.\ntorque", ...),
+    ],
+)
+def test_words_and_units_change_and_names_do_not(rotary, linear):
+    expected = rotary if linear is ... else linear
+    assert MotionKind.LINEAR.words(rotary) == expected
+    assert MotionKind.ROTARY.words(rotary) == rotary
+
+
+def test_errors_in_a_model_name_its_units():
+    with pytest.raises(et.ModelError, match=r"link.inertia: -1.0 is outside 1e-09 to 10000 kg$"):
+        et.load_model({**CONTENT, "motion": "linear", "link": {"inertia": -1.0}})
+    with pytest.raises(et.ModelError, match="motion: 'straight' is refused: input should be 'rot"):
+        et.load_model({**CONTENT, "motion": "straight"})
+
+
+def test_files_in_metres_are_read_and_those_of_a_machine_that_turns_refused():
+    read = et.read(recording())
+    assert read.motion is MotionKind.LINEAR
+    assert read.load_torque == pytest.approx(LOAD)
+    assert et.compare(LINEAR, read).rmse()["joint_position"] > 0.0
+    with pytest.raises(et.MeasurementError, match='write motion = "linear" at the top of the mod'):
+        et.compare(ROTARY, read)
+    turned = et.read(recording(load_torque="Nm", joint_position="mrad"))
+    with pytest.raises(et.MeasurementError, match='write motion = "rotary" at the top of the mod'):
+        et.compare(LINEAR, turned)
+    with pytest.raises(et.MeasurementError, match="is in mm, as of a linear machine, and load_tor"):
+        et.read(recording(load_torque="Nm"))
+
+
+def test_a_recording_without_units_is_of_any_machine():
+    measured = et.Measurement(TIME, load_torque=LOAD, signals={"joint_position": 0.01 * LOAD})
+    assert et.compare(ROTARY, measured).rmse() == et.compare(LINEAR, measured).rmse()
+
+
+def test_tables_figures_and_reports_have_its_units(tmp_path):
+    assert list(default_table(LINEAR)) == [
+        *("time_s", "load_torque_N", "joint_position_m", "joint_velocity_m_per_s")
+    ]
+    compared = et.compare(LINEAR, et.read(recording()))
+    drawn = " ".join(text.get_text() for text in compared.plot().findobj(Text))
+    assert "joint position (m)" in drawn
+    assert not TURNING.search(drawn)
+    assert not TURNING.search(et.locate(compared).summary())
+    assert not TURNING.search(str(compared.to_dict()["files"][0]["signals"]))
+    report(compared, tmp_path / "x.html")
+    page = re.sub("<script.*?</script>", "", (tmp_path / "x.html").read_text("utf-8"), flags=re.S)
+    assert " mm" in page
+    assert not TURNING.search(page[page.index("<body") :])
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_units_and_terminals_of_its_fmu(version, tmp_path):
+    path = et.export_fmu(LINEAR, tmp_path / "x.fmu", fmi_version=version)
+    described = fmpy.read_model_description(str(path))
+    units = {variable.name: variable.unit for variable in described.modelVariables}
+    assert units["joint_position"] == "m"
+    assert units["joint_velocity"] == "m/s"
+    assert units["load_torque"] == "N"
+    assert units["link.inertia"] == "kg"
+    assert units["link.damping"] == "N.s/m"
+    defined = {unit.name: unit.baseUnit for unit in described.unitDefinitions}
+    assert (defined["N"].kg, defined["N"].m, defined["N"].s) == (1, 1, -2)
+    assert "rad" not in " ".join(defined)
+    with zipfile.ZipFile(path) as archive:
+        page = archive.read("documentation/index.html").decode()
+        assert not TURNING.search(page)
+        if version == 3:
+            terminals = archive.read("terminalsAndIcons/terminalsAndIcons.xml").decode()
+            assert "Mechanics.Translational.Interfaces.Flange_b" in terminals
+            assert "Rotational" not in terminals
+
+
+def test_what_turns_is_no_candidate_for_a_machine_that_slides():
+    measured = et.Measurement(TIME, load_torque=LOAD, signals={"joint_position": 0.01 * LOAD})
+    bare = [model.without(model.effect_ids) for model in (ROTARY, LINEAR)]
+    turned, moved = (candidates(model, [measured.for_model(model)]) for model in bare)
+    assert set(turned) - set(moved) == {"gravity_load"}
+    assert "constant_torque" in moved
+
+
+def test_the_command_line_says_metres(tmp_path, monkeypatch):
+    from typer.testing import CliRunner
+
+    from elastic_tendon.cli import app
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "axis.toml").write_text(LINEAR.to_toml(), "utf-8")
+    recording().to_csv("run.csv", index=False)
+    result = CliRunner().invoke(app, ["compare", "axis.toml", "run.csv"])
+    assert result.exit_code == 0, result.output
+    assert "joint position, mm" in result.stdout
+    assert not TURNING.search(result.stdout)
