@@ -56,7 +56,7 @@ def animate(example: dict[str, Any], picture: Path) -> None:
     figure = plt.figure(figsize=(6, 5), layout="constrained")
     axes = figure.add_subplot(projection="3d")
     axes.set(xlim=(-0.2, REACH), ylim=(-0.3, 0.65), zlim=(0, 0.8))
-    axes.set_box_aspect((0.95, 0.95, 0.8), zoom=1.15)
+    axes.set_box_aspect((0.95, 0.95, 0.8), zoom=1.0)
     axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
     axes.view_init(elev=22, azim=-70)
     (links,) = axes.plot([], [], [], color="black", linewidth=4, solid_capstyle="round")

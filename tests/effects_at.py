@@ -22,6 +22,11 @@ def seen_without_deflection() -> tuple[str, ...]:
     return tuple(name for name in loaded_at_position() if BY_ID[name].slot is not hidden)
 
 
+def searched_without_deflection() -> tuple[str, ...]:
+    """Those of them that a search tries unasked."""
+    return tuple(name for name in seen_without_deflection() if not BY_ID[name].on_request)
+
+
 def placed(model: Model, effect: Effect | str) -> Model:
     """The model, with a rotor that a torque drives where the effect acts on that."""
     slot = (BY_ID[effect] if isinstance(effect, str) else effect).slot

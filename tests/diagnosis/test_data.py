@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from effects_at import loaded_at_position, seen_without_deflection
+from effects_at import searched_without_deflection
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.diagnosis import data
@@ -154,9 +154,20 @@ def test_a_horizon_of_too_few_samples_is_none() -> None:
 
 def test_every_effect_is_a_candidate_of_a_bare_model() -> None:
     """That of a deflection sensor only where a deflection was measured."""
-    bent = replace(recording(500), motor_share=1.0)
-    assert data_of(GIVEN, [bent], []).candidates == loaded_at_position()
-    assert data_of(GIVEN, [recording(500)], []).candidates == seen_without_deflection()
+    bent, unbent = replace(recording(500), motor_share=1.0), recording(500)
+    added = set(data_of(GIVEN, [bent], []).candidates) - set(
+        data_of(GIVEN, [unbent], []).candidates
+    )
+    assert added == {"deflection_gain"}
+    assert data_of(GIVEN, [unbent], []).candidates == searched_without_deflection()
+
+
+def test_some_effects_are_candidates_only_on_request() -> None:
+    rare = "directional_damping"
+    assert rare not in data_of(GIVEN, [recording(500)], []).candidates
+    assert data_of(GIVEN, [recording(500)], [], Options(only=(rare,))).candidates == (rare,)
+    at_nulls = GIVEN.with_effect(rare, None)
+    assert rare in data_of(at_nulls, [recording(500)], []).candidates
 
 
 def test_only_and_without() -> None:
@@ -166,7 +177,7 @@ def test_only_and_without() -> None:
     found = data_of(GIVEN, [recording(500)], [], Options(only=wanted, without=wanted[:1]))
     assert found.candidates == ("coulomb_friction",)
     found = data_of(GIVEN, [recording(500)], [], Options(without=wanted))
-    assert set(seen_without_deflection()) - set(found.candidates) == set(wanted)
+    assert set(searched_without_deflection()) - set(found.candidates) == set(wanted)
 
 
 def test_unknown_ids_are_refused_by_name() -> None:

@@ -147,7 +147,8 @@ def test_the_loss_of_a_gear_is_found_beside_its_friction():
 @pytest.mark.slow
 def test_the_loss_of_a_gear_is_named():
     lossy = recording(replace(TRUE, rotor_friction=0.05, loss=(0.12, 0.25)))
-    found = et.diagnose(GIVEN.at("torque"), lossy)
+    asked = GIVEN.at("torque").with_effect("gear_loss", None)  # at its defaults: on request
+    found = et.diagnose(asked, lossy)
     assert set(found.added) == {"motor_friction", "gear_loss"}
     assert found.ladder[-1].noise_ratio["motor_position"] < 1.1
 

@@ -87,9 +87,6 @@ def forms(effect: str, tree: Tree, reached: Reached) -> list[Form]:
         "stribeck_friction": frictions(s),
         "lugre_friction": bristles(s),
         "quadratic_drag": [({}, {"coefficient": 0.003})],
-        "directional_damping": [
-            ({}, {"difference": sign * 0.1 * s.inertia * s.frequency}) for sign in (-1.0, 1.0)
-        ],
         "gravity_load": [({"angle": turn}, {"torque": 0.1 * s.torque}) for turn in turns],
         "constant_torque": [({}, {"torque": sign * 0.03 * s.torque}) for sign in (-1.0, 1.0)],
         "joint_stop": stops(s, reached),

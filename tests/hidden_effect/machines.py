@@ -58,7 +58,6 @@ class Sizes:
     torque: float  # that the weaker spring bears at the joint
     stiffness: float  # of the joint with both tendons taut
     frequency: float  # rad/s, of the joint then
-    inertia: float  # of the link, kg·m²
     spring: float  # stiffness of one of the softer springs
     side: float  # stiffness of the softer side
     deflection: float  # largest of a spring, m
@@ -78,7 +77,6 @@ def sizes_of(tree: Mapping[str, Any]) -> Sizes:
         * min(k * spring["max_deflection"] for k, spring in zip(sides, springs, strict=True)),
         stiffness=stiffness,
         frequency=math.sqrt(stiffness / inertia),
-        inertia=inertia,
         spring=min(spring["stiffness"] for spring in springs),
         side=min(sides),
         deflection=deflection,
@@ -192,10 +190,6 @@ def hidden_numbers(
             ("coulomb_torque", "static_torque"),
         ),
         "quadratic_drag": ({"coefficient": 0.003 * shake()}, ("coefficient",)),
-        "directional_damping": (
-            {"difference": sign * 0.1 * sizes.inertia * sizes.frequency},
-            ("difference",),
-        ),
         "gravity_load": ({"torque": 0.1 * sizes.torque, "angle": turn}, ("torque",)),
         "constant_torque": ({"torque": sign * dry}, ("torque",)),
         "joint_stop": (
@@ -266,7 +260,7 @@ EFFECTS = (
     *("gravity_load", "joint_stop", "overstretch_protection", "spring_hardening"),
     *("spring_hysteresis", "spring_relaxation", "spring_mass", "tendon_guide_friction"),
     *("tendon_compliance", "gear_backlash", "pulley_eccentricity", "joint_encoder_offset"),
-    *("motor_encoder_offset", "measurement_delay", "directional_damping"),
+    *("motor_encoder_offset", "measurement_delay"),
 )
 
 

@@ -159,7 +159,7 @@ def refit(
 # ---- rivals --------------------------------------------------------------------------------------
 
 
-UNBOUNDED = ("angle", "phase", "offset", "lower", "upper", "difference")
+UNBOUNDED = ("angle", "phase", "offset", "lower", "upper")
 SMALLEST = {
     "stribeck_velocity": 2e-3, "yield_length": 2e-6, "time_constant": 1e-3, "exponent": 0.5
 }  # fmt: skip
@@ -231,7 +231,7 @@ PARAMETERS = {
 } | dict.fromkeys(
     ("coulomb_friction", "quadratic_drag", "constant_torque", "spring_hardening",
      "tendon_guide_friction", "tendon_compliance", "gear_backlash", "joint_encoder_offset",
-     "motor_encoder_offset", "measurement_delay", "directional_damping"), 1,
+     "motor_encoder_offset", "measurement_delay"), 1,
 )  # fmt: skip
 OFFSETS = frozenset({"joint_encoder_offset", "motor_encoder_offset"})
 LAWS_OF_FRICTION = {"coulomb_friction", "stribeck_friction", "lugre_friction"}

@@ -40,7 +40,8 @@ class Data:
     `known` paths are taken as known, whatever their `uncertainty` as given.
     `fitted` : what the search works on, excerpts where recordings are long, in windows where they
     are asked for; `motions` : the same without windows; `whole` : all of the recordings.
-    `heldout` : never fitted. `only`, `without` : ids, see `Options`.
+    `heldout` : never fitted. `only`, `without` : ids, see `Options`; `idle` : of effects whose
+    values do nothing in the model as given.
     """
 
     given: Model
@@ -50,6 +51,7 @@ class Data:
     whole: tuple[Measurement, ...]
     only: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
     uncertainty: Mapping[str, float] = field(default_factory=dict)
 
@@ -70,8 +72,13 @@ class Data:
         return tuple(
             effect_id
             for effect_id in candidates(self.given, self.fitted)
-            if effect_id not in self.without and (not self.only or effect_id in self.only)
+            if effect_id not in self.without and self._asked_for(effect_id)
         )
+
+    def _asked_for(self, effect_id: str) -> bool:
+        if self.only:
+            return effect_id in self.only
+        return effect_id in self.idle or not BY_ID[effect_id].on_request
 
 
 def data_of(
@@ -107,7 +114,8 @@ def data_of(
             piece for part in motions for piece in _excerpt(model, part, FEWER / total, windows)
         )
     whole = _windows(clean, options.horizon)
-    given = model.without(idle_effects(model))
+    idle = idle_effects(model)
+    given = model.without(idle)
     known = _shown_by_motion(given) if all(part.static for part in measurements) else ()
     return Data(
         given=given.model_copy(
@@ -119,6 +127,7 @@ def data_of(
         whole=whole,
         only=options.only,
         without=options.without,
+        idle=idle,
         known=known,
         uncertainty=given.uncertainty,
     )

@@ -309,6 +309,7 @@ class Effect:
     aliases: tuple[Alias, ...] = ()
     catalogue_order: int = 1000
     singular_null: bool = False
+    on_request: bool = False
     refuses: Check = _all_well
     cautions: Check = _all_well
 

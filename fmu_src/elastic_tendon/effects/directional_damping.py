@@ -24,6 +24,7 @@ EFFECT = Effect(
     title="Directional damping",
     slot=Slot.JOINT_TORQUE,
     catalogue_order=190,
+    on_request=True,
     physics="Viscous friction that differs between the two directions: lips of seals that point "
     "one way, oil that one flank of a tooth or thread drags along and the other wipes off, a "
     "screw whose nut is preloaded on one side. link.damping is the mean of both.",

@@ -44,6 +44,7 @@ EFFECT = Effect(
     title="Gear loss",
     slot=Slot.MOTOR_FRICTION,
     catalogue_order=312,
+    on_request=True,
     physics="Teeth or threads rub under the torque that they transmit, so a gear or screw loses a "
     "share of it. Where the motor drives the load the efficiency is (1 - motor_share) / (1 + "
     "load_share), where the load drives the motor (1 - load_share) / (1 + motor_share): with a "

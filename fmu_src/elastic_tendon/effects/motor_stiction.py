@@ -37,6 +37,7 @@ EFFECT = Effect(
     title="Motor stiction",
     slot=Slot.MOTOR_FRICTION,
     catalogue_order=314,
+    on_request=True,
     physics="Motor and gear hold at rest with more torque than they lose while moving, because "
     "slow surfaces touch and fast ones swim on their lubricant (Stribeck); under load teeth press "
     "harder, so a part of the excess grows with the torques at both sides of the gear, and in "

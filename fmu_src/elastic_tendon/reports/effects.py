@@ -58,6 +58,12 @@ def effect_page(effect: Effect, example: Model) -> Group:
     return Group(*parts)
 
 
+ON_REQUEST = (
+    "Only where it is asked for: by its name in `add`, in `diagnose --only` beside what else may "
+    "be missing, or at its defaults in the model."
+)
+
+
 def effect_sections(effect: Effect, example: Model) -> list[tuple[str, list[str]]]:
     """Headings of an effect's page, each with its paragraphs; what says nothing is left out.
 
@@ -72,6 +78,7 @@ def effect_sections(effect: Effect, example: Model) -> list[tuple[str, list[str]
         ("Law", [effect.law]),
         ("How it shows in data", [effect.in_data]),
         ("Easily confused with", [effect.confused_with, *_aliases(effect)]),
+        ("Searched for", [ON_REQUEST] if effect.on_request else []),
         ("How to make sure", [effect.confirm]),
         ("Cure", [effect.cure]),
         ("Size", [effect.magnitude]),
