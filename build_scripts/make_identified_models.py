@@ -48,15 +48,6 @@ MODELS_MADE = (
         "it was fitted.",
     ),
     Identified(
-        "emps_axis",
-        "EMPS",
-        ("coulomb_friction", "constant_torque"),
-        "Linear axis with a ball screw: Janot, Gautier and Brunot, Data set and reference models "
-        "of EMPS, 2019. Metres stand for rad and newtons for N m: link.inertia is a mass in kg, "
-        "and load_torque the force of the drive in N. It has no springs; those that a model has "
-        "to have are too soft to matter, and its motor stands still.",
-    ),
-    Identified(
         "mrd_tool_4",
         "mrd, slow",
         ("tendon_guide_friction",),

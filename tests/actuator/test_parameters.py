@@ -23,7 +23,7 @@ from elastic_tendon.effects.base import Parameter, Sizes
 from elastic_tendon.errors import ModelError
 
 BUNDLED = (
-    *("bench_actuator", "biorob_x4_joint_3", "emps_axis", "figure_7", "figure_8"),
+    *("bench_actuator", "biorob_x4_joint_3", "figure_7", "figure_8"),
     *("mrd_jaw", "mrd_tool_4", "muir_bench"),
 )
 ALL_EFFECTS = tuple(effect.id for effect in effects.CATALOGUE)
