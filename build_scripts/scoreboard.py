@@ -103,11 +103,9 @@ def oscillator() -> et.Model:
 
 
 def axis() -> et.Model:
-    """EMPS: mass and viscous friction; springs, which the model has to have, too soft to matter."""
-    model = shaft(1e-3, 20.0, inertia=95.0, damping=203.0)
-    ends = ("upper_spring", "lower_spring")
-    sure = {f"transmission.{end}.{name}": 0.0 for end in ends for name in ("stiffness", "damping")}
-    return model.model_copy(update={"uncertainty": {**model.uncertainty, **sure}})
+    """EMPS: mass and viscous friction."""
+    link = {"inertia": 95.0, "damping": 203.0}
+    return et.load_model({"name": "given", "motion": "linear", "link": link})
 
 
 def silverbox(part: slice, folder: Path) -> et.Measurement:
@@ -118,9 +116,9 @@ def silverbox(part: slice, folder: Path) -> et.Measurement:
 
 
 def emps(name: str, folder: Path) -> et.Measurement:
-    """A recording of EMPS; metres stand for rad and newtons for N·m."""
-    table = pd.read_csv(folder / name)
-    return _driven(name, table.iloc[:, 0], table["force_N"], table["position_m"])
+    """A recording of EMPS, whose force is the load that moves the axis."""
+    columns = {"joint_position": "position_m", "load_torque": "force_N"}
+    return et.read(str(folder / name), map=columns)
 
 
 def _driven(name: str, time_s: Any, load: Any, position: Any) -> et.Measurement:

@@ -334,4 +334,4 @@ def test_every_interface_goes_through_the_commands(run, driven_by_torque: str, k
 def test_an_interface_that_there_is_not_is_refused(run, driven_by_torque: str) -> None:
     refused = run("compare", MODEL, driven_by_torque, "--interface", "tork")
     assert refused.exit_code == 1
-    assert "should be 'position', 'torque', 'joint' or 'torque_joint'" in refused.stderr
+    assert "should be 'position', 'torque', 'joint', 'torque_joint' or 'load'" in refused.stderr
