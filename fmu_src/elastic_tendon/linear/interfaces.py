@@ -33,10 +33,11 @@ def at_own_interface(model: Model, found: LinearModel, modes: Mapping[str, int])
     """
     plant = Equations(model)
     at = found.validity.operating_point
-    held = {**found.validity.modes, MOTOR_MOTION.name: 1, **modes}
     known = {**at.outputs, **at.inputs, **at.states}
     x = np.array([known[name] for name in plant.states])
     u = np.array([known[name] for name in plant.inputs])
+    of_rotor = plant.settle(x, u).modes  # of effects that are not there at interface position
+    held = {**of_rotor, **found.validity.modes, MOTOR_MOTION.name: 1, **modes}
     regime = Regime(
         found.validity.slack_state, {name: held[name] for name in plant.mode_names}, (x, u)
     )
