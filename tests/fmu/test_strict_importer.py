@@ -4,7 +4,7 @@ import pytest
 from fmu_cases import BOTH, motion, with_typical
 
 from effects_at import placed
-from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.interfaces import WITH_SPRINGS, InterfaceKind
 from elastic_tendon.actuator.parameters import load_model, models
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.fmu.export import export_fmu
@@ -15,7 +15,7 @@ BASE = load_model("biorob_x4_joint_3")
 MODELS = {
     **{name: load_model(name) for name in models},
     **{effect.id: with_typical(placed(BASE, effect), effect.id) for effect in CATALOGUE},
-    **{kind: BASE.at(kind) for kind in InterfaceKind if kind is not InterfaceKind.POSITION},
+    **{kind: BASE.at(kind) for kind in WITH_SPRINGS if kind is not InterfaceKind.POSITION},
 }
 
 

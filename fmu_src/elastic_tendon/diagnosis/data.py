@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.initial_state import residuals_from_beginning
@@ -17,7 +18,6 @@ from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import MeasurementError, SimulationError
 from elastic_tendon.estimation.add import check_apart
 from elastic_tendon.estimation.problem import TOLERANCE
@@ -78,7 +78,7 @@ class Data:
     def _asked_for(self, effect_id: str) -> bool:
         if self.only:
             return effect_id in self.only
-        return effect_id in self.idle or not BY_ID[effect_id].on_request
+        return effect_id in self.idle or not effects.BY_ID[effect_id].on_request
 
 
 def data_of(
@@ -152,7 +152,7 @@ def idle_effects(model: Model) -> tuple[str, ...]:
         for effect_id, values in model.effects.items()
         if all(
             values[parameter.name] == parameter.null
-            for parameter in BY_ID[effect_id].parameters
+            for parameter in effects.BY_ID[effect_id].parameters
             if not parameter.shape
         )
     )

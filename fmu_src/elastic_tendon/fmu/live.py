@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon import effects
 from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.actuator.quantity import Quantity, unit_text
 from elastic_tendon.actuator.variables import SIGNALS, interface
-from elastic_tendon.effects import BY_ID
 from elastic_tendon.fmu.icon import PAGES
 from elastic_tendon.native.interpolation import INTERPOLATIONS
 from elastic_tendon.native.library import DEFAULT_TOLERANCE, page_module
@@ -144,7 +144,7 @@ def _size(model: Model, quantity: Quantity, value: float) -> float:
     if not quantity.path.startswith("effects."):
         return abs(value) or quantity.nominal
     _, effect_id, name = quantity.path.split(".")
-    declared = {parameter.name: parameter for parameter in BY_ID[effect_id].parameters}
+    declared = {parameter.name: parameter for parameter in effects.BY_ID[effect_id].parameters}
     return max(abs(value), abs(typical_value(model, declared[name])))
 
 
@@ -170,7 +170,7 @@ def _groups(model: Model, intervals: Intervals) -> list[dict[str, Any]]:
     for place, number in enumerate(numbers(model, intervals)):
         first, second, *_ = number.path.split(".")
         if first == "effects":
-            rank, title = 0, BY_ID[second].title
+            rank, title = 0, effects.BY_ID[second].title
         elif number.interval or not intervals:
             rank, title = 1, first.capitalize()
         else:
