@@ -11,9 +11,14 @@ from matplotlib.text import Text
 
 import elastic_tendon as et
 from elastic_tendon.actuator.motion_kind import MotionKind
+from elastic_tendon.app.document import check_shown
 from elastic_tendon.comparison.simulated import default_table
 from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.reports.write import report
+from elastic_tendon.sweeps.factors import parse_factor
+from elastic_tendon.sweeps.fleet import fleet
+from elastic_tendon.sweeps.points import points
+from elastic_tendon.sweeps.simulations import simulations
 
 TIME = np.arange(0.0, 2.0, 0.005)
 LOAD = 60.0 * np.sin(2.0 * TIME) + 40.0 * np.sin(5.1 * TIME + 1.0)
@@ -163,3 +168,17 @@ def test_the_command_line_says_metres(tmp_path, monkeypatch):
     assert result.exit_code == 0, result.output
     assert "joint position, mm" in result.stdout
     assert not TURNING.search(result.stdout)
+
+
+def test_a_sweep_counts_in_metres(tmp_path):
+    masses = points([parse_factor(LINEAR, "link.inertia=5%")], "monte-carlo", 4)
+    table = pd.read_csv(et.sweep(simulations(LINEAR, masses), tmp_path / "runs.csv").path)
+    assert "joint_position.rms_m" in table
+    assert not any(TURNING.search(column) for column in table)
+
+
+def test_fleets_and_the_app_refuse_a_machine_that_slides():
+    with pytest.raises(et.ModelError, match="a fleet is for machines that turn; take compare"):
+        fleet(LINEAR, ["robot.csv"])
+    with pytest.raises(et.ModelError, match="the app is for machines that turn"):
+        check_shown(LINEAR)

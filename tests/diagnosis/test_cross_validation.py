@@ -21,10 +21,14 @@ def recording(model, load=None, time=TIME):
     return whole.samples(slice(len(time)))
 
 
+def in_turn(tasks):
+    return [task(lambda _share: None) for _, task in tasks]
+
+
 def squares(measurement, *sets):
     """Mean square error where fitted, and where left out, of each set of effects."""
     answers = [refit(MODEL, added, [measurement]) for added in sets]
-    return [(answer.mean_square, crossed_square(MODEL, answer)) for answer in answers]
+    return [(answer.mean_square, crossed_square(MODEL, answer, in_turn)) for answer in answers]
 
 
 def test_an_effect_that_is_there_explains_what_was_left_out():
@@ -44,4 +48,4 @@ def test_an_effect_that_is_not_there_does_not():
 
 def test_a_recording_too_short_to_be_divided_tells_nothing():
     answer = refit(MODEL, (), [recording(MODEL, time=TIME[:200])])
-    assert np.isnan(crossed_square(MODEL, answer))
+    assert np.isnan(crossed_square(MODEL, answer, in_turn))

@@ -30,6 +30,18 @@ def test_what_is_not_found_on_stretches_left_out_is_refused(monkeypatch) -> None
     assert not search._fades_in_time()
 
 
+def test_what_explains_nearly_all_is_no_chance_wherever_it_shows(monkeypatch) -> None:
+    """A stop may be reached in one stretch only."""
+    search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY)
+    search._refit([GRAVITY], "refitting")
+    gain = search._left(()) / search._left(GRAVITY)
+    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer, _at_once: 100.0)
+    monkeypatch.setattr(doubting, "BEYOND_CHANCE", 0.99 * gain)
+    assert not search._fades_in_time()
+    monkeypatch.setattr(doubting, "BEYOND_CHANCE", 1.01 * gain)
+    assert search._fades_in_time()
+
+
 def test_an_effect_that_the_screen_does_not_miss_is_refitted_without() -> None:
     search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
     search._refit([(*COULOMB, *DRAG)], "")

@@ -280,8 +280,9 @@ def rivals(
 
     Returns
     -------
-    dict : effect -> ΔBIC; "" for the answer without it; 0 for the truth. Rivals far off have that
-        of their linear refit
+    dict : effect -> ΔBIC; "" for the answer without it; 0 for the truth. Rivals whose numbers cost
+        too much even if they explained everything have that cost, those far off that of their
+        linear refit
     """
     values = true_tree["effects"][name]
     others = {one: two for one, two in true_tree["effects"].items() if one != name}
@@ -298,17 +299,17 @@ def rivals(
     for rival in EFFECTS:
         if rival == name or not compatible(rival, others):
             continue
+        found[rival] = bic(0.0, PARAMETERS[rival], targets) - best
+        if found[rival] >= CLOSE:
+            continue
         starts = linear_starts(base, rival, targets, reached)
-        difference = math.inf
-        if starts:
-            difference = bic(starts[0].objective, PARAMETERS[rival], targets) - best
+        least = min((one.objective for one in starts), default=math.inf)
+        found[rival] = bic(least, PARAMETERS[rival], targets) - best
         likely = kin(rival, name, values, sizes_of(given))
-        if difference < max(WORTH_REFITTING, FAR * found[""]) or likely:
+        if found[rival] < max(WORTH_REFITTING, FAR * found[""]) or likely:
             tried = [(base.tree, (one.shape, one.strength)) for one in starts[:2]]
             tried += [(own.tree, form) for form in likely]
             found[rival] = best_of(rival, tried, numbers, targets) - best
-        else:
-            found[rival] = difference
     return found
 
 

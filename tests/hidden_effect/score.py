@@ -94,17 +94,20 @@ def true_class(result: Result, effect: str) -> set[str]:
 
 
 def limit_ratio(result: Result, effect: str) -> float:
-    """R*: the strength at which the nearest rival's ΔBIC falls to 10.
+    """R*: the strength below which the ΔBIC of some rival is less than 10.
 
     The misfit of a rival grows with the square of the strength, what its parameters cost does not.
     """
     found = result.rivals[effect]
-    nearest = min((one for one in found if one != effect), key=lambda one: found[one])
-    penalty = (count_of(nearest) - count_of(effect)) * math.log(result.samples)
-    misfit = found[nearest] - penalty
-    if penalty >= CLOSE:
-        return 0.0
-    return math.inf if misfit <= 0.0 else result.ratio * math.sqrt((CLOSE - penalty) / misfit)
+
+    def limit(rival: str) -> float:
+        penalty = (count_of(rival) - count_of(effect)) * math.log(result.samples)
+        misfit = found[rival] - penalty
+        if penalty >= CLOSE:
+            return 0.0
+        return math.inf if misfit <= 0.0 else result.ratio * math.sqrt((CLOSE - penalty) / misfit)
+
+    return max(limit(rival) for rival in found if rival != effect)
 
 
 def count_of(effect: str) -> int:

@@ -47,7 +47,7 @@ _WORDS = {
     "torque": "force",
 }
 _SAID = {**_UNITS, **_WRITTEN, **_WORDS}
-_SAID |= {word.capitalize(): other.capitalize() for word, other in _WORDS.items()}
+_SAID |= {rotary.capitalize(): linear.capitalize() for rotary, linear in _WORDS.items()}
 # no part of another unit or of a name, which may go on in a further line; an interface is called
 # by its name
 _ANY = "|".join(map(re.escape, sorted(_SAID, key=len, reverse=True)))

@@ -11,10 +11,8 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, model_validator
 
-from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.actuator.quantity import STRICT
-from elastic_tendon.errors import ModelError
 from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 
 GIVEN, EDITED = "as given", "edited by hand"  # titles of models that were made from no other
@@ -253,9 +251,7 @@ def check_shown(model: Model) -> None:
         at an interface without a recorded motion, or for a machine that slides
     """
     model.check_interface("the app")
-    if model.motion is not MotionKind.ROTARY:
-        advice = "use the commands compare, add and diagnose, or Python"
-        raise ModelError(model.name, [f"motion: the app shows rotary machines only; {advice}"])
+    model.check_rotary("the app")
 
 
 def new_document(model: Model, sources: Sequence[Source] = ()) -> Document:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.arm.robot import joint_numbers, mujoco
+from elastic_tendon.arm.robot import joint_numbers, mass_matrix, mujoco
 from elastic_tendon.arm.stability import largest_stable_step
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import ArmError, SimulationError
@@ -155,7 +155,7 @@ class Arm:
         given = self.actuators.stiffness_and_damping() if implicit else (0.0, 0.0)
         answers = self._answers()
         return largest_stable_step(
-            self._mass(),
+            mass_matrix(self.robot, self.data),
             *(self._at_dofs(numbers) for numbers in answers),
             joint_damping=np.diag(self._joint_damping),
             given_stiffness=self._at_dofs(given[0]),
@@ -231,12 +231,6 @@ class Arm:
             answers.append(np.max(ways, axis=0))
         self.actuators.restore(saved)
         return answers[0], answers[1]
-
-    def _mass(self) -> Array:
-        mass = np.zeros((self.robot.nv, self.robot.nv))
-        for column, unit in zip(mass, np.eye(self.robot.nv), strict=True):
-            self._mujoco.mj_mulM(self.robot, self.data, column, unit)
-        return mass
 
     def _at_dofs(self, numbers: ArrayLike) -> Array:
         """Matrix of all degrees of freedom of a number for each actuator."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter, welch
 
 from elastic_tendon.actuator.parameters import Model, sizes_of
-from elastic_tendon.arm.robot import joint_numbers, joints_of, mujoco
+from elastic_tendon.arm.robot import joint_numbers, joints_of, mass_matrix, mujoco
 from elastic_tendon.errors import ArmError
 from elastic_tendon.measurement import Measurement
 
@@ -166,11 +166,7 @@ def _inertias(robot: Any, positions: Array) -> Array:
     for position in positions.T[::every]:
         data.qpos[places] = position
         package.mj_forward(robot, data)
-        for index, dof in enumerate(dofs):
-            column, unit = np.zeros(robot.nv), np.zeros(robot.nv)
-            unit[dof] = 1.0
-            package.mj_mulM(robot, data, column, unit)
-            total[index] += column[dof]
+        total += np.diag(mass_matrix(robot, data))[dofs]
     inertias: Array = total / len(positions.T[::every])
     return inertias
 

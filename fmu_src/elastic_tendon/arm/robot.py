@@ -33,6 +33,14 @@ def joints_of(robot: Any) -> tuple[str, ...]:
     )
 
 
+def mass_matrix(robot: Any, data: Any) -> NDArray[np.float64]:
+    """Of all degrees of freedom in the pose of `data`, (nv, nv)."""
+    mass = np.zeros((robot.nv, robot.nv))
+    for column, unit in zip(mass, np.eye(robot.nv), strict=True):
+        mujoco().mj_mulM(robot, data, column, unit)
+    return mass
+
+
 def joint_numbers(robot: Any, names: Sequence[str]) -> tuple[Indices, Indices]:
     """Where hinges stand in the robot's positions and velocities.
 

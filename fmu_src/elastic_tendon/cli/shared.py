@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 
 import elastic_tendon as et
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.output import (
     check_writable,
     write_file,
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.text import Text
 
-    from elastic_tendon.actuator.motion_kind import MotionKind
-
 INTERRUPTED = 130
 
 app = typer.Typer(
@@ -39,11 +38,11 @@ app = typer.Typer(
 class Worded(Console):
     """A console that writes in the units and words of the machine at hand, see `load`."""
 
-    motion: "MotionKind | None" = None
+    motion = MotionKind.ROTARY
 
     def render_str(self, text: str, **how: Any) -> "Text":
         """Text of a string, such as a cell of a table."""
-        return super().render_str(text if self.motion is None else self.motion.words(text), **how)
+        return super().render_str(self.motion.words(text), **how)
 
 
 output = Worded()
@@ -229,9 +228,8 @@ def save_picture(figure: "Figure", path: Path, force: bool) -> None:
     from elastic_tendon.reports.comparison_figures import save
     from elastic_tendon.reports.worded import worded_figure
 
-    if output.motion is not None:
-        worded_figure(figure, output.motion)
-    write_file(path, lambda target: save(figure, target), force=force)
+    worded = worded_figure(figure, output.motion)
+    write_file(path, lambda target: save(worded, target), force=force)
     output.print(f"The picture is {path}.", highlight=False)
 
 
@@ -249,11 +247,7 @@ def save_figures(
         every = list(drawings)
         for index, (name, draw) in enumerate(every):
             progress(f"drawing {name}", index / len(every))
-            figure = draw()
-            save(
-                figure if output.motion is None else worded_figure(figure, output.motion),
-                target / f"{name}.png",
-            )
+            save(worded_figure(draw(), output.motion), target / f"{name}.png")
 
     write_folder(folder, write, force=force)
 

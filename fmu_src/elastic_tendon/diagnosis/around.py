@@ -192,28 +192,32 @@ class Around(Refits):
             map(effects.BY_ID.__getitem__, set(has) - set(lacks))
             for has, lacks in ((added, simple.added), (simple.added, added))
         )
-        known = simple.values(own.id)
-        alike = {
-            parameter.name: known[parameter.name]
-            for parameter in law.parameters
-            if parameter.name in known
-        }
-        shares: tuple[float, ...] = UNSEEN_SHARES
-        equal: dict[str, float] = {}
-        if law.strength.unit == own.strength.unit:  # about as strong, or just the simpler law
-            strength = known[own.strength.name]
-            share = strength / typical_value(self.data.given, law.strength)
-            shares = (max(share, UNSEEN_SHARES[0]),)
-            equal = dict.fromkeys(_strengths_in(law, own.strength.unit), strength)
-        values = starts(self.data.given, law, self.data.fitted, shares)
-        different = {
-            tuple({**start, **some, **alike}.items()): None
-            for start in values
-            for some in ({}, equal)
-        }
-        models = self._models_beside(simple, added, law.id, map(dict, different))
+        values = self._starts_like(law, own, simple.values(own.id))
+        models = self._models_beside(simple, added, law.id, values)
         effort = self._effort(models)
         return refit(self.data.given, added, self.data.fitted, models, effort, check)
+
+    def _starts_like(
+        self, law: Effect, own: Effect, known: Mapping[str, float]
+    ) -> list[dict[str, float]]:
+        """Parameters of a law from which a refit begins, where another law of the same thing has
+        known ones: about as strong, or just as strong at every speed, which is the simpler law."""
+        alike = {part.name: known[part.name] for part in law.parameters if part.name in known}
+        shares: tuple[float, ...] = UNSEEN_SHARES
+        level: dict[str, float] = {}
+        unit = own.strength.unit
+        if law.strength.unit == unit:
+            strength = known[own.strength.name]
+            typical = typical_value(self.data.given, law.strength)
+            shares = (max(strength / typical, UNSEEN_SHARES[0]),)
+            strengths = [part for part in law.parameters if not part.shape and part.unit == unit]
+            level = {part.name: strength for part in strengths}
+        found: list[dict[str, float]] = []
+        for start in starts(self.data.given, law, self.data.fitted, shares):
+            for begun in ({**start, **alike}, {**start, **level, **alike}):
+                if begun not in found:
+                    found.append(begun)
+        return found
 
     def _scan_around(self, added: Set) -> None:
         """Refit a set of which something swings at other frequencies, as long as that helps."""
@@ -282,15 +286,6 @@ class Around(Refits):
             for start in values
         ]
         return [model_with(self.data.given, added, {**own, **start}) for start in paths]
-
-
-def _strengths_in(law: Effect, unit: str) -> list[str]:
-    """Names of a law's strengths in a unit."""
-    return [
-        parameter.name
-        for parameter in law.parameters
-        if not parameter.shape and parameter.unit == unit
-    ]
 
 
 def _turned(coordinates: Coordinates, vector: Array) -> Array:

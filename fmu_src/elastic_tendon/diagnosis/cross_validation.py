@@ -14,7 +14,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.initial_state import residuals_from_beginning
 from elastic_tendon.comparison.residuals import noise_floors, stack
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.refits import FAILURES, Check
+from elastic_tendon.diagnosis.refits import Check
 from elastic_tendon.estimation.fit import QUICK
 from elastic_tendon.estimation.stretches import settling_samples
 from elastic_tendon.measurement import Measurement
@@ -27,23 +27,14 @@ Tasks = Sequence[tuple[str, Callable[[Check], float]]]
 AtOnce = Callable[[Tasks], Iterable[float | Exception]]
 
 
-def one_by_one(tasks: Tasks) -> Iterator[float | Exception]:
-    """Results of tasks, or why there are none, in turn."""
-    for _, task in tasks:
-        try:
-            yield task(lambda _share: None)
-        except FAILURES as failure:
-            yield failure
-
-
-def crossed_square(given: Model, answer: Answer, at_once: AtOnce = one_by_one) -> float:
+def crossed_square(given: Model, answer: Answer, at_once: AtOnce) -> float:
     """Mean square error on each stretch of time, predicted from the others; in the noise's.
 
     Parameters
     ----------
     given : Model; centre of the prior
     answer : Answer, from which the fits to the others begin
-    at_once : does the work of several stretches, each with what is told of it
+    at_once : gives results of tasks, each with what is told of it, or why there are none
 
     Returns
     -------

@@ -15,8 +15,7 @@ PAIRED = 8  # singles, the best first, that are looked at with every other effec
 TRIED = 8  # effects of the likeliest pairs, of which any three are tried
 # singles whose base is tried, and the share of the square it must leave
 BASES, BETTER_BASE = 3, 0.8
-# three effects at once: steps after which only those go on that come so near the best pair's square
-BEGUN, HOPEFUL = 3, 1.0
+BEGUN = 3  # steps after which only such three go on that leave less than the best pair
 FOLLOWED = 3  # sets with one more effect that are estimated, from each origin
 PROMISING = 0.95  # of the base's square, which a single has to leave at most for pairs to be tried
 
@@ -90,7 +89,7 @@ class LikeliestSets(Around):
                 single = (effect_id,)
                 start |= self._of_effects(self.estimates[single].values, single)
             estimate = self.screen.fit(three, start, BEGUN)
-            if badness(estimate) < HOPEFUL * self._badness(pairs[0]):
+            if badness(estimate) < self._badness(pairs[0]):
                 estimate = self.screen.fit(three, estimate.values, POLISHING)
             self._keep([estimate])
         return self._far_better(3, self._badness(pairs[0])) if pairs else []

@@ -39,6 +39,27 @@ def twist(at: Motor, p: SimpleNamespace) -> Symbol:
 
 UPWARDS = Relation("upwards", "the motor presses the teeth in the positive direction")
 
+
+def shares(what: str) -> tuple[Parameter, ...]:
+    """Parameters of a friction by the torques at both sides of the gear."""
+    of_motor, of_load = "the motor's torque", "the torque of the tendons on the motor"
+    return tuple(
+        Parameter(
+            name=name,
+            unit="1",
+            meaning=f"{what} as a share of {torque}",
+            null=0.0,
+            lower=0.0,
+            upper=upper,
+            typical=0.05,
+        )
+        for name, torque, upper in (
+            ("motor_share", of_motor, 0.99),
+            ("load_share", of_load, 10.0),
+        )
+    )
+
+
 EFFECT = Effect(
     id="gear_loss",
     title="Gear loss",
@@ -69,26 +90,7 @@ EFFECT = Effect(
     magnitude="Both shares together: 1 to 3 % a stage of spur and planetary gears and ball screws, "
     "20 to 40 % for small plastic or harmonic gears, over half for worm gears and trapezoidal "
     "screws.",
-    parameters=(
-        Parameter(
-            name="motor_share",
-            unit="1",
-            meaning="friction as a share of the motor's torque",
-            null=0.0,
-            lower=0.0,
-            upper=0.99,
-            typical=0.05,
-        ),
-        Parameter(
-            name="load_share",
-            unit="1",
-            meaning="friction as a share of the torque of the tendons on the motor",
-            null=0.0,
-            lower=0.0,
-            upper=10.0,
-            typical=0.05,
-        ),
-    ),
+    parameters=shares("friction"),
     equations=equations,
     relations=(UPWARDS,),
     reference="P. Hamon, M. Gautier, P. Garrec, Dynamic identification of robots with a dry "

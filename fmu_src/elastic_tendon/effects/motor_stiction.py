@@ -10,7 +10,7 @@ from elastic_tendon.effects.base import (
     Relation,
     Slot,
 )
-from elastic_tendon.effects.gear_loss import TORQUE_SCALE, UPWARDS, lost, twist
+from elastic_tendon.effects.gear_loss import TORQUE_SCALE, UPWARDS, lost, shares, twist
 from elastic_tendon.effects.symbolic import Symbol, absolute, exp, power, where
 
 
@@ -69,24 +69,7 @@ EFFECT = Effect(
             upper=1.0e4,
             typical=lambda sizes: 0.03 * sizes.torque,
         ),
-        Parameter(
-            name="motor_share",
-            unit="1",
-            meaning="excess as a share of the motor's torque",
-            null=0.0,
-            lower=0.0,
-            upper=0.99,
-            typical=0.05,
-        ),
-        Parameter(
-            name="load_share",
-            unit="1",
-            meaning="excess as a share of the torque of the tendons on the motor",
-            null=0.0,
-            lower=0.0,
-            upper=10.0,
-            typical=0.05,
-        ),
+        *shares("excess"),
         Parameter(
             name="driving_square",
             unit="1/(N.m)",

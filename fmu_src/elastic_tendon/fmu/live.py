@@ -29,9 +29,7 @@ from elastic_tendon.simulation.simulate import EVENT_CAPACITY, given_names
 
 Intervals = Mapping[str, tuple[float, float]]  # of estimates, by dotted path
 
-LARGEST = (
-    350_000  # characters of a module that a page bears; models with very many effects exceed it
-)
+LARGEST = 350_000  # characters of a module in a page; models with very many effects exceed it
 ALLOWED = "'wasm-unsafe-eval'"  # what a content security policy must allow beside the script
 _SAMPLES = 600  # of a step
 _PERIODS, _SHORTEST, _LONGEST = 12.0, 0.3, 4.0  # of the joint with both tendons taut, s

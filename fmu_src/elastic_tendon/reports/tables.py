@@ -192,7 +192,7 @@ def alias_sentences(
         f"{alias.when}."
         for alias in effects.BY_ID.aliases_of(effect)
         if not set(alias.of) <= set(refitted)
-        and (kind.has_springs or all(kind.has_slot(one.slot) for one in _among(alias.of)))
+        and (kind.has_springs or all(kind.has_slot(like.slot) for like in _among(alias.of)))
     ]
 
 

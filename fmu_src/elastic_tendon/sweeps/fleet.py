@@ -178,6 +178,7 @@ def fleet(
     MeasurementError : there are no robots, or two of one name
     """
     model.check_interface("a fleet")
+    model.check_rotary("a fleet")
     if not robots:
         raise MeasurementError("a fleet has no robots; name the recordings of at least one")
     chosen = [robot if isinstance(robot, Robot) else _robot(str(robot)) for robot in robots]

@@ -4,7 +4,7 @@ import hashlib
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -256,9 +256,11 @@ class Simulations:
 
     @property
     def variables(self) -> list[Variable]:
-        """The outputs that are kept."""
-        known = {output.name: output for output in interface(*self.shipped.model.structure).outputs}
-        return [known[name] for name in self.outputs]
+        """The outputs that are kept, in the units of the model's motion."""
+        model = self.shipped.model
+        known = {output.name: output for output in interface(*model.structure).outputs}
+        chosen = [known[name] for name in self.outputs]
+        return [replace(output, unit=model.motion.unit(output.unit)) for output in chosen]
 
 
 def simulations(

@@ -43,8 +43,11 @@ def live(
     """
     moving = [file for file in files if not file.measurement.static]
     recording = live_recording(model, moving[0]) if moving else None
-    bounded = (one for one in estimates if all(map(math.isfinite, one.interval)))
-    intervals = {one.path: one.interval for one in bounded}
+    intervals = {
+        estimate.path: estimate.interval
+        for estimate in estimates
+        if all(map(math.isfinite, estimate.interval))
+    }
     panel = live_panel(model, _INSTEAD, intervals=intervals, recording=recording, progress=progress)
     if not panel:
         yield Paragraphs((_TOO_LARGE,))
@@ -59,7 +62,7 @@ def _sentence(recording: LiveRecording | None, moving: Sequence[FileComparison])
     if recording is None:
         return begin
     measurement = moving[0].measurement
-    kept, every = (np.diff(one[:2])[0] for one in (recording.time, measurement.time))
+    kept, every = (np.diff(time[:2])[0] for time in (recording.time, measurement.time))
     which = "every sample" if kept == every else f"one of every {round(kept / every)} samples"
     duration = recording.time[-1] - recording.time[0]
     return f"{begin} Shown are {duration:.3g} s of {measurement.name}, {which}."

@@ -1,0 +1,42 @@
+"""Which laws take part in pairs, and where a richer law begins."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from begun_search import COULOMB, begun
+from elastic_tendon.effects import BY_ID
+from smooth_motion import typical_model
+
+STRIBECK = ("stribeck_friction",)
+
+
+@pytest.fixture(scope="module")
+def search():
+    return begun(typical_model(*COULOMB), *COULOMB, *STRIBECK)
+
+
+@pytest.mark.parametrize(("richer", "preferred"), [(6.0, COULOMB), (4.0, STRIBECK)])
+def test_of_laws_of_one_thing_the_simplest_that_none_beats_by_far(
+    search, richer, preferred, monkeypatch
+) -> None:
+    squares = {COULOMB: 10.0, STRIBECK: richer}
+    estimates = {law: SimpleNamespace(square=square) for law, square in squares.items()}
+    monkeypatch.setattr(search, "estimates", estimates)
+    assert [law for law in estimates if search._law_preferred(*law)] == [preferred]
+
+
+def test_a_richer_law_begins_as_the_simpler_one_too(search) -> None:
+    richer, simpler = BY_ID[STRIBECK[0]], BY_ID[COULOMB[0]]
+    begun_at = search._starts_like(richer, simpler, {"torque": 0.3})
+    level = [start for start in begun_at if start["static_torque"] == 0.3]
+    assert {start["coulomb_torque"] for start in level} == {0.3}
+    assert len({start["stribeck_velocity"] for start in level}) == len(level) > 1
+    assert all(0.2 < start["coulomb_torque"] < 0.45 for start in begun_at)
+
+
+def test_a_simpler_law_begins_at_the_strength_of_the_richer(search) -> None:
+    richer, simpler = BY_ID[STRIBECK[0]], BY_ID[COULOMB[0]]
+    known = {"coulomb_torque": 0.3, "static_torque": 0.5, "stribeck_velocity": 0.1}
+    (start,) = search._starts_like(simpler, richer, known)
+    assert start["torque"] == pytest.approx(0.3)
