@@ -149,7 +149,7 @@ static double locate(Solver *s, double h, const double *start, double *k, double
   const double resolution = 4 * 2.3e-16 * fmax(fabs(s->motion.time), h);
   double z[N_INDICATORS], low = 0.0, high = h;
   int candidate[N_INDICATORS], which = 0;
-  take_step(s, s->vector, m, h, k, trial);
+  take_any_step(s, s->vector, m, h, k, trial);
   indicators_at(s, s->motion.time + h, trial, z);
   if (!any_change(start, z)) return h;
   for (int i = 0; i < N_INDICATORS; i++) candidate[i] = (start[i] > 0) != (z[i] > 0);
@@ -164,7 +164,7 @@ static double locate(Solver *s, double h, const double *start, double *k, double
     const double by_high = moved < 0 ? weight * at_high : at_high;
     double step = high - by_high * (high - low) / (by_high - by_low);
     if (!(step > low && step < high)) step = 0.5 * (low + high);
-    take_step(s, s->vector, m, step, k, trial);
+    take_any_step(s, s->vector, m, step, k, trial);
     indicators_at(s, s->motion.time + step, trial, z);
     const double value = distance(start, z, candidate, &which);
     const int beyond = any_change(start, z) ? 1 : -1;
@@ -179,6 +179,6 @@ static double locate(Solver *s, double h, const double *start, double *k, double
       at_low = value;
     }
   }
-  take_step(s, s->vector, m, high, k, trial);
+  take_any_step(s, s->vector, m, high, k, trial);
   return high;
 }

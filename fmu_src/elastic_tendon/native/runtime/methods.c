@@ -153,8 +153,10 @@ static const double RADAU_DENSE[3][3] = {
 
 #define N3 (3 * N_STATES)
 
-/* LU factors of a dense row-major matrix in place, with row pivoting. Returns 0 if singular. */
-static int factorise(double *a, int *pivot, int n) {
+/* What Radau calls is never inlined, which takes long to compile and makes it no faster.
+ *
+ * LU factors of a dense row-major matrix in place, with row pivoting. Returns 0 if singular. */
+NEVER_INLINE static int factorise(double *a, int *pivot, int n) {
   for (int c = 0; c < n; c++) {
     int best = c;
     for (int i = c + 1; i < n; i++)
@@ -174,7 +176,7 @@ static int factorise(double *a, int *pivot, int n) {
   return 1;
 }
 
-static void substitute(const double *lu, const int *pivot, int n, double *b) {
+NEVER_INLINE static void substitute(const double *lu, const int *pivot, int n, double *b) {
   for (int i = 0; i < n; i++) {
     const double swap = b[i];
     b[i] = b[pivot[i]];
@@ -198,7 +200,7 @@ static void collocation_matrix(double h, double jacobian[3][N_STATES * N_STATES]
               (a == b && i == j) - h * RADAU_A[a][b] * jacobian[b][j * N_STATES + i];
 }
 
-static void jacobian_at(Solver *s, double t, const double *x, double *jacobian) {
+NEVER_INLINE static void jacobian_at(Solver *s, double t, const double *x, double *jacobian) {
   double u[N_INPUTS];
   signal_at(&s->signal, t, u);
   model_rates_by_state(x, u, s->p, s->motion.mode, jacobian);
@@ -235,8 +237,8 @@ static int solve_stages(Solver *s, const double *x, double h, const double *lu, 
 }
 
 /* The sensitivities' stages solve the same collocation equations, which are linear in them. */
-static int step_sensitivities(Solver *s, const double *y, int m, double h, const double *z,
-                              double *y_new) {
+NEVER_INLINE static int step_sensitivities(Solver *s, const double *y, int m, double h,
+                                           const double *z, double *y_new) {
   const double t = s->motion.time;
   double jacobian[3][N_STATES * N_STATES], matrix[N3 * N3], nonzeros[3][N_RATES_JACOBIAN];
   double at[N_STATES], u[N_INPUTS], forcing[N3], b[N3];
@@ -267,8 +269,8 @@ static int step_sensitivities(Solver *s, const double *y, int m, double h, const
 }
 
 /* Error estimate of Hairer and Wanner, (8.19) and (8.20), filtered by the real eigenvalue. */
-static double radau_error(Solver *s, const double *x, const double *x_new, double h,
-                          const double *k, const double *z, const double *jacobian) {
+NEVER_INLINE static double radau_error(Solver *s, const double *x, const double *x_new, double h,
+                                       const double *k, const double *z, const double *jacobian) {
   double matrix[N_STATES * N_STATES], weighted[N_STATES], error[N_STATES], at[N_STATES];
   int pivot[N_STATES];
   for (int i = 0; i < N_STATES; i++)
@@ -316,6 +318,12 @@ ALWAYS_INLINE double take_step(Solver *s, const double *y, int m, double h, doub
                                double *y_new) {
   return s->motion.implicit ? radau(s, y, m, h, k, y_new)
                             : dormand_prince(s, y, m, h, k, y_new);
+}
+
+/* The same as one copy: a step is long code, which takes long to compile. */
+NEVER_INLINE static double take_any_step(Solver *s, const double *y, int m, double h, double *k,
+                                         double *y_new) {
+  return take_step(s, y, m, h, k, y_new);
 }
 
 /* States inside a step just taken: x + c_0 a + c_1 a^2 + ..., a in 0..1. */

@@ -152,7 +152,8 @@ ALWAYS_INLINE Outcome advance(Solver *s, double t_end, int m) {
 
     if (m > 0) keep_sensitivities_stable(s, h);
     const int implicit = motion->implicit;
-    const double error = take_step(s, y, m, h, k, trial);
+    const double error =
+        m > 0 ? take_any_step(s, y, m, h, k, trial) : take_step(s, y, 0, h, k, trial);
     if (!(error <= 1.0)) {
       motion->step = h * step_factor(error, implicit);
       s->statistics.rejected++;
