@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.residuals import Array, noise_floors, stack
+from elastic_tendon.comparison.residuals import Array, noise_floors, rms, stack
 from elastic_tendon.diagnosis.candidates import stops_shown
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.descent import descend
@@ -18,6 +18,7 @@ from elastic_tendon.measurement import Measurement
 # evaluations of the errors, and fall of the cost at which the move ends: what differs smoothly is
 # met by a step or two; who goes on has to explain all, or it would only be fitted to these data
 FEW, MANY, TOLERANCE = 3, 30, 1e-3
+ROUNDS = 10  # of few evaluations each, in which large errors come to count more and more
 AT_NOISE = 1.02  # mean square that no move has to lower
 EXPLAINED = 2.0  # ... and that a long one has to reach
 
@@ -26,9 +27,9 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     """Errors on held-out recordings, as the fit predicts them with what it leaves open.
 
     The fitted recordings may hardly show a parameter on which others depend; that is no failure of
-    the law. So parameters are fitted again, with what the fit says of them as their prior, and the
-    cost of the move counts as errors do: what the fit has determined stays. Each recording gives
-    its initial state on its first 0.1 s.
+    the law. So parameters are fitted again to all recordings, and what that costs on the fitted
+    ones counts as errors do: what the fit has determined stays. Each recording gives its initial
+    state on its first 0.1 s.
 
     Parameters
     ----------
@@ -48,51 +49,62 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     if _square(errors) < AT_NOISE * len(errors):
         return errors
     shown = stops_shown(result.model, result.problem.measurements, recordings)
-    ways = [({}, FEW), ({}, MANY), (shown, MANY)]
+    ways = [({}, 1, FEW), ({}, 1, MANY), (shown, 1, MANY), ({}, ROUNDS, FEW)]
     if not _explains(result):
         ways = ways[:1]  # nor will it explain these
-    for values, evaluations in ways:
+    for values, rounds, evaluations in ways:
+        short = rounds * evaluations == FEW
         with suppress(ElasticTendonError, np.linalg.LinAlgError):
             start = result.model.with_values(values)
-            moved, costly = _moved(result, problem, start, evaluations)
+            moved, costly = _moved(result, problem, start, rounds, evaluations)
             found = costly * stack(problem.errors(moved), floors)
-            if evaluations == FEW or _square(found) < EXPLAINED * len(found):
+            if short or _square(found) < EXPLAINED * len(found):
                 errors = min(errors, found, key=_square)
-        if _square(errors) < EXPLAINED * len(errors):
+        if _square(errors) < (AT_NOISE if short else EXPLAINED) * len(errors):
             break
     return errors
 
 
 def _moved(
-    result: FitResult, problem: Problem, model: Model, evaluations: int
+    result: FitResult, problem: Problem, model: Model, rounds: int, evaluations: int
 ) -> tuple[Array, float]:
-    """Vector of the held-out problem with its parameters fitted again, from a model on, and the
-    factor by which errors there grow when the cost of the move is among them."""
-    count = len(problem.coordinates.paths)
+    """Vector of the held-out problem with the parameters fitted to all recordings, from a model on,
+    and the factor by which errors there grow when the cost of the move is among them."""
+    fitted, count = result.problem, len(problem.coordinates.paths)
     sigmas = _sigmas(result, problem.measurements)
-    values, vectors = np.linalg.eigh(_information(result))
-    known = (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    lower, upper = problem.bounds()
-    fitted = result.problem.numbers(result.vector)
+    samples = sum(len(part.time) * len(part.signals) for part in problem.measurements)
 
-    def vector(numbers: Array) -> Array:
-        return problem.start(problem.coordinates.model(numbers))
+    def vector(moved: Array) -> Array:
+        return problem.start(fitted.model(moved))
 
-    def residuals(numbers: Array) -> Array:
-        moved = known @ (numbers - fitted)
+    def residuals(moved: Array) -> Array:
         try:
-            return np.concatenate([stack(problem.errors(vector(numbers)), sigmas), moved])
+            beyond = stack(problem.errors(vector(moved)), sigmas)
         except ElasticTendonError:
-            return np.array([np.inf])
+            beyond = np.full(samples, np.inf)
+        return np.append(beyond, fitted.residuals(moved, result.sigmas))
 
-    def jacobian(numbers: Array) -> Array:
-        slopes = problem.data_jacobian(vector(numbers), sigmas)[:, :count]
-        return np.vstack([slopes @ problem.coordinates.derivatives(numbers), known])
+    def jacobian(moved: Array) -> Array:
+        own = fitted.jacobian(moved, result.sigmas)
+        beyond = np.zeros((samples, own.shape[1]))
+        slopes = problem.data_jacobian(vector(moved), sigmas)[:, :count]
+        beyond[:, :count] = slopes @ problem.coordinates.derivatives(problem.numbers(moved))
+        return np.vstack([beyond, own])
 
-    start, bounds = problem.numbers(problem.start(model)), (lower[:count], upper[:count])
-    numbers, _ = descend(residuals, jacobian, start, bounds, evaluations, TOLERANCE)
-    move, left = known @ (numbers - fitted), _square(residuals(numbers)[:-count])
-    return vector(numbers), float(np.sqrt(1.0 + move @ move / max(left, 1e-300)))
+    moved = result.vector.copy()
+    moved[:count] = problem.numbers(problem.start(model))
+    weights = np.ones((len(residuals(moved)), 1))
+    size = max(rms(residuals(moved)[:samples]), 1.0)
+    # in several rounds large errors do not tear away what the fit has determined
+    for weights[:samples] in 1.0 / np.geomspace(size, 1.0, rounds + 1)[1:]:
+        moved, _ = descend(
+            lambda x: weights[:, 0] * residuals(x),
+            lambda x: weights * jacobian(x),
+            moved, fitted.bounds(), evaluations, TOLERANCE,
+        )  # fmt: skip
+    left, cost = np.split(residuals(moved) ** 2, [samples])
+    more = max(float(np.sum(cost)) - 2.0 * result.cost, 0.0)
+    return vector(moved), float(np.sqrt(1.0 + more / max(float(np.sum(left)), 1e-300)))
 
 
 def _explains(result: FitResult) -> bool:
@@ -100,16 +112,6 @@ def _explains(result: FitResult) -> bool:
     floors = tuple(map(noise_floors, result.problem.measurements))
     errors = stack(result.problem.errors(result.vector), floors)
     return _square(errors) < EXPLAINED * len(errors)
-
-
-def _information(result: FitResult) -> Array:
-    """What fit and prior say of the m parameters, (m, m), whatever the initial states."""
-    count = len(result.problem.coordinates.paths)
-    slopes = result.derivatives
-    whole = slopes.T @ slopes
-    beside = whole[:count, count:]
-    inner = whole[count:, count:] + 1e-12 * np.trace(whole) * np.eye(len(whole) - count)
-    return np.asarray(whole[:count, :count] - beside @ np.linalg.solve(inner, beside.T))
 
 
 def _sigmas(result: FitResult, recordings: Sequence[Measurement]) -> Sigmas:
