@@ -1,4 +1,5 @@
-// What the browser does by itself: it keeps the session, sets the look and moves the focus.
+// What the browser does by itself: it keeps the session, sets the look, moves the focus, and tells
+// when the server does not answer.
 (function () {
   "use strict";
   const KEY = "elastic-tendon " + window.location.pathname; // the path holds this server's token
@@ -19,6 +20,45 @@
     });
   }
   window.setInterval(fit, 400);
+
+  // The page asks now and then whether the server is there, and goes on when it is there again.
+  const BEAT = 4000, LOST = 1000; // ms between questions
+  const ask = window.fetch;
+  let lost = false;
+  let leaving = false;
+
+  function tell(words) {
+    window.dash_clientside.set_props("lost", { children: words });
+  }
+
+  function lose() {
+    const place = document.getElementById("lost");
+    if (lost || leaving || !place) return;
+    lost = true;
+    tell(place.dataset.words);
+  }
+
+  function listen() {
+    if (document.hidden && !lost) return;
+    ask(window.location.pathname, { method: "HEAD", cache: "no-store" }).then(function (answer) {
+      if (!answer.ok) lose();
+      else if (lost && !leaving) window.location.reload();
+    }, lose);
+  }
+
+  window.fetch = function () {
+    return ask.apply(this, arguments).catch(function (error) {
+      if (error.name !== "AbortError") lose();
+      throw error;
+    });
+  };
+  window.addEventListener("pagehide", function () { leaving = true; });
+  document.addEventListener("visibilitychange", listen);
+  let beats = 0;
+  window.setInterval(function () {
+    beats += 1;
+    if (lost || beats % (BEAT / LOST) === 0) listen();
+  }, LOST);
 
   let shown = false; // the first step that is shown after a reload is not the one it was at
   window.addEventListener("popstate", function (event) {

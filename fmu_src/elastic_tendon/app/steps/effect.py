@@ -1,7 +1,7 @@
 """Which effect is missing: the ranked list, the page of each, and a try before it is added."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
@@ -14,7 +14,7 @@ from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.tables import scrolling
 from elastic_tendon.app.view import compared_now, recordings, view_of
-from elastic_tendon.app.workspace import Failure, Result, Session, Work, Workspace
+from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.diagnosis.by_hand import decided
 from elastic_tendon.diagnosis.result import Candidate, Round
 from elastic_tendon.reports.diagnosis_tables import (
@@ -159,7 +159,7 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
     version = document.version
     needed: list[Result[Any]] = [results.compared(document, version, files)]
     if walk.was_searched(document, version):
-        needed.append(walk.outcome(document, version, files))
+        needed.append(walk.ranked(document, version, files))
     return needed
 
 
@@ -412,22 +412,11 @@ def _register_work(app: Dash, workspace: Workspace) -> None:
         *_, chosen, stored = given
         if not stored or not ctx.triggered[0]["value"]:
             return no_update, no_update, ""
-        session = workspace.open(stored)
-        asked = str(ctx.triggered_id)
-        step, words, work = _asked(session, asked, chosen)
-        if not session.start(step, words, work):
+        kind = str(ctx.triggered_id).removeprefix("effect-")
+        about = "" if kind == "search" else chosen
+        if not walk.begin(workspace.open(stored), cast(walk.Kind, kind), about):
             return no_update, no_update, busy.WORDS
-        return [asked, ctx.triggered[0]["value"]], step if step != "effect" else no_update, ""
-
-
-def _asked(session: Session, button: str, chosen: str) -> tuple[str, str, Work]:
-    """Step of the page that shows it, words and work of a button."""
-    if button == "effect-search":
-        return "effect", "finding which effect is missing", walk.searching(session)
-    title = effects.BY_ID[chosen].title
-    if button == "effect-add":
-        return "add", f"adding {title}", walk.adding(session, chosen)
-    return "effect", f"trying {title}", walk.trying(session, chosen)
+        return [kind, ctx.triggered[0]["value"]], "add" if kind == "add" else no_update, ""
 
 
 STEP = PageStep(id="effect", title="Which effect", layout=_layout, register=_register, needs=_needs)
