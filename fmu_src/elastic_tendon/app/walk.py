@@ -119,6 +119,20 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
     return Result(key, f"trying {title}", compute)
 
 
+def suggested(document: Document, version: Version, files: Files) -> Result[Step]:
+    """The error with what the search would take, tried; of the version where that is nothing."""
+
+    def compute(cache: Cache, progress: Progress) -> Step:
+        chosen = cache.obtain(ranked(document, version, files), progress).round.chosen
+        if not chosen:
+            return cache.obtain(results.climbed(document.at(version.id), files), progress)[-1]
+        # not put into the cache: the page shows what was tried only where somebody asked for it
+        return tried(document, version, chosen[0], files).compute(cache, progress).after
+
+    key = _key("suggested", document, version, version.model)
+    return Result(key, "trying what the search would take", compute)
+
+
 def _step(title: str, comparison: Compared) -> FittedStep:
     return FittedStep(title, None, 0, 0.0, comparison.fitted, comparison.heldout)
 
