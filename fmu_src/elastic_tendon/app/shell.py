@@ -96,7 +96,7 @@ def register(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None
     """Connect the callbacks of the page around the steps."""
     _register_browser(app)
     _register_session(app, workspace)
-    _register_steps(app, workspace, steps)
+    _register_steps(app, workspace)
     _register_work(app, workspace, steps)
 
 
@@ -121,8 +121,10 @@ def _register_browser(app: Dash) -> None:
     )
     app.clientside_callback(
         script("show"),
-        Output("page", "data-shown"),
+        Output({"section": ALL}, "hidden"),
+        Output({"link": ALL}, "aria-current"),
         Input("open", "data"),
+        State({"section": ALL}, "id"),
     )
 
 
@@ -148,7 +150,7 @@ def _register_session(app: Dash, workspace: Workspace) -> None:
         return " · ".join(filter(None, parts)), f"{session.unsaved}." if session.unsaved else ""
 
 
-def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None:
+def _register_steps(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("open", "data", allow_duplicate=True),
         Input({"link": ALL}, "n_clicks"),
@@ -162,15 +164,6 @@ def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) 
         workspace.open(stored).cache.forget_failures()  # whoever comes back wants another try
         (chosen,) = ctx.triggered_id.values()
         return chosen
-
-    @app.callback(
-        Output({"section": ALL}, "hidden"),
-        Output({"link": ALL}, "aria-current"),
-        Input("open", "data"),
-    )
-    def show(opened: str) -> tuple[list[bool], list[str]]:
-        marks = ["step" if step.id == opened else "false" for step in steps]
-        return [step.id != opened for step in steps], marks
 
 
 def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None:

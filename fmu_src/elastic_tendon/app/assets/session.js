@@ -60,6 +60,21 @@
     if (lost || beats % (BEAT / LOST) === 0) listen();
   }, LOST);
 
+  // The focus goes to the head of a step as soon as that can be seen; before, it cannot have it.
+  let awaited = "";
+
+  function arrive(open) {
+    if (open !== awaited) return; // another step was opened meanwhile
+    const heading = document.getElementById(open + "-heading");
+    if (!heading || !heading.offsetParent) {
+      window.requestAnimationFrame(function () { arrive(open); });
+      return;
+    }
+    heading.focus({ preventScroll: true });
+    window.scrollTo(0, 0);
+    fit();
+  }
+
   let shown = false; // the first step that is shown after a reload is not the one it was at
   window.addEventListener("popstate", function (event) {
     if (event.state) window.dash_clientside.set_props("open", { data: event.state.step });
@@ -88,18 +103,18 @@
       document.documentElement.dataset.theme = now;
       return [now, now === "dark" ? "Light" : "Dark"];
     },
-    show: function (open) {
+    show: function (open, sections) {
       const at = window.history.state;
       if (!at) window.history.replaceState({ step: open }, "");
       else if (shown && at.step !== open) window.history.pushState({ step: open }, "");
       shown = true;
-      window.requestAnimationFrame(function () {
-        const heading = document.getElementById(open + "-heading");
-        if (heading) heading.focus({ preventScroll: true });
-        window.scrollTo(0, 0);
-        fit();
-      });
-      return window.dash_clientside.no_update;
+      awaited = open;
+      arrive(open);
+      const opened = sections.map(function (one) { return one.section === open; });
+      return [
+        opened.map(function (is) { return !is; }),
+        opened.map(function (is) { return is ? "step" : "false"; }),
+      ];
     },
   };
 })();
