@@ -326,7 +326,6 @@ def _show_answer(diagnosis: "et.Diagnosis") -> None:
     from elastic_tendon.reports.diagnosis_tables import doubt_sentences, size_sentences
     from elastic_tendon.reports.first_screen import of_diagnosis
 
-    output.rule()
     for sentence in of_diagnosis(diagnosis).sentences:
         output.print(sentence, highlight=False, markup=False)
     output.rule()
