@@ -110,8 +110,8 @@ def test_a_step_is_told_with_what_speaks_against_it() -> None:
     before, after = friction_found().ladder[-2:]
     assert after.added == COULOMB
     assert versions.step_sentences([before]) == []
-    assert "fell" in versions.step_sentences([before, after])[0]
+    assert "error falls from" in versions.step_sentences([before, after])[0]
     told = versions.step_sentences([after, before.__class__(**{**vars(before), "added": COULOMB})])
-    assert "went from" in told[0]
+    assert "error goes from" in told[0]
     assert any("do not ask for Coulomb friction" in sentence for sentence in told)
     assert any("do not trust it" in sentence for sentence in told)

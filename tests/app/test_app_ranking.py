@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+import pytest
+
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import ranking, walk
 from elastic_tendon.app.document import Version, new_document
 from elastic_tendon.app.results import Compared
+from elastic_tendon.reports.first_screen import of_diagnosis
 from elastic_tendon.simulation.signature import signature
 from hand_made_diagnosis import COULOMB, friction_found
 
@@ -42,7 +45,37 @@ def test_what_the_search_would_take_is_as_sure_as_its_probability() -> None:
     ):
         rows = (replace(taken, probability=own), replace(alike, probability=second), *others)
         told = ranking.suggestion(replace(first, candidates=rows))
-        assert told.endswith(f", and is {word} there. The choice is yours.")
+        assert told.endswith(f", and is {word} there.")
+
+
+def test_the_step_begins_with_what_is_missing_how_far_the_error_falls_and_what_now() -> None:
+    found = friction_found()
+    given, refitted, with_it = found.ladder
+    seen = ranking.screen(found.rounds[0], [given, refitted], with_it)
+    assert seen.verdict == ranking.suggestion(found.rounds[0])
+    assert seen.errors == of_diagnosis(found).errors
+    assert seen.advice.startswith("add Coulomb friction, and search again")
+
+
+def test_before_its_error_is_known_nothing_is_promised() -> None:
+    found = friction_found()
+    assert ranking.screen(found.rounds[0], found.ladder[:2], None).errors == ()
+
+
+def test_the_step_begins_with_the_error_before_anybody_searched() -> None:
+    found = friction_found()
+    seen = ranking.screen(None, found.ladder[:2], None)
+    assert "not searched" in seen.verdict
+    assert seen.errors[0].startswith("The joint position error falls from 37.5 to ")
+    assert ranking.SEARCH in seen.advice
+
+
+@pytest.mark.parametrize(("rest", "words"), [(1.0, "Take away"), (9.0, "other motions")])
+def test_where_nothing_is_to_be_added_the_rest_says_what_now(rest: float, words: str) -> None:
+    found = friction_found()
+    last = replace(found.ladder[-1], noise_ratio={"joint_position": rest})
+    seen = ranking.screen(found.rounds[-1], [found.ladder[0], last], last)
+    assert words in seen.advice
 
 
 def test_the_search_says_what_it_will_do() -> None:

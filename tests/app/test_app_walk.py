@@ -313,6 +313,18 @@ def ends(walk: Walk) -> list[str]:
     return [walk.page.input_value(field) for field in ("#compare-from", "#compare-to")]
 
 
+def test_a_table_is_copied_as_it_is_read(compare: Walk) -> None:
+    compare.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    frame = compare.page.locator("section.step:visible .table").first
+    frame.get_by_role("button", name="Copy this table").click()
+    frame.get_by_text("Copied", exact=True).wait_for()
+    copied = compare.page.evaluate("navigator.clipboard.readText()")
+    rows = [line.split("\t") for line in copied.splitlines()]
+    shown = frame.locator("tr").evaluate_all("all => all.map(row => row.cells.length)")
+    assert [len(row) for row in rows] == shown
+    assert rows[1][0] == frame.locator("tbody tr").first.locator("th").first.inner_text()
+
+
 def test_a_zoom_stays_within_the_recording(compare: Walk) -> None:
     for low, high, shown in (
         ("4", "", ["4", "9.998"]),

@@ -1,6 +1,6 @@
 """Work beside the page: it reports, stops, fails in a sentence, and leaves nothing half done."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from threading import Event
 
@@ -20,8 +20,7 @@ from elastic_tendon.app.workspace import (
 )
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.progress import Progress
-
-LONG = 20.0  # s that a thread is waited for before a test gives up
+from waiting import LONG, wait_for
 
 
 @pytest.fixture
@@ -33,16 +32,6 @@ def workspace() -> Iterator[Workspace]:
 
 def renamed(document: Document) -> Document:
     return document.renamed("1", "changed")
-
-
-def wait_for(happens: Callable[[], bool]) -> None:
-    """Give a thread time; fails if it takes for ever."""
-    pause = Event()
-    for _ in range(int(LONG / 0.01)):
-        if happens():
-            return
-        pause.wait(0.01)
-    raise AssertionError("it did not happen")
 
 
 def finished(session: Session) -> bool:

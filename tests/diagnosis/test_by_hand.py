@@ -5,11 +5,10 @@ from dataclasses import replace
 import pytest
 
 from elastic_tendon.diagnosis import by_hand
-from elastic_tendon.diagnosis.by_hand import Outcome, Walked, next_round
+from elastic_tendon.diagnosis.by_hand import Ranked, Walked, next_round, ranked
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.rounds import TAKEN
-from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.ladder import REFIT
 from hand_made_diagnosis import friction_found
@@ -110,7 +109,7 @@ def test_a_refit_again_starts_where_it_was(data, walk) -> None:
 
 def test_a_preview_of_what_was_refitted_has_its_values(start) -> None:
     base, seen = start
-    fitted = by_hand.preview(base.result.model, seen, COULOMB)
+    fitted = by_hand.preview(base.result.model, ranked(base.result.model, seen), COULOMB)
     assert fitted.effects[COULOMB]["torque"] == pytest.approx(FRICTION, rel=0.05)
 
 
@@ -118,14 +117,14 @@ def test_a_preview_of_another_has_what_the_screen_expects(start) -> None:
     base, seen = start
     unlikely = next(row for row in seen.round.candidates if not row.fitted and len(row.ids) == 1)
     (effect_id,) = unlikely.ids
-    found = by_hand.preview(base.result.model, seen, effect_id)
+    found = by_hand.preview(base.result.model, ranked(base.result.model, seen), effect_id)
     for name, value in found.effects[effect_id].items():
         assert value == pytest.approx(unlikely.expected_parameters[f"effects.{effect_id}.{name}"])
 
 
-def test_what_the_search_has_not_seen_has_no_preview(data, start) -> None:
+def test_what_the_search_has_not_seen_has_no_preview(start) -> None:
     base, seen = start
-    unseen = Outcome(replace(seen.round, candidates=()), Search.of(data, silent))
+    unseen = Ranked(replace(seen.round, candidates=()), {})
     with pytest.raises(ModelError, match="add it to have it fitted"):
         by_hand.preview(base.result.model, unseen, COULOMB)
 

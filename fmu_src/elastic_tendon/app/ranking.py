@@ -1,16 +1,20 @@
 """What the step Which effect says: the ranked list, its groups, and words for what can be done."""
 
+from collections.abc import Sequence
+
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.app import walk
 from elastic_tendon.app.document import Document
 from elastic_tendon.diagnosis.result import Candidate, Round
-from elastic_tendon.diagnosis.verdict import hedge
+from elastic_tendon.diagnosis.verdict import LEFT, hedge
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.add import check_welcome
+from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.diagnosis_tables import unsure_sentence
+from elastic_tendon.reports.first_screen import FirstScreen, first_screen
 from elastic_tendon.reports.tables import fall_sentences
 from elastic_tendon.simulation.signature import Signature
 
@@ -48,12 +52,43 @@ def known(search_round: Round, effect_id: str) -> Candidate | None:
     return next((row for row in search_round.candidates if row.ids == (effect_id,)), None)
 
 
+def screen(
+    search_round: Round | None,
+    steps: Sequence[Step],
+    with_it: Step | None,
+    *,
+    button: str = SEARCH,
+    static: bool = False,
+) -> FirstScreen:
+    """What heads the step: what is missing, how far the error falls with it, what to do next.
+
+    Parameters
+    ----------
+    search_round : what the search found, None where it was not asked yet
+    steps : the way from the model as given to the current version
+    with_it : the error with what the search would take; None where it is not known yet
+    button : what the one that searches is called
+    static : the errors are those of static curves
+    """
+    if search_round is None:
+        verdict = "Which effect is missing was not searched from here yet."
+        return first_screen(verdict, steps, f"press “{button}”.", static=static)
+    known = [] if with_it is None or not steps else [steps[0], with_it]
+    advice = "go to Take away for the FMU, the model and the report."
+    if search_round.chosen:
+        title = effects.BY_ID[search_round.chosen[0]].title
+        advice = f"add {title}, and search again. The choice is yours."
+    elif steps and max(steps[-1].noise_ratio.values()) > LEFT:
+        advice = "see in Where what is left of the error, and record the machine in other motions."
+    return first_screen(suggestion(search_round), known, advice, static=static)
+
+
 def suggestion(search_round: Round) -> str:
     """What the search would do next, and why."""
     reason = search_round.reason
     if not search_round.chosen:
         return f"The search would add nothing: {reason}. {unsure_sentence(search_round)}".rstrip()
-    return f"{reason}, and is {hedge(_chance(search_round))} there. The choice is yours."
+    return f"{reason}, and is {hedge(_chance(search_round))} there."
 
 
 def _chance(search_round: Round) -> float:

@@ -14,6 +14,7 @@ from dash import Dash
 
 from elastic_tendon.app import requests, safety, shell
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.session_file import SessionFile
 from elastic_tendon.app.steps import STEPS
 from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.output import OutputError
@@ -41,7 +42,12 @@ class Served:
 
 
 def listen(
-    start: Document, files: Mapping[str, Path], *, address: str = LOOPBACK, port: int = 0
+    start: Document,
+    files: Mapping[str, Path],
+    *,
+    address: str = LOOPBACK,
+    port: int = 0,
+    kept: SessionFile | None = None,
 ) -> Served:
     """Make the app and listen.
 
@@ -51,6 +57,8 @@ def listen(
     files : key -> path of the files that it may use
     address : of this machine, on which to listen; anything but loopback lets others in
     port : 0: a free one
+    kept : file of the session; on loopback the page is where it was before, so that a page that is
+        still open goes on when it is reloaded
 
     Returns
     -------
@@ -60,9 +68,8 @@ def listen(
     ------
     OutputError : the address or port cannot be used
     """
-    listening = _bound(address, port)
-    token = secrets.token_urlsafe(24)
-    workspace = Workspace(start, files)
+    listening, token = _place(address, port, kept)
+    workspace = Workspace(start, files, kept)
     bound, reached = listening.getsockname()[1], _host(address)
     app = dash_app(workspace, token)
     names = {reached, "localhost", LOOPBACK} if ip_address(address).is_loopback else {reached}
@@ -94,11 +101,31 @@ def dash_app(workspace: Workspace, token: str) -> Dash:
     )
     app.index_string = app.index_string.replace("<html>", '<html lang="en">')
     app.enable_dev_tools(debug=False)
-    app.layout = lambda: shell.layout(STEPS)
+    app.layout = lambda: shell.layout(STEPS, workspace.name)
     shell.register(app, workspace, STEPS)
     for step in STEPS:
         step.register(app, workspace)
     return app
+
+
+def _place(address: str, port: int, kept: SessionFile | None) -> tuple[socket.socket, str]:
+    """Where to listen, and the secret part of the path: as before where it can be.
+
+    What other machines may reach has another secret each time: a session's file may be passed on.
+    """
+    token = secrets.token_urlsafe(24)
+    if kept is None or address != LOOPBACK:
+        return _bound(address, port), token
+    before, token = kept.get("port"), kept.get("token") or token
+    try:
+        listening = _bound(address, port or int(before or 0))
+    except OutputError:
+        if port or not before:
+            raise
+        listening = _bound(address, 0)
+    kept.put("port", str(listening.getsockname()[1]))
+    kept.put("token", token)
+    return listening, token
 
 
 def _bound(address: str, port: int) -> socket.socket:

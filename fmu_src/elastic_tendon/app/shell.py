@@ -6,6 +6,7 @@ from typing import Any
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
+from elastic_tendon.app import walk
 from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.step import PageStep, aria, section
 from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
@@ -13,8 +14,14 @@ from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
 TICK = 300  # ms between polls of the work under way
 
 
-def layout(steps: Sequence[PageStep]) -> Component:
-    """The whole page; the first step is open."""
+def layout(steps: Sequence[PageStep], session_name: str) -> Component:
+    """The whole page; the first step is open.
+
+    Parameters
+    ----------
+    steps : of the page
+    session_name : of the session's file, "" where there is none
+    """
     return html.Div(
         [
             # the browser's script keeps `session` and `open` in its session storage
@@ -34,7 +41,16 @@ def layout(steps: Sequence[PageStep]) -> Component:
             ),
             html.Nav(_links(steps), **aria(label="Steps")),
             html.Main(
-                [section(*pair) for pair in zip(steps, [*steps[1:], None], strict=True)],
+                [
+                    html.P(
+                        id="lost",
+                        className="sentence",
+                        role="alert",
+                        **_words_for_script(session_name),
+                    ),
+                    html.P(id="unsaved", className="sentence", role="alert"),
+                    *(section(*pair) for pair in zip(steps, [*steps[1:], None], strict=True)),
+                ],
                 id="steps",
             ),
             html.Footer(
@@ -49,6 +65,16 @@ def layout(steps: Sequence[PageStep]) -> Component:
         ],
         id="page",
     )
+
+
+def _words_for_script(session_name: str) -> dict[str, Any]:
+    """What the page says while the server does not answer, see assets/session.js."""
+    words = "The server does not answer. This page goes on by itself as soon as it does. "
+    if session_name:
+        words += f"If it has ended, start it again with --session {session_name}."
+    else:
+        words += "If it has ended, what was done here is lost; --session FILE keeps it."
+    return {"data-words": words}
 
 
 def _links(steps: Sequence[PageStep]) -> html.Ol:
@@ -70,7 +96,7 @@ def register(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None
     """Connect the callbacks of the page around the steps."""
     _register_browser(app)
     _register_session(app, workspace)
-    _register_steps(app, workspace, steps)
+    _register_steps(app, workspace)
     _register_work(app, workspace, steps)
 
 
@@ -95,8 +121,10 @@ def _register_browser(app: Dash) -> None:
     )
     app.clientside_callback(
         script("show"),
-        Output("page", "data-shown"),
+        Output({"section": ALL}, "hidden"),
+        Output({"link": ALL}, "aria-current"),
         Input("open", "data"),
+        State({"section": ALL}, "id"),
     )
 
 
@@ -106,17 +134,23 @@ def _register_session(app: Dash, workspace: Workspace) -> None:
         if remembered is None:  # the browser has not looked yet
             return no_update, no_update
         session = workspace.open(remembered.get("session"))
-        return session.stored(), remembered.get("open") or no_update
+        return session.stored(), remembered.get("open") or session.opened or no_update
 
-    @app.callback(Output("where-we-are", "children"), Input("session", "data"))
-    def tell(stored: Any) -> str:
+    @app.callback(
+        Output("where-we-are", "children"),
+        Output("unsaved", "children"),
+        Input("session", "data"),
+    )
+    def tell(stored: Any) -> tuple[str, str]:
         if not stored:
-            return ""
-        document = workspace.open(stored).document
-        return f"{document.version.loaded().name}: {document.version.title}"
+            return "", ""
+        session = workspace.open(stored)
+        version = session.document.version
+        parts = [session.name, f"{version.loaded().name}: {version.title}"]
+        return " · ".join(filter(None, parts)), f"{session.unsaved}." if session.unsaved else ""
 
 
-def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None:
+def _register_steps(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("open", "data", allow_duplicate=True),
         Input({"link": ALL}, "n_clicks"),
@@ -130,15 +164,6 @@ def _register_steps(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) 
         workspace.open(stored).cache.forget_failures()  # whoever comes back wants another try
         (chosen,) = ctx.triggered_id.values()
         return chosen
-
-    @app.callback(
-        Output({"section": ALL}, "hidden"),
-        Output({"link": ALL}, "aria-current"),
-        Input("open", "data"),
-    )
-    def show(opened: str) -> tuple[list[bool], list[str]]:
-        marks = ["step" if step.id == opened else "false" for step in steps]
-        return [step.id != opened for step in steps], marks
 
 
 def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None:
@@ -162,6 +187,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
         if not stored:
             return True, no_update, True, "", "0", [""] * len(steps)
         session = workspace.open(stored)
+        session.look_at(opened)
         sentence = _begin_next(session, by_id[opened])
         job = session.job
         busy = job is not None and job.state == "running"
@@ -192,6 +218,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
 
 def _begin_next(session: Session, step: PageStep) -> str:
     """Begin to compute what the step still needs; why the first of it has failed, "" if none."""
+    walk.begin_again(session)
     sentence = ""
     for result in step.needs(session.document, session.files):
         value = session.cache.find(result)

@@ -31,6 +31,14 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = ""
 
 
 def scrolling(wide: html.Table, looks: str = "") -> html.Div:
-    """A table in a frame that scrolls, also by the keyboard; `looks` : further class of CSS."""
+    """A table in a frame that scrolls, also by the keyboard, with a button that copies it.
+
+    Parameters
+    ----------
+    wide : the table
+    looks : further class of CSS
+    """
     named = aria(label="Table")
-    return html.Div(wide, className=f"table {looks}".strip(), tabIndex="0", role="group", **named)
+    copy = html.Button("Copy this table", className="copy")  # see assets/copy.js
+    frame = f"table {looks}".strip()
+    return html.Div([wide, copy], className=frame, tabIndex="0", role="group", **named)

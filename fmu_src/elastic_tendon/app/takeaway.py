@@ -23,7 +23,7 @@ from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.workspace import Cache, Result, Workspace
 from elastic_tendon.comparison.compare import SLACK_STATES
-from elastic_tendon.diagnosis.by_hand import Outcome
+from elastic_tendon.diagnosis.by_hand import Ranked
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import with_estimates
 from elastic_tendon.fmu.export import FmiVersion, model_identifier
@@ -327,9 +327,9 @@ def _rounds(document: Document, files: Files, cache: Cache) -> list[Round]:
     rounds = []
     for version in document.path():
         if walk.was_searched(document, version):
-            outcome = cache.find(walk.outcome(document, version, files))
-            if isinstance(outcome, Outcome):
-                rounds.append(outcome.round)
+            found = cache.find(walk.ranked(document, version, files))
+            if isinstance(found, Ranked):
+                rounds.append(found.round)
     return rounds
 
 

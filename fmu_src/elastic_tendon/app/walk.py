@@ -1,16 +1,19 @@
 """The loop walked by hand: what the search says of a version, and the work that makes new ones."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Literal, cast, get_args
 
 import elastic_tendon as et
+from elastic_tendon import effects
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Cache, Change, Result, Session, Work
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.by_hand import Outcome
+from elastic_tendon.diagnosis.by_hand import Outcome, Ranked
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
@@ -19,7 +22,10 @@ from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Progress
 from elastic_tendon.simulation.signature import Signature, signature
 
+SEARCHING = "finding which effect is missing"
 REFITTED_AGAIN = "refitted to other data"
+Kind = Literal["refit", "search", "try", "add"]  # of work that is asked for
+KINDS: tuple[str, ...] = get_args(Kind)
 EXAMPLE = "biorob_x4_joint_3"  # bundled model on which effects are shown
 
 
@@ -77,17 +83,28 @@ def outcome(document: Document, version: Version, files: Files) -> Result[Outcom
         return by_hand.next_round(data, current, progress)
 
     key = _key("outcome", document, version, version.model, *version.added)
-    return Result(key, "finding which effect is missing", compute)
+    return Result(key, SEARCHING, compute)
+
+
+def ranked(document: Document, version: Version, files: Files) -> Result[Ranked]:
+    """What people look at of that: small, so a session's file keeps it."""
+
+    def compute(cache: Cache, progress: Progress) -> Ranked:
+        found = cache.obtain(outcome(document, version, files), progress)
+        return by_hand.ranked(version.loaded(), found)
+
+    key = _key("ranked", document, version, version.model, *version.added)
+    return Result(key, SEARCHING, compute, Ranked)
 
 
 def tried(document: Document, version: Version, effect_id: str, files: Files) -> Result[Tried]:
     """A version with a candidate of its round, beside the data; nothing is added."""
-    title = et.effects.BY_ID[effect_id].title
+    title = effects.BY_ID[effect_id].title
 
     def compute(cache: Cache, progress: Progress) -> Tried:
         shown = document.at(version.id)
         before = cache.obtain(results.compared(shown, version, files), progress)
-        search = cache.obtain(outcome(document, version, files), progress)
+        search = cache.obtain(ranked(document, version, files), progress)
         model = by_hand.preview(version.loaded(), search, effect_id)
         library_path(*model.structure, progress)
         progress(f"trying {title}", 0.5)
@@ -102,13 +119,27 @@ def tried(document: Document, version: Version, effect_id: str, files: Files) ->
     return Result(key, f"trying {title}", compute)
 
 
+def suggested(document: Document, version: Version, files: Files) -> Result[Step]:
+    """The error with what the search would take, tried; of the version where that is nothing."""
+
+    def compute(cache: Cache, progress: Progress) -> Step:
+        chosen = cache.obtain(ranked(document, version, files), progress).round.chosen
+        if not chosen:
+            return cache.obtain(results.climbed(document.at(version.id), files), progress)[-1]
+        # not put into the cache: the page shows what was tried only where somebody asked for it
+        return tried(document, version, chosen[0], files).compute(cache, progress).after
+
+    key = _key("suggested", document, version, version.model)
+    return Result(key, "trying what the search would take", compute)
+
+
 def _step(title: str, comparison: Compared) -> FittedStep:
     return FittedStep(title, None, 0, 0.0, comparison.fitted, comparison.heldout)
 
 
 def shows(effect_id: str) -> Result[Signature]:
     """How an effect shows on the bundled `EXAMPLE`, at its typical size."""
-    effect = et.effects.BY_ID[effect_id]
+    effect = effects.BY_ID[effect_id]
 
     def compute(_cache: Cache, progress: Progress) -> Signature:
         library_path((effect_id,), progress=progress)
@@ -164,11 +195,39 @@ def round_of(session: Session) -> Round | None:
     document = session.document
     if not was_searched(document, document.version):
         return None
-    search = session.cache.find(outcome(document, document.version, session.files))
-    return search.round if isinstance(search, Outcome) else None
+    found = session.cache.find(ranked(document, document.version, session.files))
+    return found.round if isinstance(found, Ranked) else None
 
 
 # ---- work that the user asks for -----------------------------------------------------------
+
+
+def begin(session: Session, kind: Kind, effect_id: str = "") -> bool:
+    """Begin work that a button asks for; False where other work is under way.
+
+    Parameters
+    ----------
+    session : Session
+    kind : of work
+    effect_id : that is to be tried or added, "" for other work
+    """
+    title = effects.BY_ID[effect_id].title if effect_id else ""
+    kinds: dict[Kind, tuple[str, str, Callable[[Session], Work]]] = {
+        "refit": ("add", "refitting the parameters", refitting),
+        "search": ("effect", SEARCHING, searching),
+        "try": ("effect", f"trying {title}", partial(trying, effect_id=effect_id)),
+        "add": ("add", f"adding {title}", partial(adding, effect_id=effect_id)),
+    }
+    step, words, make = kinds[kind]
+    return session.start(step, words, make(session), asked=f"{kind} {effect_id}")
+
+
+def begin_again(session: Session) -> None:
+    """Begin anew what was under way when the server ended, if anything was."""
+    kind, _, effect_id = session.asked.partition(" ")
+    running = session.job is not None and session.job.state == "running"
+    if not running and kind in KINDS and (not effect_id or effect_id in effects.BY_ID):
+        begin(session, cast(Kind, kind), effect_id)
 
 
 def refitting(session: Session) -> Work:
@@ -189,7 +248,7 @@ def searching(session: Session) -> Work:
         made = _fitted(document, session, progress)
         grow = _growth(document.current, made)
         grown = grow(document)
-        session.cache.obtain(outcome(grown, grown.version, session.files), progress)
+        session.cache.obtain(ranked(grown, grown.version, session.files), progress)
         if made:
             searched = made[-1].model_copy(update={"searched": data_key})
             return _growth(document.current, [searched])
@@ -222,7 +281,7 @@ def adding(session: Session, effect_id: str) -> Work:
         data = cache.obtain(given_data(grown, grown.version, files), progress)
         current = cache.obtain(answer(grown, grown.version, files), progress)
         addition = by_hand.with_effect(data, current, effect_id, progress)
-        title = f"+ {et.effects.BY_ID[effect_id].title}"
+        title = f"+ {effects.BY_ID[effect_id].title}"
         progress(title, 1.0)  # a fit that was stopped comes back with its best so far
         version = _version(grown, title, addition).model_copy(update={"change": effect_id})
         _keep(grown, version, addition, session)

@@ -14,7 +14,9 @@ from typing import Any, Generic, Literal, TypeVar
 from pydantic import ValidationError
 
 from elastic_tendon.app.document import Document, from_browser
+from elastic_tendon.app.session_file import SessionFile
 from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.output import OutputError
 from elastic_tendon.progress import Progress
 
 T = TypeVar("T")
@@ -44,19 +46,34 @@ class Failure:
 
 
 class Cache:
-    """Results that were computed, by key; those not asked for the longest go first."""
+    """Results that were computed, by key; those not asked for the longest go first.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    kept : file of the session, which has what is dear on disk too; None where there is none
+    """
+
+    def __init__(self, kept: SessionFile | None = None) -> None:
+        self._kept = kept
         self._lock = RLock()
         self._held: OrderedDict[tuple[str, ...], object] = OrderedDict()
 
     def find(self, result: "Result[T]") -> T | Failure | None:
         """A result, why there is none, or None where it was not computed yet."""
         with self._lock:
-            if result.key not in self._held:
+            if result.key not in self._held and not self._brought_back(result):
                 return None
             self._held.move_to_end(result.key)
             return self._held[result.key]  # type: ignore[return-value]  # its key is its own
+
+    def _brought_back(self, result: "Result[T]") -> bool:
+        """Whether the session's file has a result, which is held then."""
+        if self._kept is None or result.kept_as is None:
+            return False
+        value = self._kept.find(result.key, result.kept_as)
+        if value is not None:
+            self._hold(result, value)
+        return value is not None
 
     def obtain(self, result: "Result[T]", progress: Progress) -> T:
         """A result, computed here and now if need be.
@@ -90,7 +107,17 @@ class Cache:
         return fault
 
     def put(self, result: "Result[T]", value: T | Failure) -> None:
-        """Keep a result that was computed elsewhere."""
+        """Keep a result that was computed elsewhere.
+
+        Raises
+        ------
+        OutputError : the session's file does not take it; it is held all the same
+        """
+        self._hold(result, value)
+        if self._kept and result.kept_as and not isinstance(value, Failure):
+            self._kept.keep(result.key, value)
+
+    def _hold(self, result: "Result[T]", value: T | Failure) -> None:
         with self._lock:
             self._held[result.key] = value
             self._held.move_to_end(result.key)
@@ -109,12 +136,14 @@ class Result(Generic[T]):
     """Something that follows from a document: what names it, and how it is computed.
 
     `key` : equal for equal results. `words` : what computing it is called. `compute` is given the
-    cache, to obtain what it rests on, and a function to report progress.
+    cache, to obtain what it rests on, and a function to report progress. `kept_as` : its data
+    class, of numbers and text, where it is too dear to be computed again when the server ends.
     """
 
     key: tuple[str, ...]
     words: str
     compute: Callable[[Cache, Progress], T] = field(compare=False)
+    kept_as: type[T] | None = None
 
 
 @dataclass
@@ -145,14 +174,30 @@ class Job:
 
 
 class Session:
-    """One tab of a browser. One piece of work at a time runs beside it."""
+    """One tab of a browser, or all tabs that look at a session's file.
 
-    def __init__(self, session_id: str, document: Document, files: Mapping[str, Path]) -> None:
+    One piece of work at a time runs beside it. `name` : of the file, "" where there is none.
+    `opened` : id of the step that was looked at last. `asked` : the work that a user asked for and
+    that was under way when the server ended, as it was given to `start`; "" where none was.
+    `unsaved` : why the file does not have the latest, "" where it does.
+    """
+
+    def __init__(
+        self,
+        session_id: str,
+        document: Document,
+        files: Mapping[str, Path],
+        kept: SessionFile | None = None,
+    ) -> None:
         self.id = session_id
         self.files = files
-        self.cache = Cache()
+        self.cache = Cache(kept)
         self.revision = 0
         self.job: Job | None = None
+        self.name = kept.name if kept else ""
+        self.opened, self.asked = (kept.get("opened"), kept.get("asked")) if kept else ("", "")
+        self.unsaved = ""
+        self._kept = kept
         self._document = document
         self._lock = RLock()
 
@@ -166,6 +211,22 @@ class Session:
         with self._lock:
             self._document = make(self._document)
             self.revision += 1
+            self._save("document", self._document.model_dump_json())
+
+    def look_at(self, step: str) -> None:
+        """Note which step is open."""
+        if step != self.opened:
+            self.opened = step
+            self._save("opened", step)
+
+    def _save(self, name: str, value: str) -> None:
+        if self._kept is None:
+            return
+        try:
+            self._kept.put(name, value)
+            self.unsaved = ""
+        except OutputError as error:  # what the user does goes on all the same
+            self.unsaved = str(error)
 
     def stored(self) -> dict[str, object]:
         """What the browser keeps of the session."""
@@ -184,7 +245,14 @@ class Session:
 
         return self.start(step, result.words, work, result)
 
-    def start(self, step: str, words: str, work: Work, result: Result[Any] | None = None) -> bool:
+    def start(
+        self,
+        step: str,
+        words: str,
+        work: Work,
+        result: Result[Any] | None = None,
+        asked: str = "",
+    ) -> bool:
         """Begin a piece of work beside the page; False where one is under way already.
 
         Parameters
@@ -195,11 +263,13 @@ class Session:
             returns the change of the document that follows, None where none does; what was
             stopped changes nothing
         result : what it computes for the page
+        asked : what a user asked for, so that it can be begun again where the server ends before
         """
         with self._lock:
             if self.job is not None and self.job.state == "running":
                 return False
             self.job = Job(step, words, result)
+            self._note_asked(asked)
             Thread(target=self._run, args=(self.job, work), daemon=True).start()
             return True
 
@@ -211,6 +281,7 @@ class Session:
                 self.job.state = "stopped"
                 if self.job.result is not None:  # else the page would ask for it again
                     self.cache.put(self.job.result, Failure(CANCELLED))
+                self._note_asked("")
                 self.revision += 1
 
     def _run(self, job: Job, work: Work) -> None:
@@ -229,9 +300,15 @@ class Session:
             if job.stopping:
                 return
             if change is not None:
-                self._document = change(self._document)
+                self.change(change)
             job.state = state
+            self._note_asked("")
             self.revision += 1
+
+    def _note_asked(self, asked: str) -> None:
+        if asked != self.asked:
+            self.asked = asked
+            self._save("asked", asked)
 
 
 class Workspace:
@@ -241,24 +318,47 @@ class Workspace:
     ----------
     start : what a new session begins with
     files : key -> path of files named on the command line
+    kept : file of the one session that all tabs look at then; None: each tab has its own
     """
 
-    def __init__(self, start: Document, files: Mapping[str, Path]) -> None:
+    def __init__(
+        self, start: Document, files: Mapping[str, Path], kept: SessionFile | None = None
+    ) -> None:
         self._start = start
         self._files = dict(files)
         self._folder = Path(tempfile.mkdtemp(prefix="elastic-tendon-app-"))
+        self._kept = kept
+        self._only: Session | None = None
+        if kept is not None:
+            self._files |= kept.put_uploads(self._folder)
+            self._only = Session("", start, self._files, kept)
         self._sessions: OrderedDict[str, Session] = OrderedDict()
         self._lock = RLock()
 
+    @property
+    def name(self) -> str:
+        """Of the file that keeps the session, "" where there is none."""
+        return "" if self._kept is None else self._kept.name
+
     def close(self) -> None:
         """Stop all work and delete what was uploaded."""
+        if self._kept is not None and self._only is not None:
+            self._kept.close()  # first, for what is under way now begins again next time
+            self._only.stop()
         for session in self._sessions.values():
             session.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def add_file(self, content: bytes) -> str:
-        """Keep an upload; its name, which a stranger may have chosen, is no part of the path."""
+        """Keep an upload; its name, which a stranger may have chosen, is no part of the path.
+
+        Raises
+        ------
+        OutputError : the session's file does not take it
+        """
         path = self.new_path()
+        if self._kept is not None:
+            self._kept.keep_upload(path.name, content)
         path.write_bytes(content)
         with self._lock:
             self._files[path.name] = path
@@ -269,13 +369,15 @@ class Workspace:
         return self._folder / (secrets.token_hex(8) + suffix)
 
     def open(self, stored: Stored | None) -> Session:
-        """The session that a browser kept, or a new one.
+        """The session that a browser kept, or a new one; where a file has one, always that.
 
         Raises
         ------
         ElasticTendonError : the browser kept none
         """
         with self._lock:
+            if self._only is not None:
+                return self._only
             try:
                 session_id = str(stored["id"]) if stored else secrets.token_hex(8)
                 session = self._sessions.get(session_id)

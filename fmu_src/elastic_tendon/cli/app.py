@@ -10,7 +10,15 @@ import typer
 
 import elastic_tendon as et
 from elastic_tendon.cli.reading import ValidateOption, reading
-from elastic_tendon.cli.shared import EffectOption, app, load, notice, output, reporting
+from elastic_tendon.cli.shared import (
+    EffectOption,
+    app,
+    load,
+    load_effects,
+    notice,
+    output,
+    reporting,
+)
 
 if TYPE_CHECKING:
     from elastic_tendon.app.document import Source
@@ -38,6 +46,15 @@ def open_app(
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
+    session: Annotated[
+        Path | None,
+        typer.Option(
+            "--session",
+            metavar="FILE",
+            help="Keep the session in FILE after each step. Where FILE has one, it goes on where "
+            "it was, and a model and data named here are left out.",
+        ),
+    ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="To listen on; 0: any that is free.")
     ] = 0,
@@ -63,22 +80,32 @@ def open_app(
     try:
         from elastic_tendon.app.document import new_document
         from elastic_tendon.app.server import listen
+        from elastic_tendon.app.session_file import open_session
     except ModuleNotFoundError as error:
         raise et.ElasticTendonError(
             f'the app needs {error.name}, which is not installed; pip install "elastic-tendon[app]"'
         ) from None
     from elastic_tendon import demo as bundled
 
-    fitted, heldout = list(data or []), list(validate or [])
     if demo:
         model = str(bundled.DATA / "demo_model.toml")
-        fitted = [str(bundled.DATA / "demo_fit.csv")]
-        heldout = [str(bundled.DATA / "demo_validate.csv")]
-    loaded = load(model or EXAMPLE, own_effects)
-    files: dict[str, Path] = {}
-    sources = [_source(recording, "fit", options, files) for recording in fitted]
-    sources += [_source(recording, "validate", options, files) for recording in heldout]
-    served = listen(new_document(loaded, sources), files, address=network or LOOPBACK, port=port)
+        data = [str(bundled.DATA / "demo_fit.csv")]
+        validate = [str(bundled.DATA / "demo_validate.csv")]
+    load_effects(own_effects)
+    kept = None if session is None else open_session(session)
+    before = None if kept is None else kept.reopen()
+    if before is not None:
+        start, files = before.document, dict(before.files)
+        for note in (*_left_out(session, model), *before.notes):
+            notice.print(f"note: {note}", markup=False, soft_wrap=True)
+    else:
+        files = {}
+        sources = [_source(recording, "fit", options, files) for recording in data or []]
+        sources += [_source(recording, "validate", options, files) for recording in validate or []]
+        start = new_document(load(model or EXAMPLE, None), sources)
+        if kept is not None:
+            kept.begin(start, files)
+    served = listen(start, files, address=network or LOOPBACK, port=port, kept=kept)
     if network is not None:
         notice.print("note: other machines can reach the app, and what is sent is not encrypted")
     try:
@@ -90,6 +117,12 @@ def open_app(
             served.run()
     finally:
         served.close()
+
+
+def _left_out(session: Path | None, model: str | None) -> list[str]:
+    """What becomes of a model that is named beside a session that goes on."""
+    words = f"{session} goes on where it was; the model and data named beside it are left out"
+    return [] if model is None else [words]
 
 
 def _source(data: str, role: str, options: "et.ReadOptions", files: dict[str, Path]) -> "Source":

@@ -306,23 +306,30 @@ def _text(path: Path | None) -> str | None:
 
 def _provenance(diagnosis: "et.Diagnosis", fitted: Sequence[str], heldout: Sequence[str]) -> str:
     """Comments for the head of a model.toml: what made it, from what, and what was found."""
-    from elastic_tendon.reports.diagnosis_tables import verdict_sentences
+    from elastic_tendon.reports.diagnosis_tables import size_sentences
+    from elastic_tendon.reports.first_screen import of_diagnosis
     from elastic_tendon.reports.provenance import comments
 
+    first = of_diagnosis(diagnosis)
     lines = [
         *made_by(fitted, heldout),
         f"verdict: {diagnosis.verdict}",
         f"added: {', '.join(diagnosis.added) or 'nothing'}",
-        *verdict_sentences(diagnosis),
+        first.verdict,
+        *first.errors,
+        *size_sentences(diagnosis),
     ]
     return comments(lines)
 
 
 def _show_answer(diagnosis: "et.Diagnosis") -> None:
-    from elastic_tendon.reports.diagnosis_tables import doubt_sentences, verdict_sentences
+    from elastic_tendon.reports.diagnosis_tables import doubt_sentences, size_sentences
+    from elastic_tendon.reports.first_screen import of_diagnosis
 
-    _say(verdict_sentences(diagnosis))
-    _say(doubt_sentences(diagnosis))
+    for sentence in of_diagnosis(diagnosis).sentences:
+        output.print(sentence, highlight=False, markup=False)
+    output.rule()
+    _say([*size_sentences(diagnosis), *doubt_sentences(diagnosis)])
 
 
 def _show_evidence(diagnosis: "et.Diagnosis", every: bool) -> None:

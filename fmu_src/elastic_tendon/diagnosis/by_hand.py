@@ -4,10 +4,10 @@ Whatever comes in, the prior is that of the model as given: one that carries wha
 told before would count them twice.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.diagnosis.answer import Answer, bounded, refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data
@@ -34,6 +34,17 @@ class Outcome:
 
     round: Round
     search: Search
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A round and what it refitted, as text: all of a search that people look at.
+
+    `models` : for each effect that was refitted alone, the TOML text of the model with it.
+    """
+
+    round: Round
+    models: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -140,13 +151,23 @@ def _refitted(
     )
 
 
-def preview(current: Model, outcome: Outcome, effect_id: str) -> Model:
+def ranked(current: Model, outcome: Outcome) -> Ranked:
+    """What people look at of a search that looked on from a model."""
+    models: dict[str, str] = {}
+    for added, answer in outcome.search.answers.items():
+        came = set(added) - set(current.effect_ids)
+        if len(came) == 1:
+            models.setdefault(came.pop(), answer.result.model.to_toml())
+    return Ranked(outcome.round, models)
+
+
+def preview(current: Model, found: Ranked, effect_id: str) -> Model:
     """What a model would be with a candidate of its round, before it is fitted in earnest.
 
     Parameters
     ----------
     current : Model from which the round was made
-    outcome : of the round
+    found : of the round
     effect_id : of a candidate
 
     Returns
@@ -157,10 +178,9 @@ def preview(current: Model, outcome: Outcome, effect_id: str) -> Model:
     ------
     ModelError : the round has no such candidate, or its expected values do not go together
     """
-    for added, answer in outcome.search.answers.items():
-        if set(added) - set(current.effect_ids) == {effect_id}:
-            return answer.result.model
-    expected = {row.ids: row.expected_parameters for row in outcome.round.candidates}.get(
+    if effect_id in found.models:
+        return model_from_toml(found.models[effect_id], current.name)
+    expected = {row.ids: row.expected_parameters for row in found.round.candidates}.get(
         (effect_id,)
     )
     if not expected:

@@ -1,7 +1,7 @@
 """The ladder of errors: one entry for each step from the model as given to the improved one."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from math import exp, log
 from typing import Any
 
@@ -38,7 +38,7 @@ class Step:
     """One entry of the ladder.
 
     `rmse`, `heldout_rmse` : signal -> root mean square error in the signal's unit.
-    `noise_ratio` : signal -> `rmse` over the noise floor.
+    `noise_ratio`, `heldout_noise_ratio` : signal -> that over the noise floor.
     `evidence` : lower is better, comparable within one ladder; a difference of 10 decides.
     `probability` : weight among all steps of the ladder, from their evidence, 0 to 1.
     """
@@ -50,6 +50,7 @@ class Step:
     noise_ratio: dict[str, float]
     evidence: float
     probability: float
+    heldout_noise_ratio: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Entry of ``ladder`` in the diagnosis contract, with a title for people."""
@@ -100,6 +101,7 @@ def climb(fitted: Sequence[FittedStep]) -> tuple[Step, ...]:
             noise_ratio=step.comparison.noise_ratio(),
             evidence=value,
             probability=probability,
+            heldout_noise_ratio={} if step.heldout is None else step.heldout.noise_ratio(),
         )
         for step, value, probability in zip(fitted, evidence, _probabilities(evidence), strict=True)
     )

@@ -21,7 +21,7 @@ from elastic_tendon.diagnosis.result import (
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.reports.recordings import recording_sentences
 from elastic_tendon.reports.tables import TIGHT, alias_sentences, with_interval
-from elastic_tendon.reports.units import evidence_text, number, shown, times_noise
+from elastic_tendon.reports.units import evidence_text, shown, times_noise
 
 # candidates that are shown of a round; the option --all-candidates shows all
 CANDIDATES = 5
@@ -52,12 +52,8 @@ def ids_in(answer: str) -> tuple[str, ...]:
     return tuple(answer.split("+"))
 
 
-def verdict_sentences(diagnosis: Diagnosis) -> list[str]:
-    """The verdict; then how large what was added or moved is, and how far the error falls."""
-    return [diagnosis.sentence, *_sizes(diagnosis), *_falls(diagnosis)]
-
-
-def _sizes(diagnosis: Diagnosis) -> Iterator[str]:
+def size_sentences(diagnosis: Diagnosis) -> Iterator[str]:
+    """How large what was added or moved is."""
     if diagnosis.added:
         yield f"Added: {'; '.join(_sized(diagnosis, added) for added in diagnosis.added)}."
     if diagnosis.parameters_changed:
@@ -115,28 +111,6 @@ def _change(estimate: Estimate) -> str:
 
 def _with_unit(estimate: Estimate) -> str:
     return f"{with_interval(estimate.fitted, estimate.interval)}{unit_suffix(estimate.unit)}"
-
-
-def _falls(diagnosis: Diagnosis) -> Iterator[str]:
-    first, last = diagnosis.ladder[0], diagnosis.ladder[-1]
-    for name, rmse in last.rmse.items():
-        quantity = shown(name)
-        noise = times_noise(last.noise_ratio[name])
-        held_out = name in last.heldout_rmse
-        if diagnosis.verdict == "adequate":
-            text = f"The {quantity.words} error is {quantity.error(rmse)}, {noise}"
-            if held_out:
-                text += f", and {quantity.error(last.heldout_rmse[name])} on held-out data"
-        else:
-            text = (
-                f"The {quantity.words} error goes from {number(quantity.small * first.rmse[name])} "
-                f"to {quantity.error(rmse)}, {noise}"
-            )
-            if held_out:
-                before = number(quantity.small * first.heldout_rmse[name])
-                after = quantity.error(last.heldout_rmse[name])
-                text += f"; on held-out data from {before} to {after}"
-        yield text + "."
 
 
 def doubt_sentences(diagnosis: Diagnosis) -> list[str]:

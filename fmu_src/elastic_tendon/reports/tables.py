@@ -1,6 +1,6 @@
 """Tables and sentences for the terminal; numbers come ready from `design` and `identify`."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 from math import floor, log10, nan
 from typing import Any
@@ -17,7 +17,7 @@ from elastic_tendon.estimation.add import Addition
 from elastic_tendon.estimation.determinability import Estimate, Findings
 from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.names import at_dots
-from elastic_tendon.reports.units import noise_ratio, number, shown, times_noise
+from elastic_tendon.reports.units import Shown, noise_ratio, number, shown, times_noise
 
 # relative change of a held-out error that is worth a word
 NOTICEABLE = 1e-3
@@ -161,23 +161,42 @@ def addition_sentences(addition: Addition) -> list[str]:
 
 
 def fall_sentences(first: Step, last: Step, *, static: bool = False) -> list[str]:
-    """How the error of each signal changed between two steps; `static` : of static curves."""
+    """How the error of each signal changed between two steps, in its unit and beside the noise.
+
+    Parameters
+    ----------
+    first, last : Step, maybe the same
+    static : of static curves
+    """
     sentences = []
-    for name, rmse in last.rmse.items():
+    for name in last.rmse:
         quantity = shown(name, static=static)
-        pairs = [(first.rmse[name], rmse)]
+        pairs = [_pair(step.rmse, step.noise_ratio, name) for step in (first, last)]
+        fell = pairs[1][0] < pairs[0][0]
+        text = _change(quantity, *pairs)
         if name in last.heldout_rmse:
-            pairs.append((first.heldout_rmse[name], last.heldout_rmse[name]))
-        words = [
-            f"from {number(before * quantity.small)} to {quantity.error(after)}"
-            for before, after in pairs
-        ]
-        fell = all(after < before for before, after in pairs)
-        text = f"The {quantity.words} error {'fell' if fell else 'went'} {words[0]}"
-        if len(words) > 1:
-            text += f", and {words[1]} on data that no fit has seen"
-        sentences.append(f"{text}; {times_noise(last.noise_ratio[name])} is left.")
+            unseen = [
+                _pair(step.heldout_rmse, step.heldout_noise_ratio, name) for step in (first, last)
+            ]
+            fell = fell and unseen[1][0] < unseen[0][0]
+            text += f"; on data that no fit has seen {_change(quantity, *unseen)}"
+        verb = "is" if first is last else "falls" if fell else "goes"
+        sentences.append(f"The {quantity.words} error {verb} {text}.")
     return sentences
+
+
+def _pair(rmse: Mapping[str, float], ratio: Mapping[str, float], name: str) -> tuple[float, float]:
+    return rmse[name], ratio[name]
+
+
+def _change(quantity: Shown, before: tuple[float, float], after: tuple[float, float]) -> str:
+    """As "from 37.5 to 0.229 mrad, from 162 to 0.99 times the noise"; one end where both agree."""
+    if before == after:
+        return f"{quantity.error(after[0])}, {times_noise(after[1])}"
+    return (
+        f"from {number(before[0] * quantity.small)} to {quantity.error(after[0])}, from "
+        f"{noise_ratio(before[1])} to {times_noise(after[1])}"
+    )
 
 
 def alias_sentences(

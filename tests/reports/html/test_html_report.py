@@ -495,6 +495,43 @@ def test_on_paper_all_figures_are_there_before_anybody_scrolled(browser, tmp_pat
     assert page.evaluate("window.onpaper") == 3 * len(friction().figures()) > before
 
 
+def test_words_of_figures_can_be_read_wide_narrow_and_on_paper(browser, tmp_path: Path) -> None:
+    """With the longest names that there are."""
+    figure_texts = pytest.importorskip("figure_texts")
+    path = tmp_path / "report.html"
+    path.write_text(document_of(figure_texts.with_long_names()), encoding="utf-8")
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(path.as_uri())
+    found = {}
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 800})
+        for drawing in page.query_selector_all(".drawing"):
+            drawing.scroll_into_view_if_needed()
+            drawing.wait_for_selector(".main-svg")
+        page.wait_for_timeout(300)  # plotly draws anew what has another width
+        found[width] = figure_texts.faults(page)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    page.set_viewport_size({"width": 680, "height": 960})  # between the margins of A4
+    page.emulate_media(media="print")
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    found["paper"] = figure_texts.faults(page)
+    assert page.evaluate(DRAWN) >= 3 * len(friction().figures())
+    assert {where: faults for where, faults in found.items() if faults} == {}
+
+
+def test_a_word_that_lies_over_another_or_is_cut_is_found(browser) -> None:
+    figure_texts = pytest.importorskip("figure_texts")
+    text = '<text x="{}" y="40">{}</text>'
+    words = [text.format(10, "one"), text.format(20, "two"), text.format(190, "long")]
+    page = browser.new_page()
+    page.set_content(
+        '<div class="js-plotly-plot" style="width:200px;height:80px"><svg class="main-svg" '
+        f'width="200" height="80" style="overflow:visible">{"".join(words)}</svg></div>'
+    )
+    found = [fault.partition(" (")[0] for fault in figure_texts.faults(page)]
+    assert found == ["one lies over two", "cut: long"]
+
+
 def test_the_figures_are_made_for_the_script_that_draws_them() -> None:
     drawn_by = re.search(r"plotly\.js [^\n]*v([\d.]+)", PLOTLY.read_text("utf-8")[:500])
     assert drawn_by is not None

@@ -120,7 +120,7 @@ def test_each_run_has_a_curve_and_an_error(runs: list[Run], theme: Theme) -> Non
     largest = 1e3 * max(runs[0].file.signals[SIGNAL].max_abs, 0.0)
     assert np.max(np.abs(lower[0].y)) == pytest.approx(largest)
     assert figure.layout.xaxis.title.text == "time (s)"
-    assert figure.layout.yaxis.title.text == "joint position (rad)"
+    assert figure.layout.yaxis.title.text == "joint position<br>(rad)"
     assert figure.layout.yaxis2.title.text == "error (mrad)"
 
 
@@ -249,7 +249,7 @@ def test_a_static_curve_is_torque_over_deflection(curve: Run) -> None:
     chosen = curve.file.measurement.signals[SIGNAL] > 0.1
     figure = overlay([curve], SIGNAL, highlighted=chosen, window=(0.0, 1.0), cursors=(0.5,))
     assert figure.layout.xaxis.title.text == "deflection (rad)"
-    assert figure.layout.yaxis.title.text == "joint torque (N·m)"
+    assert figure.layout.yaxis.title.text == "joint torque<br>(N·m)"
     assert figure.layout.yaxis2.title.text == "error (mrad)"
     assert figure.layout.xaxis.range is None
     assert not figure.layout.annotations

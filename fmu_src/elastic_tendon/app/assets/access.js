@@ -7,6 +7,9 @@
     for (const target of all('.dash-dropdown-focus-target[tabindex="0"]')) {
       target.tabIndex = -1;
     }
+    for (const list of all('button.dash-dropdown[tabindex="-1"]')) {
+      list.tabIndex = 0;
+    }
     for (const file of all('input[type="file"]:not([aria-label])')) {
       file.setAttribute("aria-label", file.parentElement.textContent.trim());
     }

@@ -1,4 +1,5 @@
-// What the browser does by itself: it keeps the session, sets the look and moves the focus.
+// What the browser does by itself: it keeps the session, sets the look, moves the focus, and tells
+// when the server does not answer.
 (function () {
   "use strict";
   const KEY = "elastic-tendon " + window.location.pathname; // the path holds this server's token
@@ -19,6 +20,60 @@
     });
   }
   window.setInterval(fit, 400);
+
+  // The page asks now and then whether the server is there, and goes on when it is there again.
+  const BEAT = 4000, LOST = 1000; // ms between questions
+  const ask = window.fetch;
+  let lost = false;
+  let leaving = false;
+
+  function tell(words) {
+    window.dash_clientside.set_props("lost", { children: words });
+  }
+
+  function lose() {
+    const place = document.getElementById("lost");
+    if (lost || leaving || !place) return;
+    lost = true;
+    tell(place.dataset.words);
+  }
+
+  function listen() {
+    if (document.hidden && !lost) return;
+    ask(window.location.pathname, { method: "HEAD", cache: "no-store" }).then(function (answer) {
+      if (!answer.ok) lose();
+      else if (lost && !leaving) window.location.reload();
+    }, lose);
+  }
+
+  window.fetch = function () {
+    return ask.apply(this, arguments).catch(function (error) {
+      if (error.name !== "AbortError") lose();
+      throw error;
+    });
+  };
+  window.addEventListener("pagehide", function () { leaving = true; });
+  document.addEventListener("visibilitychange", listen);
+  let beats = 0;
+  window.setInterval(function () {
+    beats += 1;
+    if (lost || beats % (BEAT / LOST) === 0) listen();
+  }, LOST);
+
+  // The focus goes to the head of a step as soon as that can be seen; before, it cannot have it.
+  let awaited = "";
+
+  function arrive(open) {
+    if (open !== awaited) return; // another step was opened meanwhile
+    const heading = document.getElementById(open + "-heading");
+    if (!heading || !heading.offsetParent) {
+      window.requestAnimationFrame(function () { arrive(open); });
+      return;
+    }
+    heading.focus({ preventScroll: true });
+    window.scrollTo(0, 0);
+    fit();
+  }
 
   let shown = false; // the first step that is shown after a reload is not the one it was at
   window.addEventListener("popstate", function (event) {
@@ -48,18 +103,18 @@
       document.documentElement.dataset.theme = now;
       return [now, now === "dark" ? "Light" : "Dark"];
     },
-    show: function (open) {
+    show: function (open, sections) {
       const at = window.history.state;
       if (!at) window.history.replaceState({ step: open }, "");
       else if (shown && at.step !== open) window.history.pushState({ step: open }, "");
       shown = true;
-      window.requestAnimationFrame(function () {
-        const heading = document.getElementById(open + "-heading");
-        if (heading) heading.focus({ preventScroll: true });
-        window.scrollTo(0, 0);
-        fit();
-      });
-      return window.dash_clientside.no_update;
+      awaited = open;
+      arrive(open);
+      const opened = sections.map(function (one) { return one.section === open; });
+      return [
+        opened.map(function (is) { return !is; }),
+        opened.map(function (is) { return is ? "step" : "false"; }),
+      ];
     },
   };
 })();

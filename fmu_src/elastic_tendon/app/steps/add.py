@@ -292,9 +292,7 @@ def _register_next(app: Dash, workspace: Workspace) -> None:
             return no_update, no_update, ""
         if ctx.triggered_id == "add-next-take":
             return "take_away", no_update, ""
-        session = workspace.open(stored)
-        words = "finding which effect is missing"
-        if not session.start("effect", words, walk.searching(session)):
+        if not walk.begin(workspace.open(stored), "search"):
             return no_update, no_update, busy.WORDS
         return "effect", ["next", takes, searches], ""
 
@@ -357,10 +355,9 @@ def _register_work(app: Dash, workspace: Workspace) -> None:
             return no_update, ""
         session = workspace.open(stored)
         if ctx.triggered_id == "add-refit":
-            started = session.start("add", "refitting the parameters", walk.refitting(session))
+            started = walk.begin(session, "refit")
         elif chosen is not None and chosen in effects.BY_ID:
-            words = f"adding {effects.BY_ID[chosen].title}"
-            started = session.start("add", words, walk.adding(session, chosen))
+            started = walk.begin(session, "add", chosen)
         else:
             return no_update, "Choose an effect to add."
         return ["add", adds, refits], "" if started else busy.WORDS

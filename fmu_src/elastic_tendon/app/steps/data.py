@@ -301,11 +301,11 @@ def _register_files(app: Dash, workspace: Workspace) -> None:
         for encoded, name in zip(sent, names, strict=True):
             called = name[-LONGEST_NAME:]
             try:
-                content = content_of(encoded, called, safety.UPLOAD)
+                key = workspace.add_file(content_of(encoded, called, safety.UPLOAD))
             except ElasticTendonError as error:
                 refused.append(str(error))
                 continue
-            source = Source(key=workspace.add_file(content), name=called)
+            source = Source(key=key, name=called)
             session.change(partial(_with, source))
         # emptied, so that the same file can be chosen again
         return session.stored(), "; ".join(refused), None

@@ -1,7 +1,7 @@
 """Which effect is missing: the ranked list, the page of each, and a try before it is added."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
@@ -13,10 +13,12 @@ from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.tables import scrolling
+from elastic_tendon.app.versions import is_static
 from elastic_tendon.app.view import compared_now, recordings, view_of
-from elastic_tendon.app.workspace import Failure, Result, Session, Work, Workspace
+from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.diagnosis.by_hand import decided
 from elastic_tendon.diagnosis.result import Candidate, Round
+from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.diagnosis_tables import (
     NONE,
     called_set,
@@ -26,6 +28,7 @@ from elastic_tendon.reports.diagnosis_tables import (
     percent,
 )
 from elastic_tendon.reports.effects import effect_sections
+from elastic_tendon.reports.first_screen import FirstScreen
 from elastic_tendon.reports.interactive.candidates import candidates
 from elastic_tendon.reports.interactive.overlay import Run, overlay
 from elastic_tendon.reports.interactive.signature import signature_figure
@@ -49,6 +52,7 @@ HEADS = ("Effect", "Probability", "Evidence", "Gain, fitted", "Gain, held out")
 def _layout() -> Sequence[Component]:
     return [
         busy.store("effect"),
+        html.Div(id="effect-screen", className="verdict", role="status"),
         dcc.Store(id="effect-seen"),  # the round whose suggestion was put forward
         html.Div(
             [
@@ -105,7 +109,6 @@ def _list(search_round: Round) -> list[Component]:
         ]
     )
     parts: list[Component] = [
-        html.P(ranking.suggestion(search_round)),
         _table([*groups, html.Tbody(last)]),
         html.P(MEANINGS, className="quiet"),
     ]
@@ -157,10 +160,27 @@ def _rows(candidate: Candidate) -> list[Component]:
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
     version = document.version
-    needed: list[Result[Any]] = [results.compared(document, version, files)]
+    needed: list[Result[Any]] = [
+        results.compared(document, version, files),
+        results.climbed(document, files),
+    ]
     if walk.was_searched(document, version):
-        needed.append(walk.outcome(document, version, files))
+        needed += [make(document, version, files) for make in (walk.ranked, walk.suggested)]
     return needed
+
+
+def _screen(session: Session) -> FirstScreen | None:
+    """What heads the step, None where the error of the version is not known yet."""
+    document, files, cache = session.document, session.files, session.cache
+    steps, now = cache.find(results.climbed(document, files)), compared_now(session)
+    if not isinstance(steps, tuple) or now is None:
+        return None
+    tried = cache.find(walk.suggested(document, document.version, files))
+    with_it = tried if isinstance(tried, Step) else None
+    button, _ = ranking.search_words(document)
+    return ranking.screen(
+        walk.round_of(session), steps, with_it, button=button, static=is_static(now)
+    )
 
 
 def _tried(session: Session, effect_id: str) -> walk.Tried | None:
@@ -174,6 +194,7 @@ def _tried(session: Session, effect_id: str) -> walk.Tried | None:
 
 def _register(app: Dash, workspace: Workspace) -> None:
     busy.register(app, "effect")
+    _register_screen(app, workspace)
     _register_list(app, workspace)
     _register_choice(app, workspace)
     _register_page(app, workspace)
@@ -182,6 +203,19 @@ def _register(app: Dash, workspace: Workspace) -> None:
     _register_figures(app, workspace)
     _register_evidence(app, workspace)
     _register_work(app, workspace)
+
+
+def _register_screen(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("effect-screen", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+    )
+    def show(stored: Any, opened: str) -> Any:
+        if not stored or opened != "effect":
+            return no_update
+        first = _screen(workspace.open(stored))
+        return [html.P(sentence) for sentence in first.sentences] if first else []
 
 
 def _register_list(app: Dash, workspace: Workspace) -> None:
@@ -412,22 +446,11 @@ def _register_work(app: Dash, workspace: Workspace) -> None:
         *_, chosen, stored = given
         if not stored or not ctx.triggered[0]["value"]:
             return no_update, no_update, ""
-        session = workspace.open(stored)
-        asked = str(ctx.triggered_id)
-        step, words, work = _asked(session, asked, chosen)
-        if not session.start(step, words, work):
+        kind = str(ctx.triggered_id).removeprefix("effect-")
+        about = "" if kind == "search" else chosen
+        if not walk.begin(workspace.open(stored), cast(walk.Kind, kind), about):
             return no_update, no_update, busy.WORDS
-        return [asked, ctx.triggered[0]["value"]], step if step != "effect" else no_update, ""
-
-
-def _asked(session: Session, button: str, chosen: str) -> tuple[str, str, Work]:
-    """Step of the page that shows it, words and work of a button."""
-    if button == "effect-search":
-        return "effect", "finding which effect is missing", walk.searching(session)
-    title = effects.BY_ID[chosen].title
-    if button == "effect-add":
-        return "add", f"adding {title}", walk.adding(session, chosen)
-    return "effect", f"trying {title}", walk.trying(session, chosen)
+        return [kind, ctx.triggered[0]["value"]], "add" if kind == "add" else no_update, ""
 
 
 STEP = PageStep(id="effect", title="Which effect", layout=_layout, register=_register, needs=_needs)

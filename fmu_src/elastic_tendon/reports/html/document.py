@@ -10,7 +10,8 @@ from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.fmu.live import runs_in_page
 from elastic_tendon.progress import Progress, silent
 from elastic_tendon.reports.comparison_tables import repeats, summary_sentences
-from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, verdict_sentences
+from elastic_tendon.reports.diagnosis_tables import doubt_sentences, meant, size_sentences
+from elastic_tendon.reports.first_screen import of_diagnosis
 from elastic_tendon.reports.html import papers
 from elastic_tendon.reports.html.answers import equations, linear_models, numbers
 from elastic_tendon.reports.html.blocks import (
@@ -140,14 +141,14 @@ def _without_repeats(diagnosis: Diagnosis, alike: Alike) -> Diagnosis:
 
 def _verdict(diagnosis: Diagnosis, origin: Origin, alike: Alike) -> Iterator[Block]:
     once = _without_repeats(diagnosis, alike)
-    verdict = Paragraphs(tuple(verdict_sentences(once)), "verdict")
+    verdict = Paragraphs(of_diagnosis(once).sentences, "verdict")
     # how far the error fell, at a glance
     if len(once.ladder) > 1:
         yield Beside(verdict, glance(once.ladder, static=_static(diagnosis)))
     else:
         yield verdict
-    if doubts := doubt_sentences(once):
-        yield Paragraphs(tuple(doubts))
+    if more := (*size_sentences(once), *doubt_sentences(once)):
+        yield Paragraphs(more)
     if origin.advice:
         yield Heading("What to do next")
         yield Paragraphs(origin.advice)

@@ -107,7 +107,7 @@ def glance(steps: Sequence[Step], *, static: bool) -> Plot:
     def draw(theme: Theme) -> go.Figure:
         figure = ladder(steps, signal, static=static, theme=theme)
         figure.update_layout(height=GLANCE)
-        return figure.update_yaxes(title=f"RMS error ({shown(signal).small_unit})")
+        return figure.update_yaxes(title=f"RMS error ({shown(signal).small_unit})", dtick=1)
 
     return plot(draw, _words_of(steps, signal, static=static), head=36)
 

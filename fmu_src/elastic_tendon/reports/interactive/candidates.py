@@ -13,9 +13,11 @@ from elastic_tendon.reports.diagnosis_tables import (
     none_of_them,
     percent,
 )
-from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, broken, plain
 
+HEAD, BAR, TEXT = 140, 34, 23  # heights of all but the bars, of a bar, of a line of text, pixels
 BARS = 8  # candidates of a round that are drawn
+LINE = 26  # letters of a candidate's name in one line; three effects have long names
 WORST = -100.0  # %; a candidate that ruins held-out data would hide all others
 _KINDS = (("gain", "on fitted data"), ("heldout_gain", "held out"))
 
@@ -33,12 +35,14 @@ def candidates(candidate_round: Round, *, theme: Theme = LIGHT) -> go.Figure:
     plotly.graph_objects.Figure; two panels that share the candidates, one where none gains anything
     """
     drawn = candidate_round.candidates[:BARS]
-    names = [plain(called_set(candidate)) for candidate in drawn]
+    names = [broken(plain(called_set(candidate)), LINE) for candidate in drawn]
+    lines = 1 + max((name.count("<br>") for name in names), default=0)
     taken = [candidate.ids == candidate_round.chosen for candidate in drawn]
     colours = [theme.ink if chosen else theme.quiet for chosen in taken]
     likely = [100.0 * candidate.probability for candidate in drawn]
     likely.append(100.0 * none_of_them(candidate_round))
-    empty = blank(theme, height=140 + 34 * (len(drawn) + 1), barmode="group", bargap=0.3)
+    height = HEAD + max(BAR, TEXT * lines) * (len(drawn) + 1)
+    empty = blank(theme, height=height, barmode="group", bargap=0.3)
     gaining = any(map(_gains, drawn))
     columns = 2 if gaining else 1
     figure = make_subplots(1, columns, shared_yaxes=True, horizontal_spacing=0.04, figure=empty)

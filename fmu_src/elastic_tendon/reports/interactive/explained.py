@@ -6,7 +6,7 @@ from plotly.subplots import make_subplots
 
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.explained import Explained, mean_curve
-from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain, upright
 from elastic_tendon.reports.thinning import some
 
 DOTS = 1000  # of a cloud; drawing takes long, and more hide each other
@@ -38,8 +38,8 @@ def explained(explanation: Explained, title: str, *, theme: Theme = LIGHT) -> go
     _mean(figure, left, theme.after, "what is left, mean", 2)
     figure.update_yaxes(zeroline=True, zerolinecolor=theme.muted)
     figure.update_yaxes(matches="y", row=2, col=1)
-    figure.update_yaxes(title="missing without it (N·m)", row=1, col=1)
-    figure.update_yaxes(title="missing with it (N·m)", row=2, col=1)
+    figure.update_yaxes(title=upright("missing without it (N·m)"), row=1, col=1)
+    figure.update_yaxes(title=upright("missing with it (N·m)"), row=2, col=1)
     figure.update_xaxes(
         title=f"{explanation.by.replace('_', ' ')} ({explanation.unit})", row=2, col=1
     )

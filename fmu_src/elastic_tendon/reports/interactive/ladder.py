@@ -13,6 +13,8 @@ from elastic_tendon.reports.units import number, shown
 # of the two labels at a step, that of the larger error stands above its line
 _ABOVE, _BELOW = "top right", "bottom left"
 FEW_DECADES = 2.5
+# letters in a line of a step's name: of more than so many steps, and of fewer
+CROWD, FEW, MANY = 4, 12, 20
 MOST_LABELS = 8
 _ROOM = 0.35  # beside the first and the last step, in steps
 
@@ -78,7 +80,7 @@ def ladder(
     )
     figure.update_xaxes(
         tickvals=list(range(len(steps))),
-        ticktext=[broken(plain(step.title)) for step in steps],
+        ticktext=[broken(plain(step.title), FEW if len(steps) > CROWD else MANY) for step in steps],
         range=[-_ROOM, len(steps) - 1 + _ROOM],
         showgrid=False,
     )

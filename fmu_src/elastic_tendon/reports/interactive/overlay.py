@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from elastic_tendon.comparison.compare import FileComparison
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.reports.comparison_figures import static_torque
-from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain, upright
 from elastic_tendon.reports.names import abridged
 from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some
 from elastic_tendon.reports.units import Shown, shown
@@ -158,12 +158,12 @@ def _layout(file: FileComparison, signal: str, quantity: Shown) -> dict[str, Any
             "unifiedhovertitle": {"text": "%{x:.4f} s"},
         },
         "yaxis": {
-            "title": {"text": values},
+            "title": {"text": upright(values)},
             "domain": UPPER,
             "uirevision": f"{name}: {signal}",
         },
         "yaxis2": {
-            "title": {"text": f"error ({quantity.small_unit})"},
+            "title": {"text": upright(f"error ({quantity.small_unit})")},
             "domain": LOWER,
             "zeroline": True,
             "uirevision": f"{name}: {signal}",

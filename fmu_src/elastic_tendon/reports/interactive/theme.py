@@ -137,6 +137,11 @@ def broken(text: str, width: int = 20) -> str:
     return "<br>".join(textwrap.wrap(text, width, break_long_words=False))
 
 
+def upright(text: str) -> str:
+    """Title of an axis that goes up, in lines that fit beside a low panel, as on paper."""
+    return broken(text, 14)
+
+
 def blank(theme: Theme, **layout: Any) -> go.Figure:
     """An empty figure.
 

@@ -7,7 +7,7 @@ from elastic_tendon.comparison.compare import FileComparison
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.missing_torque import TorqueCurve
 from elastic_tendon.comparison.residuals import Array
-from elastic_tendon.reports.interactive.theme import LIGHT, Theme, panels, place_of, plain
+from elastic_tendon.reports.interactive.theme import LIGHT, Theme, panels, place_of, plain, upright
 from elastic_tendon.reports.names import abridged
 from elastic_tendon.reports.thinning import some
 
@@ -86,5 +86,8 @@ def _draw_curve(
     )
     figure.update_xaxes(title=f"{curve.by.replace('_', ' ')} ({curve.unit})", **place)
     figure.update_yaxes(
-        title="missing torque (N·m)", zeroline=True, zerolinecolor=theme.muted, **place
+        title=upright("missing torque (N·m)"),
+        zeroline=True,
+        zerolinecolor=theme.muted,
+        **place,
     )
