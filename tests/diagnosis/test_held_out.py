@@ -123,6 +123,22 @@ def test_a_stop_that_only_held_out_data_reach_is_found_there() -> None:
     assert mean_square(heldout_errors(result, [fast])) < 1.2
 
 
+def test_a_stop_that_the_fit_hardly_touches_is_taken_from_the_held_out_data() -> None:
+    """A soft one from early on and a hard one from later on explain a touch alike: what the fit
+    leaves open is no straight line."""
+    ends = {"lower": -3.0, "upper": 0.5, "stiffness": 600.0, "damping": 0.6}
+    truth = GIVEN.with_effect("joint_stop", ends)
+    slow, fast = recorded(truth, (0.15, 2.633), 3), recorded(truth, FAST, 2)
+    touched, pressed = (part.signals["joint_position"].max() for part in (slow, fast))
+    assert 0.5 < touched < 0.501 < 0.52 < pressed
+    path = "effects.joint_stop"
+    soft = {f"{path}.stiffness": 50.0, f"{path}.damping": 0.05, f"{path}.upper": 0.496}
+    result = refit(GIVEN, ("joint_stop",), [slow], [truth.with_values(soft)], QUICK).result
+    assert result.model.values()[f"{path}.stiffness"] < 200.0
+    assert mean_square(errors_at_the_fit(result, fast)) > 20.0
+    assert mean_square(heldout_errors(result, [fast])) < 1.05
+
+
 def test_a_model_that_cannot_follow_errs_without_end(right, fast) -> None:
     torn_off = replace(fast[0], load_torque=np.full(len(fast[0].time), 1e20))
     for recordings in ([torn_off], [fast[0], torn_off]):

@@ -95,8 +95,8 @@ def _moved(
     moved[:count] = problem.numbers(problem.start(model))
     weights = np.ones((len(residuals(moved)), 1))
     size = max(rms(residuals(moved)[:samples]), 1.0)
-    # in several rounds large errors do not tear away what the fit has determined
-    for weights[:samples] in 1.0 / np.geomspace(size, 1.0, rounds + 1)[1:]:
+    for unit in np.geomspace(size, 1.0, rounds + 1)[1:]:
+        weights[:samples] = 1.0 / unit  # so large errors do not tear away what the fit determined
         moved, _ = descend(
             lambda x: weights[:, 0] * residuals(x),
             lambda x: weights * jacobian(x),
