@@ -14,6 +14,12 @@ KICK = 1e-6  # rad/s; so small that no tendon goes slack while it grows
 BOUNDED, GROWN = 5.0, 1e3  # times the largest deviation of the first steps
 
 
+@pytest.fixture(autouse=True)
+def _beside(monkeypatch, tmp_path):
+    """MuJoCo writes of what is unstable into the folder where it runs."""
+    monkeypatch.chdir(tmp_path)
+
+
 def test_one_joint_without_damping_takes_twice_its_natural_time():
     assert largest_stable_step([[0.03]], [[40.0]], [[0.0]]) == pytest.approx(
         2 / np.sqrt(40.0 / 0.03), rel=1e-6
