@@ -110,7 +110,7 @@
       shown = true;
       awaited = open;
       arrive(open);
-      const opened = sections.map(function (one) { return one.section === open; });
+      const opened = sections.map(function (section) { return section.section === open; });
       return [
         opened.map(function (is) { return !is; }),
         opened.map(function (is) { return is ? "step" : "false"; }),
