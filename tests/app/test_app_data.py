@@ -50,7 +50,7 @@ def test_a_bad_file_is_told_by_its_own_name_and_the_others_are_read(tmp_path: Pa
     assert "server-bad" not in wrong.sentence()
     assert wrong.columns == ("time_s", "colour")
     assert "are the motor position and the joint position; choose them below" in wrong.fault()
-    rows = overview(wrong, LIGHT)[0].children.children[1].children
+    rows = overview(wrong, LIGHT)[0].children[0].children[1].children
     assert [cell.children for cell in rows[1].children] == ["colour", "1", "2"]
     assert right.sentence() == ""
     assert facts(right) == "5000 samples, 10.0 s at 500 Hz"
