@@ -54,7 +54,9 @@ class Step:
 
     def to_dict(self) -> dict[str, Any]:
         """Entry of ``ladder`` in the diagnosis contract, with a title for people."""
-        return asdict(self)
+        entry = asdict(self)
+        del entry["heldout_noise_ratio"]  # for people; the contract has not this key
+        return entry
 
 
 def steps_text(ladder: Sequence[Step]) -> str:
