@@ -220,7 +220,7 @@ def test_signals_that_repeat_each_other_are_drawn_and_told_once() -> None:
     assert "The motor torque repeats the joint torque at a fixed ratio" in page.text
     assert "Motor torque: " not in page.text
     titles = [figure["layout"].get("yaxis", {}).get("title", {}) for figure in page.figures()]
-    drawn = [title.get("text") for title in titles]
+    drawn = [title.get("text", "").replace("<br>", " ") for title in titles]
     assert "joint torque (N·m)" in drawn
     assert "motor torque (N·m)" not in drawn
 
