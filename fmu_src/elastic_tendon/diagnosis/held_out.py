@@ -1,7 +1,6 @@
 """What a fitted model errs on recordings that it was not fitted to."""
 
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -48,21 +47,25 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
         return np.array([np.inf])
     if _square(errors) < AT_NOISE * len(errors):
         return errors
-    shown = stops_shown(result.model, result.problem.measurements, recordings)
-    ways = [({}, 1, FEW), ({}, 1, MANY), (shown, 1, MANY), ({}, ROUNDS, FEW)]
-    if not _explains(result):
-        ways = ways[:1]  # nor will it explain these
-    for values, rounds, evaluations in ways:
-        short = rounds * evaluations == FEW
-        with suppress(ElasticTendonError, np.linalg.LinAlgError):
+
+    def met(values: Mapping[str, float], rounds: int, evaluations: int) -> Array:
+        """Errors after a move that begins with some values, the cost of the move among them."""
+        try:
             start = result.model.with_values(values)
             moved, costly = _moved(result, problem, start, rounds, evaluations)
-            found = costly * stack(problem.errors(moved), floors)
-            if short or _square(found) < EXPLAINED * len(found):
-                errors = min(errors, found, key=_square)
-        if _square(errors) < (AT_NOISE if short else EXPLAINED) * len(errors):
-            break
-    return errors
+            return costly * stack(problem.errors(moved), floors)
+        except (ElasticTendonError, np.linalg.LinAlgError):
+            return np.full_like(errors, np.inf)
+
+    best = min(errors, met({}, 1, FEW), key=_square)
+    if _square(best) < AT_NOISE * len(best) or not _explains(result):
+        return best  # who leaves much of the fitted ones will not explain these either
+    shown = stops_shown(result.model, result.problem.measurements, recordings)
+    for values, rounds, evaluations in (({}, 1, MANY), (shown, 1, MANY), ({}, ROUNDS, FEW)):
+        found = met(values, rounds, evaluations)
+        if _square(found) < EXPLAINED * len(found):
+            return min(best, found, key=_square)
+    return best
 
 
 def _moved(
