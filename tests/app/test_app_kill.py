@@ -136,5 +136,6 @@ def test_another_server_goes_on(
         try:
             for step in steps:
                 step(killed)
+            assert killed.process.poll() is None  # the last server goes on
         finally:
             end(killed.process)

@@ -172,7 +172,8 @@ def test_what_was_under_way_begins_again(workspace: Workspace, path: Path, monke
     begun: list[str] = []
     monkeypatch.setattr(walk, "searching", lambda _session: lambda _: begun.append("search"))
     walk.begin_again(again)
-    wait_for(lambda: begun == ["search"])
+    wait_for(lambda: bool(begun))
+    assert begun == ["search"]
     other.close()
 
 

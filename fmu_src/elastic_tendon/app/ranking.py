@@ -73,14 +73,14 @@ def screen(
     if search_round is None:
         verdict = "Which effect is missing was not searched from here yet."
         return first_screen(verdict, steps, f"press “{button}”.", static=static)
-    known = [] if with_it is None or not steps else [steps[0], with_it]
+    fall = [] if with_it is None or not steps else [steps[0], with_it]
     advice = "go to Take away for the FMU, the model and the report."
     if search_round.chosen:
         title = effects.BY_ID[search_round.chosen[0]].title
         advice = f"add {title}, and search again. The choice is yours."
     elif steps and max(steps[-1].noise_ratio.values()) > LEFT:
         advice = "see in Where what is left of the error, and record the machine in other motions."
-    return first_screen(suggestion(search_round), known, advice, static=static)
+    return first_screen(suggestion(search_round), fall, advice, static=static)
 
 
 def suggestion(search_round: Round) -> str:

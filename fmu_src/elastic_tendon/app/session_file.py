@@ -156,15 +156,15 @@ class SessionFile:
                 files[key] = path
             else:
                 notes.append(f"{path} has changed; what was found in it before counts no longer")
-                other = f"{key.partition('.')[0]}.{now[:8]}"
+                new_key = f"{key.partition('.')[0]}.{now[:8]}"
                 document = document.with_sources(
                     [
-                        source.changed(key=other) if source.key == key else source
+                        source.changed(key=new_key) if source.key == key else source
                         for source in document.sources
                     ]
                 )
-                files[other] = path
-                self.refer(other, path)
+                files[new_key] = path
+                self.refer(new_key, path)
         self.put("document", document.model_dump_json())
         return Reopened(document, files, tuple(notes))
 

@@ -194,7 +194,6 @@ def _tried(session: Session, effect_id: str) -> walk.Tried | None:
 
 def _register(app: Dash, workspace: Workspace) -> None:
     busy.register(app, "effect")
-    _register_screen(app, workspace)
     _register_list(app, workspace)
     _register_choice(app, workspace)
     _register_page(app, workspace)
@@ -205,30 +204,22 @@ def _register(app: Dash, workspace: Workspace) -> None:
     _register_work(app, workspace)
 
 
-def _register_screen(app: Dash, workspace: Workspace) -> None:
-    @app.callback(
-        Output("effect-screen", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
-    )
-    def show(stored: Any, opened: str) -> Any:
-        if not stored or opened != "effect":
-            return no_update
-        first = _screen(workspace.open(stored))
-        return [html.P(sentence) for sentence in first.sentences] if first else []
-
-
 def _register_list(app: Dash, workspace: Workspace) -> None:
     @app.callback(
+        Output("effect-screen", "children"),
         Output("effect-list", "children"),
         Input("session", "data"),
         Input("open", "data"),
     )
-    def show(stored: Any, opened: str) -> Any:
+    def show(stored: Any, opened: str) -> tuple[Any, Any]:
         if not stored or opened != "effect":
-            return no_update
-        round_shown = walk.round_of(workspace.open(stored))
-        return _list(round_shown) if round_shown else []
+            return no_update, no_update
+        session = workspace.open(stored)
+        first, round_shown = _screen(session), walk.round_of(session)
+        return (
+            [html.P(sentence) for sentence in first.sentences] if first else [],
+            _list(round_shown) if round_shown else [],
+        )
 
     @app.callback(
         Output("effect-search", "children"),
