@@ -138,6 +138,7 @@ def sent_in_chunks(app: str, path: str, size: int) -> int:
 
 CALLBACKS = "_dash-update-component"
 JSON = "application/json"
+PLACE = b'{"id": "session", "property": "data"}'
 
 
 @pytest.mark.parametrize(
@@ -145,6 +146,9 @@ JSON = "application/json"
     [
         *(b"", b"{", b"\xff", b"{}", b"[]", b"null", b'"x"', b"1"),
         *(b'{"output": "x.y", "inputs": []}', b'{"output": 1, "inputs": []}'),
+        b'{"output": "page.data-kept", "inputs": [%s, %s]}' % (PLACE, PLACE),  # of the browser's
+        b'{"output": "..effect-screen.children...effect-list.children..", "inputs": [%s, %s]}'
+        % (PLACE, PLACE),
         *(b'{"output": "pulse.data", "inputs": 1}', b'{"output": "pulse.data", "inputs": []}'),
     ],
 )
@@ -160,11 +164,13 @@ def test_what_calls_no_callback_is_told_in_a_sentence(app: str, body: bytes) -> 
     "kept", [{"id": "a"}, {"id": "a", "document": "{}"}, {"document": "{}"}, 5, "x", ["x"]]
 )
 def test_a_session_that_is_none_is_told_in_a_sentence(app: str, kept: object) -> None:
+    outputs = [{"id": f"effect-{part}", "property": "children"} for part in ("screen", "list")]
     inputs = [
         {"id": "session", "property": "data", "value": kept},
         {"id": "open", "property": "data", "value": "effect"},
     ]
-    body = json.dumps({"output": "effect-list.children", "inputs": inputs}).encode()
+    call = {"output": "..effect-screen.children...effect-list.children..", "outputs": outputs}
+    body = json.dumps(call | {"inputs": inputs}).encode()
     path = f"{urlsplit(app).path}{CALLBACKS}"
     status, text, _ = ask(app, path, method="POST", body=body, Content_Type=JSON)
     assert status == 400

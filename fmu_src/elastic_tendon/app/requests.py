@@ -62,6 +62,8 @@ def _is_call(app: Dash, body: object) -> bool:
     callback = app.callback_map.get(call.output)
     return (
         callback is not None
+        and "callback" in callback  # others run in the browser
+        and isinstance(call.outputs, list) == call.output.startswith("..")  # of several outputs
         and len(call.inputs) == len(callback["inputs"])
         and len(call.state) == len(callback["state"])
     )
