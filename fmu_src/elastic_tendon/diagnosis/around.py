@@ -235,7 +235,7 @@ class Around(Refits):
         if self._hopped.get(added) is first:
             return
         random = np.random.default_rng(0)
-        starts, vain = self._around(answer, random), 0
+        starts, vain, least = self._around(answer, random), 0, answer.mean_square
         for _ in range(0, HOPS, AT_ONCE):
             if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._tired:
                 break
@@ -244,11 +244,14 @@ class Around(Refits):
                 for start in islice(starts, AT_ONCE)
             ]
             found = [part for part in self._at_once(work) if isinstance(part, Answer)]
-            best = self._likeliest([answer, *found])
-            if best.mean_square < WORTH_HOPPING * answer.mean_square:
-                answer, vain, starts = best, 0, self._around(best, random)
-            else:
+            # what leaves as much as one that held-out recordings refuted is not judged by them again
+            better = [part for part in found if part.mean_square < WORTH_HOPPING * least]
+            least = min((part.mean_square for part in better), default=least)
+            best = self.evidence.likeliest([answer, *better])
+            if best is answer:
                 vain += AT_ONCE
+            else:
+                answer, vain, starts = best, 0, self._around(best, random)
         if answer is not first:
             self.answers[added] = answer
             self._refit([added], "refitting from there", again=True)

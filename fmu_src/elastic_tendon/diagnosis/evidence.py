@@ -32,6 +32,7 @@ AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of wh
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
 WORSE = 1.01  # times a held-out mean square that is no worse
+LESS_THAN_NOISE = 0.9  # held-out mean square below which chance hardly leads
 HELDOUT_AT_NOISE = 1.5  # held-out mean square up to which nothing but noise is left
 LASTING = 0.5  # part of the explained share of the fitted errors, at least, of held-out ones too
 IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
@@ -73,10 +74,28 @@ class Evidence:
         facts = self.facts(answers)
         judged = 0.0
         if self.heldout:
-            closest = min(answers, key=lambda answer: _mean_square(self.heldout_errors(answer)))
-            errors = self.heldout_errors(closest)
-            judged = _facts(closest, self.heldout, errors) if np.isfinite(errors).all() else 1.0
+            judged = self._judged(min(answers, key=self.heldout_square))
         return [self._of(answer, facts, judged) for answer in answers]
+
+    def likeliest(self, answers: Sequence[Answer]) -> Answer:
+        """The best of several refits of one set, each of which may have left what is plausible.
+
+        Held-out recordings are asked only of those that would be the best if they left less than
+        noise there.
+        """
+        facts = self.facts(answers)
+        fitted = [_fitted(answer, facts) for answer in answers]
+        first = answers[int(np.argmin(fitted))]
+        room = 0.0
+        if self.heldout:
+            gain = max(log(self.heldout_square(first) / LESS_THAN_NOISE), 0.0)
+            room = self._judged(first) * gain
+        near = [
+            answer
+            for answer, value in zip(answers, fitted, strict=True)
+            if value <= min(fitted) + room
+        ]
+        return near[int(np.argmin(self.of(near)))]
 
     def facts(self, answers: Sequence[Answer]) -> float:
         """Number of independent facts that the errors of the best of some answers hold."""
@@ -88,12 +107,16 @@ class Evidence:
         return _mean_square(self.heldout_errors(answer)) if self.heldout else 0.0
 
     def _of(self, answer: Answer, facts: float, judged: float) -> float:
-        value = facts * log(_mean_square(answer.floored))
+        value = _fitted(answer, facts)
         if self.heldout:
-            square = _mean_square(self.heldout_errors(answer))
+            square = self.heldout_square(answer)
             value += judged * log(square) if np.isfinite(square) else np.inf
-        implausible = IMPLAUSIBLE * len(implausible_values(answer))
-        return value + answer.implausibility + implausible + answer.complexity * log(facts)
+        return value
+
+    def _judged(self, answer: Answer) -> float:
+        """Number of independent facts that an answer's held-out errors hold; 1 without any."""
+        errors = self.heldout_errors(answer)
+        return _facts(answer, self.heldout, errors) if np.isfinite(errors).all() else 1.0
 
     def allowed(
         self, answers: Sequence[Answer], refused: Container[tuple[str, ...]] = ()
@@ -152,6 +175,13 @@ class Evidence:
             return False
         fitted = explained(_mean_square(base.floored), _mean_square(answer.floored))
         return explained(self.heldout_square(base), own) < LASTING * fitted
+
+
+def _fitted(answer: Answer, facts: float) -> float:
+    """The evidence but for held-out recordings."""
+    value = facts * log(_mean_square(answer.floored)) + answer.implausibility
+    value += IMPLAUSIBLE * len(implausible_values(answer))
+    return value + answer.complexity * log(facts)
 
 
 def audible(answer: Answer, answers: Sequence[Answer]) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -78,8 +79,12 @@ def _moved(
     sigmas = _sigmas(result, problem.measurements)
     samples = sum(len(part.time) * len(part.signals) for part in problem.measurements)
 
+    @lru_cache(maxsize=1)  # residuals and derivatives are asked for one after the other
+    def beginning(*moved: float) -> Array:
+        return problem.start(fitted.model(np.array(moved)))
+
     def vector(moved: Array) -> Array:
-        return problem.start(fitted.model(moved))
+        return beginning(*moved)
 
     def residuals(moved: Array) -> Array:
         try:

@@ -100,12 +100,7 @@ class Refits:
         finally:
             for added, answer in found:
                 known = self.answers.get(added, answer)
-                self.answers[added] = self._likeliest([known, answer])
-
-    def _likeliest(self, answers: Sequence[Answer]) -> Answer:
-        """Of refits of one set: one that errs less may have left all that is plausible."""
-        values = self.evidence.of(answers)
-        return answers[int(np.argmin(values))]
+                self.answers[added] = self.evidence.likeliest([known, answer])
 
     def _without_failures(
         self, sets: Sequence[Set], results: Iterable[T | Exception]
@@ -159,7 +154,7 @@ class Refits:
         if smaller and answer.mean_square > self._left(smaller[0]):
             # misled by its starts: it begins where nothing of it is there
             again = refit(given, added, fitted, nothing, effort, check)
-            answer = self._likeliest([answer, again])
+            answer = self.evidence.likeliest([answer, again])
         affordable = effort.scouted == EFFORT.scouted
         if smaller and affordable and answer.mean_square < EXPLAINS * self._left(smaller[0]):
             answer = self._at_other_frequencies(answer, effort, check)
@@ -174,7 +169,7 @@ class Refits:
             resonance = Resonance(data.given, added, effect_id, data.fitted, check)
             near = [part.result.model for part in resonance.around(answer)]
             again = refit(data.given, added, data.fitted, near, effort, check)
-            answer = self._likeliest([answer, again])
+            answer = self.evidence.likeliest([answer, again])
         return answer
 
     def _smaller(self, added: Set) -> list[Set]:
