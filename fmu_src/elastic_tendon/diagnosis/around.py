@@ -244,7 +244,7 @@ class Around(Refits):
                 for start in islice(starts, AT_ONCE)
             ]
             found = [part for part in self._at_once(work) if isinstance(part, Answer)]
-            # what leaves as much as one that held-out recordings refuted is not judged by them again
+            # what leaves as much as one that held-out data refuted is not judged by them again
             better = [part for part in found if part.mean_square < WORTH_HOPPING * least]
             least = min((part.mean_square for part in better), default=least)
             best = self.evidence.likeliest([answer, *better])

@@ -100,7 +100,7 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
     report("judging what remains", 0.0)
     answer = found.answer
     regression = search.regressed(answer)
-    found.lack = regression.found
+    found.lack = search.lack_of_fit(answer)
     given, last = compare(data.given, data.fitted), _compared(answer, data.fitted)
     if unexplained(remaining_of(given, last, found.lack, options.least_left)):
         found.learned = learn(regression)

@@ -7,6 +7,7 @@ around it included, or when enough was simulated (`refits.MOST_WORK`).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from math import log
@@ -15,7 +16,7 @@ import numpy as np
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.around import UNSEEN_SHARES
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
@@ -27,9 +28,9 @@ from elastic_tendon.diagnosis.evidence import (
     Evidence,
     worth_hearing,
 )
-from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, Regression, regress
+from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, LackOfFit, Regression, regress
 from elastic_tendon.diagnosis.likeliest_sets import FAR_BETTER, FOLLOWED
-from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, MOST_WORK, Check
+from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, FAILURES, MOST_WORK, Check
 from elastic_tendon.diagnosis.resonance import Resonance, frequencies, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
@@ -63,6 +64,7 @@ MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid even
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
 FIRST = 0.5  # share of the mean square; who promises less is refitted before all others
 BLIND = 10.0  # times the mean square of the trajectory that the torque screen leaves there
+UNLIKE = 4.0  # times the fitted recordings' mean square, above which held-out ones are not alike
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -81,6 +83,7 @@ class Search(Doubts):
     _other_laws: dict[Set, Answer] = field(default_factory=dict)
     # the latest answer of which that was asked, and what it leaves
     _regressed: tuple[Answer, Regression] | None = None
+    _lack: tuple[Answer, Mapping[str, LackOfFit]] | None = None
     # additions that swing, as they were looked at last: beside which answer, and starts
     _looked: dict[Set, tuple[Answer, list[tuple[float, Model]]]] = field(default_factory=dict)
 
@@ -305,6 +308,24 @@ class Search(Doubts):
             self._regressed = answer, regress(answer.result, self.progress)
         return self._regressed[1]
 
+    def lack_of_fit(self, answer: Answer) -> Mapping[str, LackOfFit]:
+        """Whether what an answer leaves depends on the state of the machine, by signal.
+
+        Where fitted recordings cannot tell, held-out ones that it meets alike are asked too, with
+        its parameters fitted to all of them: chance does not come twice at the same state.
+        """
+        if self._lack is None or self._lack[0] is not answer:
+            found = self.regressed(answer).found
+            told = any(lack.significant for lack in found.values())
+            unlike = self.evidence.heldout_square(answer) > UNLIKE * answer.mean_square
+            if self.data.heldout and answer.mean_square > AT_NOISE and not (told or unlike):
+                everything, start = (*self.data.fitted, *self.data.heldout), [answer.result.model]
+                with suppress(*FAILURES):
+                    whole = refit(self.data.given, answer.added, everything, start, EFFORT)
+                    found = regress(whole.result, self.progress).found
+            self._lack = answer, found
+        return self._lack[1]
+
     def _disturbed(self) -> bool:
         """Whether more than noise is left that does not depend on the state of the machine at all,
         as a disturbance that nobody recorded: no effect explains it."""
@@ -312,7 +333,7 @@ class Search(Doubts):
         timed = not any(recording.static for recording in self.data.fitted)
         if not (timed and AT_NOISE < answer.mean_square < OVERWHELMING**2):
             return False
-        return all(lack.shapeless for lack in self.regressed(answer).found.values())
+        return all(lack.shapeless for lack in self.lack_of_fit(answer).values())
 
     def _better_detour(self) -> bool:
         """Where much is left: additions to, and richer laws of, refused sets that leave far less,
