@@ -9,6 +9,7 @@ from elastic_tendon.diagnosis.block_test import (
     chance_of,
     error_as_is,
     gains_of,
+    outburst,
     signs_for,
     sudden,
     turned_error,
@@ -82,6 +83,24 @@ def test_what_happens_once_stands_out_and_what_happens_all_the_time_does_not() -
         for _ in range(30)
     ]
     assert np.sum(np.array(always) <= 0.05) <= 4
+
+
+def test_an_error_that_is_large_once_is_an_outburst_and_one_that_lasts_is_none() -> None:
+    rng = np.random.default_rng(6)
+    n = BLOCKS * ROWS
+    columns = rng.standard_normal((n, 2))
+    once = rng.standard_normal(n)
+    once[7 * ROWS : 8 * ROWS] *= 12.0
+    chance, share = outburst(products_of(columns, columns, once))
+    assert chance[0] < 1e-4
+    assert share[0] == pytest.approx(143.0 / (143.0 + BLOCKS), abs=0.05)  # of the variance
+    always = [
+        outburst(products_of(columns, columns, np.repeat(rng.standard_normal(BLOCKS), ROWS)))[0][0]
+        for _ in range(30)
+    ]
+    assert np.sum(np.array(always) <= 0.05) <= 2
+    few = products_of(columns, columns, once, blocks=5)
+    assert outburst(few)[0][0] == 1.0
 
 
 def test_columns_that_the_fitted_numbers_can_make_explain_nothing() -> None:

@@ -121,6 +121,22 @@ def test_held_out_errors_take_part(monkeypatch) -> None:
     assert values[2] == np.inf
 
 
+def test_of_refits_only_those_that_could_win_are_asked_on_held_out_recordings(monkeypatch) -> None:
+    asked = []
+
+    def made(_self, answer):
+        asked.append(answer)
+        return np.sqrt(answer.heldout) * np.ones(100)
+
+    monkeypatch.setattr(Evidence, "heldout_errors", made)
+    judging = Evidence((SimpleNamespace(),))
+    best, near, far = (Made((), square, heldout=1.0) for square in (1.0, 1.001, 4.0))
+    assert judging.likeliest([far, near, best]) is best
+    assert far not in asked
+    elsewhere = Made((), 1.0, heldout=9.0)  # its fit is the best, but not what held-out data say
+    assert judging.likeliest([near, elsewhere]) is near
+
+
 def test_a_model_that_cannot_follow_a_recording_errs_without_end() -> None:
     broken = SimpleNamespace(time=np.arange(3.0))
     found = Evidence((broken,))

@@ -3,14 +3,21 @@
 How often, over many machines and noises: build_scripts/study_lack_of_fit.py.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.diagnosis.data import data_of
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit, _is_significant, regress
+from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.estimation.fit import fit
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.progress import silent
 from elastic_tendon.simulation.simulate import simulate
+from hidden_effect.cases import Order, build
 from truth.noise import coloured_noise
 
 GIVEN = load_model("biorob_x4_joint_3")
@@ -81,3 +88,29 @@ def test_a_disturbance_is_not_significant() -> None:
 def test_the_more_is_left_the_less_sure_it_has_to_be(p_value, ratio, explains, significant) -> None:
     found = LackOfFit(p_value, False, (), explains)
     assert _is_significant(found, ratio**2, 1.0) is significant
+
+
+def test_a_second_look_counts_only_where_it_leaves_no_doubt() -> None:
+    first = LackOfFit(0.3, False, (), 0.1)
+    doubtful, sure = (LackOfFit(p_value, True, (), 0.5) for p_value in (0.07, 0.004))
+    assert first.or_surely(doubtful) is first
+    assert first.or_surely(replace(sure, significant=False)) is first
+    assert first.or_surely(sure) is sure
+
+
+def test_a_strong_pull_that_comes_once_is_no_disturbance() -> None:
+    """The parameters move towards it, so that its torque does not stand out from the others."""
+    case = build(Order("outside", ("unseen load",), 3.0, "steps", seed=13))
+    found = regress(fit(case.given, case.fit)).found["joint_position"]
+    assert found.significant
+    assert found.variables == ("time",)
+
+
+def test_a_rough_spot_that_is_passed_few_times_shows_with_held_out_recordings() -> None:
+    case = build(Order("outside", ("friction at a place",), 3.0, "steps", seed=12))
+    seen: dict[str, bool] = {}
+    for name, heldout in (("alone", ()), ("with others", case.validation)):
+        search = Search.of(data_of(case.given, case.fit, heldout, Options()), silent)
+        search.base()
+        seen[name] = search.lack_of_fit(search.answer)["joint_position"].significant
+    assert seen == {"alone": False, "with others": True}

@@ -249,6 +249,14 @@ def test_much_that_is_left_by_chance_is_said_to_be_so() -> None:
     assert "chance" not in sentence("unexplained", after=3.46)
 
 
+def test_what_is_no_chance_but_too_small_to_matter_is_told() -> None:
+    words = "; some of that depends on the motion by more than chance, but is too small to matter."
+    for kind in ("adequate", "wrong_parameter", "missing_effect"):
+        assert sentence(kind, structured=True, after=1.4).endswith(words)
+    assert sentence("wrong_parameter", structured=True).startswith("No effect that matters is")
+    assert "too small" not in sentence("unexplained", structured=True, after=3.4)
+
+
 @pytest.mark.parametrize("kind", ["adequate", "wrong_parameter", "missing_effect"])
 def test_what_was_not_to_matter_is_told_with_its_size_and_not_called_chance(kind) -> None:
     said = sentence(kind, ("gravity_load",), moved=("link.inertia",), after=9.14, ignored=0.125)

@@ -105,3 +105,10 @@ def test_weaker_effects_are_ranked_first(ratio):
         for name in ("coulomb_friction", "gravity_load", "measurement_delay", "spring_hardening")
     ]
     assert all(class_among(result(order), 1) for order in orders)
+
+
+@pytest.mark.slow
+def test_a_stop_that_the_fitted_recordings_hardly_touch_is_judged_by_its_law():
+    """Its stiffness is open there; a refit to all recordings tears a joint at rest into motion."""
+    order = Order("two effects", ("joint_stop", "coulomb_friction"), 3.0, "steps", seed=2)
+    assert set(result(order).added) == set(order.effects)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
 from elastic_tendon.comparison.partition import Integers
@@ -28,6 +29,7 @@ SEED = 20240607
 RIDGES = (1e-3, 1e-2, 1e-1)
 # largest share of what parameters tell that one block may be said to hold: the start is told by one
 LEVERAGE = 0.9
+LEAST_BLOCKS = 6  # of which one may stand out
 APART = 3  # coefficients, of which neighbours are correlated
 
 
@@ -249,6 +251,29 @@ def sudden(products: Products) -> tuple[float, Array]:
     square = np.maximum(products.square.sum(axis=0), np.finfo(float).tiny)
     explained = 2.0 * score @ near - np.einsum("i,sij,j->s", near, gram, near)
     return min(1.0, float(chances[first]) * len(found)), explained / square
+
+
+def outburst(products: Products) -> tuple[Array, Array]:
+    """Does one block err far more than all but its neighbours, as where something happened once?
+
+    Each block counts as one fact, for the error may remember itself as long. The error of a
+    disturbance that lasts is about as large everywhere.
+
+    Returns
+    -------
+    (s,) probability by chance, the number of blocks paid for; and (s,) share of squared error by
+    which the block and its neighbours err more than the others
+    """
+    square, blocks = products.square, len(products.square)
+    if blocks < LEAST_BLOCKS:
+        return np.ones(square.shape[1]), np.zeros(square.shape[1])
+    chances, shares = [], []
+    for own in square.T:
+        near = np.abs(np.arange(blocks) - np.argmax(own)) <= 1
+        usual = max(float(np.mean(own[~near])), np.finfo(float).tiny)
+        chances.append(blocks * f_distribution.sf(np.max(own) / usual, 1, np.sum(~near)))
+        shares.append(np.sum(own[near] - usual) / np.sum(own))
+    return np.minimum(chances, 1.0), np.array(shares)
 
 
 def _outlying(values: Array) -> Array:

@@ -239,7 +239,8 @@ def conclude(
     improved = with_estimates(answer.result.model, answer.result.findings.estimates)
     # parameters that the fit leaves open may be all that is wrong elsewhere
     met = not elsewhere or search.evidence.heldout_square(answer) < LEFT**2
-    explained = verdict != "unexplained" and not shaped and met
+    structured = any(part.significant for part in remaining.values())
+    explained = verdict != "unexplained" and not structured and met
     sure = certainty(search, answer, found.alike, explained=explained)
     return Diagnosis(
         verdict=verdict,
@@ -255,6 +256,7 @@ def conclude(
                 elsewhere=elsewhere,
                 contradicting=contradicting,
                 ignored=options.relevance if shaped else None,
+                structured=structured,
                 chosen=bool(options.only or options.without),
                 complete=complete,
             )

@@ -11,6 +11,7 @@ from elastic_tendon.diagnosis.block_test import (
     chance_of,
     error_as_is,
     gains_of,
+    outburst,
     sudden,
     unseen_weights,
 )
@@ -55,6 +56,10 @@ class LackOfFit:
     def shapeless(self) -> bool:
         """Whether nothing tells it from a disturbance that nobody recorded."""
         return self.p_value > CHANCY and self.explains < EXPLAINED
+
+    def or_surely(self, again: "LackOfFit") -> "LackOfFit":
+        """This, or what a second look at more recordings finds, if it leaves no doubt."""
+        return again if again.significant and again.p_value <= SIGNIFICANT else self
 
 
 @dataclass(frozen=True)
@@ -104,8 +109,10 @@ def regress(result: FitResult, progress: Progress = silent) -> Regression:
         if not motion.measurement.static:
             terms.append(moments(motion))
             products.append(rows.products(terms[-1]))
-            chance, shares = sudden(products[-1])
-            chance *= RARELY * len(motions)
+            alone, shares = sudden(products[-1])
+            burst, burst_shares = outburst(products[0])
+            chance = RARELY * len(motions) * np.minimum(alone, burst)
+            shares = np.where(burst < alone, burst_shares, shares)
             once = (chance < chances) & (shares > gains.max(axis=0))
             chances = np.where(once, chance, chances)
             gains = np.vstack([gains, np.where(once, shares, 0.0)])

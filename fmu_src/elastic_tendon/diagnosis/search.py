@@ -322,7 +322,8 @@ class Search(Doubts):
                 everything, start = (*self.data.fitted, *self.data.heldout), [answer.result.model]
                 with suppress(*FAILURES):
                     whole = refit(self.data.given, answer.added, everything, start, EFFORT)
-                    found = regress(whole.result, self.progress).found
+                    again = regress(whole.result, self.progress).found
+                    found = {name: lack.or_surely(again[name]) for name, lack in found.items()}
             self._lack = answer, found
         return self._lack[1]
 

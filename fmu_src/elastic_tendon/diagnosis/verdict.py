@@ -209,6 +209,7 @@ def sentence_of(
     elsewhere: str = "",
     contradicting: Sequence[str] = (),
     ignored: float | None = None,
+    structured: bool = False,
     chosen: bool = False,
     complete: bool,
 ) -> str:
@@ -224,6 +225,7 @@ def sentence_of(
     contradicting : a fitted recording and those that it contradicts
     ignored : share of the error as given up to which what is left does not matter, where it is no
         chance
+    structured : whether some of what is left depends on the motion by more than chance
     chosen : whether the user left effects of the catalogue out
     complete : whether the search came to its end
     """
@@ -236,7 +238,8 @@ def sentence_of(
         text = f"{given.model.name} explains these data: what is left is {left}"
     elif verdict == "wrong_parameter":
         numbers = f"{', '.join(changed)} {'is' if len(changed) == 1 else 'are'} off"
-        text = f"No effect is missing, but {numbers}: refitted, {falls}"
+        slight = " that matters" if structured else ""
+        text = f"No effect{slight} is missing, but {numbers}: refitted, {falls}"
     elif verdict == "missing_effect":
         text = f"{_missing(added, certainty)}{_or_else(alike)}: {falls}"
     elif added:
@@ -256,6 +259,10 @@ def sentence_of(
             if ignored is None
             else f"; what of it is no chance is less than {100.0 * ignored:.3g} % of the error as "
             "given, and was not to matter"
+        )
+    elif structured and verdict != "unexplained":
+        text += (
+            "; some of that depends on the motion by more than chance, but is too small to matter"
         )
     if contradicting:
         first, *others = contradicting
