@@ -16,6 +16,7 @@ from elastic_tendon.diagnosis.verdict import (
     hedge,
     matters_somewhere,
     no_chance,
+    only_chance,
     remaining_of,
     sentence_of,
     unexplained,
@@ -247,6 +248,12 @@ def test_much_that_is_left_by_chance_is_said_to_be_so() -> None:
         "by no more than chance, as a disturbance would."
     )
     assert "chance" not in sentence("unexplained", after=3.46)
+
+
+def test_what_is_no_chance_makes_nothing_sure_however_little_it_is() -> None:
+    chance, little = LackOfFit(0.4, False, (), 0.02), LackOfFit(0.01, False, (), 0.1)
+    assert only_chance({"joint_position": chance})
+    assert not only_chance({"joint_position": chance, "joint_torque": little})
 
 
 def test_what_is_no_chance_but_too_small_to_matter_is_told() -> None:

@@ -48,6 +48,7 @@ from elastic_tendon.diagnosis.verdict import (
     fall,
     matters_somewhere,
     no_chance,
+    only_chance,
     remaining_of,
     sentence_of,
     unexplained,
@@ -240,7 +241,7 @@ def conclude(
     # parameters that the fit leaves open may be all that is wrong elsewhere
     met = not elsewhere or search.evidence.heldout_square(answer) < LEFT**2
     structured = any(part.significant for part in remaining.values())
-    explained = verdict != "unexplained" and not structured and met
+    explained = verdict != "unexplained" and only_chance(found.lack) and not structured and met
     sure = certainty(search, answer, found.alike, explained=explained)
     return Diagnosis(
         verdict=verdict,

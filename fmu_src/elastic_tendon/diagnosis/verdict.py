@@ -14,7 +14,7 @@ from elastic_tendon import effects
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.residuals import noise_floors
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
+from elastic_tendon.diagnosis.lack_of_fit import SIGNIFICANT, LackOfFit
 from elastic_tendon.diagnosis.result import RecordingSummary, Remaining, Verdict
 from elastic_tendon.estimation.determinability import Estimate
 
@@ -73,6 +73,12 @@ def unexplained(remaining: Mapping[str, Remaining]) -> bool:
 def no_chance(remaining: Mapping[str, Remaining]) -> bool:
     """Whether something is left that is neither noise nor chance, whether it matters or not."""
     return any(part.significant and part.noise_ratio > LEFT for part in remaining.values())
+
+
+def only_chance(lack: Mapping[str, LackOfFit]) -> bool:
+    """Whether nothing that is left depends on the state of the machine, however little it is: at
+    the size of the noise one effect easily stands for some of another."""
+    return all(part.p_value > SIGNIFICANT for part in lack.values())
 
 
 def matters_somewhere(given: Comparison, last: Comparison, relevance: float) -> bool:
