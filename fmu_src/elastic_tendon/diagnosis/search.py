@@ -8,7 +8,7 @@ around it included, or when enough was simulated (`refits.MOST_WORK`).
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from math import log
 
@@ -65,6 +65,8 @@ KEPT = 3  # starts of such a look, the best first, from which a refit begins
 FIRST = 0.5  # share of the mean square; who promises less is refitted before all others
 BLIND = 10.0  # times the mean square of the trajectory that the torque screen leaves there
 UNLIKE = 4.0  # times the fitted recordings' mean square, above which held-out ones are not alike
+# of a fit to all recordings that starts at an answer
+AGAIN = replace(EFFORT, scouted=1, evaluations=10)
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -318,10 +320,11 @@ class Search(Doubts):
             found = self.regressed(answer).found
             told = any(lack.significant for lack in found.values())
             unlike = self.evidence.heldout_square(answer) > UNLIKE * answer.mean_square
-            if self.data.heldout and answer.mean_square > AT_NOISE and not (told or unlike):
+            over = told or unlike or answer.mean_square < AT_NOISE or self._dear(answer)
+            if self.data.heldout and not over:
                 everything, start = (*self.data.fitted, *self.data.heldout), [answer.result.model]
                 with suppress(*FAILURES):
-                    whole = refit(self.data.given, answer.added, everything, start, EFFORT)
+                    whole = refit(self.data.given, answer.added, everything, start, AGAIN)
                     again = regress(whole.result, self.progress).found
                     found = {name: lack.or_surely(again[name]) for name, lack in found.items()}
             self._lack = answer, found
@@ -334,7 +337,8 @@ class Search(Doubts):
         timed = not any(recording.static for recording in self.data.fitted)
         if not (timed and AT_NOISE < answer.mean_square < OVERWHELMING**2):
             return False
-        return all(lack.shapeless for lack in self.lack_of_fit(answer).values())
+        alone = self.regressed(answer).found
+        return _shapeless(alone) and _shapeless(self.lack_of_fit(answer))
 
     def _better_detour(self) -> bool:
         """Where much is left: additions to, and richer laws of, refused sets that leave far less,
@@ -585,6 +589,10 @@ class Search(Doubts):
         alike = [near for near in aliases(added) if near in dict(scored)]
         yield from dict.fromkeys((*better, *equal, *alike))
         yield from (near for near, expected in fresh if expected is None)
+
+
+def _shapeless(found: Mapping[str, LackOfFit]) -> bool:
+    return all(lack.shapeless for lack in found.values())
 
 
 def expected_evidence(before: float, share: float, facts: float, size: int) -> float:
