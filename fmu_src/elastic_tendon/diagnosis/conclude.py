@@ -26,6 +26,7 @@ from elastic_tendon.diagnosis.experiment import next_experiment
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
 from elastic_tendon.diagnosis.learned import learn
 from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.remaining_text import remaining_sentences
 from elastic_tendon.diagnosis.result import (
     Diagnosis,
     Experiment,
@@ -265,7 +266,11 @@ def conclude(
         notes=tuple(
             map(
                 data.given.motion.words,
-                (*notes, *_notes(answer, [*small, *(p for p in changed if p not in matter)])),
+                (
+                    *notes,
+                    *remaining_sentences(found.lack, final),
+                    *_notes(answer, [*small, *(p for p in changed if p not in matter)]),
+                ),
             )
         ),
         given=data.unsettled(data.given),
