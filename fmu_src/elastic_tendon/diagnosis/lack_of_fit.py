@@ -1,6 +1,6 @@
 """What remains of the error: does it depend on the state of the machine?"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,21 +109,30 @@ def regress(result: FitResult, progress: Progress = silent) -> Regression:
         if not motion.measurement.static:
             terms.append(moments(motion))
             products.append(rows.products(terms[-1]))
-            alone, shares = sudden(products[-1])
-            burst, burst_shares = outburst(products[0])
-            chance = RARELY * len(motions) * np.minimum(alone, burst)
-            shares = np.where(burst < alone, burst_shares, shares)
+            chance, shares = sudden(products[-1])
+            chance *= RARELY * len(motions)
             once = (chance < chances) & (shares > gains.max(axis=0))
             chances = np.where(once, chance, chances)
             gains = np.vstack([gains, np.where(once, shares, 0.0)])
     found = {}
-    for signal, name in enumerate(rows.names):
-        p_value = min(1.0, float(chances[signal]))
-        best, explains = int(np.argmax(gains[:, signal])), max(0.0, float(gains[:, signal].max()))
-        lack = LackOfFit(p_value, False, terms[best].variables, explains)
+    for signal, (name, lack) in enumerate(
+        zip(rows.names, _at_once(motions, products), strict=True)
+    ):
+        explains = max(0.0, float(gains[:, signal].max()))
+        if chances[signal] <= lack.p_value or explains >= lack.explains:
+            variables = terms[int(np.argmax(gains[:, signal]))].variables
+            lack = LackOfFit(min(1.0, float(chances[signal])), False, variables, explains)
         judged = _is_significant(lack, *_loudness(motions, name))
         found[name] = replace(lack, significant=judged)
     return Regression(motions, tuple(terms), tuple(products), gains, found)
+
+
+def _at_once(motions: Sequence[Motion], products: Sequence[Products]) -> Iterator[LackOfFit]:
+    """For each signal whether it errs far more in one block than in all others."""
+    static = any(motion.measurement.static for motion in motions)
+    for chance, share in zip(*outburst(products[0]), strict=True):
+        p_value = 1.0 if static else min(1.0, RARELY * float(chance))
+        yield LackOfFit(p_value, False, ("time",), float(share))
 
 
 def _is_significant(found: LackOfFit, error: float, noise: float) -> bool:
