@@ -8,7 +8,9 @@ import pytest
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import noise_floors, stack
 from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.held_out import heldout_errors
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.estimation.fit import QUICK, FitResult
 from elastic_tendon.estimation.problem import Problem
 from elastic_tendon.measurement import Measurement
@@ -151,3 +153,16 @@ def test_the_result_of_the_fit_stays_what_it_was(right, fast) -> None:
     assert np.array_equal(first, again)
     assert np.array_equal(right.vector, before)
     assert right.model == model
+
+
+def test_what_only_left_parameters_open_is_not_called_unexplained() -> None:
+    truth = GIVEN.with_values(OTHER)
+    found = diagnose(
+        GIVEN,
+        [recorded(truth, SLOW, 1)],
+        [recorded(truth, (1.2, 3.0), 3)],
+        options=Options(only=("gravity_load",)),
+    )
+    assert found.ladder[-1].heldout_noise_ratio["joint_position"] > 5.0
+    assert found.verdict != "unexplained"
+    assert any("the fitted ones leave them open" in note for note in found.notes)

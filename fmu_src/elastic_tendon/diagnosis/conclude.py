@@ -70,6 +70,10 @@ CLOSER = 4  # steps from a typical size to the one that would show
 # samples of a held-out recording on which a search that was stopped seeks the constant that
 # explains it: whoever stopped it waits
 SOON = 5_000
+LEFT_OPEN = (
+    "The parameters as fitted do not explain {}, which was held out; fitted to all recordings they "
+    "do: the fitted ones leave them open. Fit both together before you use them."
+)
 RIVALS = 2  # answers that an experiment is to tell apart
 
 
@@ -230,6 +234,9 @@ def conclude(
     judged = None if complete else SOON
     recordings = _recordings(answer.result.model, steps[-1], found.contradictions, judged)
     elsewhere = fails_elsewhere(final, steps[-1].heldout, recordings)
+    left_open = ""  # by the fitted recordings, which may be all that is wrong elsewhere
+    if elsewhere and search.evidence.heldout_square(answer) < LEFT**2:
+        left_open, elsewhere = elsewhere, ""
     fell = fall(given, final)
     contradicting = contradicting_of(recordings)
     verdict = verdict_of(
@@ -239,10 +246,10 @@ def conclude(
     matter = () if verdict == "adequate" else changed
     different = _different(found.alike)
     improved = with_estimates(answer.result.model, answer.result.findings.estimates)
-    # parameters that the fit leaves open may be all that is wrong elsewhere
-    met = not elsewhere or search.evidence.heldout_square(answer) < LEFT**2
     structured = any(part.significant for part in remaining.values())
-    explained = verdict != "unexplained" and only_chance(found.lack) and not structured and met
+    explained = (
+        verdict != "unexplained" and only_chance(found.lack) and not (structured or elsewhere)
+    )
     sure = certainty(search, answer, found.alike, explained=explained)
     return Diagnosis(
         verdict=verdict,
@@ -269,6 +276,7 @@ def conclude(
                 (
                     *notes,
                     *remaining_sentences(found.lack, final),
+                    *([LEFT_OPEN.format(left_open)] if left_open else []),
                     *_notes(answer, [*small, *(p for p in changed if p not in matter)]),
                 ),
             )
