@@ -251,6 +251,11 @@ def conclude(
         verdict != "unexplained" and only_chance(found.lack) and not (structured or elsewhere)
     )
     sure = certainty(search, answer, found.alike, explained=explained)
+    told = [
+        *remaining_sentences(found.lack),
+        *([LEFT_OPEN.format(left_open)] if left_open else []),
+        *_notes(answer, [*small, *(path for path in changed if path not in matter)]),
+    ]
     return Diagnosis(
         verdict=verdict,
         sentence=data.given.motion.words(
@@ -270,17 +275,7 @@ def conclude(
                 complete=complete,
             )
         ),
-        notes=tuple(
-            map(
-                data.given.motion.words,
-                (
-                    *notes,
-                    *remaining_sentences(found.lack, final),
-                    *([LEFT_OPEN.format(left_open)] if left_open else []),
-                    *_notes(answer, [*small, *(p for p in changed if p not in matter)]),
-                ),
-            )
-        ),
+        notes=tuple(map(data.given.motion.words, (*notes, *told))),
         given=data.unsettled(data.given),
         model=named_after(data.given, data.unsettled(improved)),
         added=_in_order_added(found),

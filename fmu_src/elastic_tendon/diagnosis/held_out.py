@@ -100,8 +100,12 @@ def _moved(
         beyond[:, :count] = slopes @ problem.coordinates.derivatives(problem.numbers(moved))
         return np.vstack([beyond, own])
 
+    moved = result.vector.copy()
+    moved[:count] = problem.numbers(problem.start(model))
+    first = residuals(moved)
+    weights = np.ones((len(first), 1))
+
     def descended(start: Array, unit: float) -> Array:
-        weights = np.ones((len(residuals(start)), 1))
         weights[:samples] = 1.0 / unit  # so large errors do not tear away what the fit determined
         return descend(
             lambda x: weights[:, 0] * residuals(x),
@@ -109,21 +113,21 @@ def _moved(
             start, fitted.bounds(), evaluations, TOLERANCE,
         )[0]  # fmt: skip
 
-    def parts(moved: Array) -> tuple[float, float]:
-        """Squares of the held-out errors, and how much more the fitted ones are than in the fit."""
+    def squares(moved: Array) -> tuple[float, float]:
+        """Of the held-out errors, and by how much those of the fitted ones rose."""
         left, kept = np.split(residuals(moved), [samples])
         return max(_square(left), 1e-300), max(_square(kept) - 2.0 * result.cost, 0.0)
 
-    moved = result.vector.copy()
-    moved[:count] = problem.numbers(problem.start(model))
-    size = max(rms(residuals(moved)[:samples]), 1.0)
-    for unit in np.geomspace(size, 1.0, rounds + 1)[1:]:
+    for unit in np.geomspace(max(rms(first[:samples]), 1.0), 1.0, rounds + 1)[1:]:
         moved = descended(moved, unit)
-    if parts(moved)[1] > TORN:  # large errors may have set a joint in motion that friction held
+    left, more = squares(moved)
+    if more > TORN:  # large errors may have set a joint in motion that friction held
         back = np.concatenate([moved[:count], result.vector[count:]])
         if np.isfinite(residuals(back)).all():
-            moved = min(moved, descended(back, 1.0), key=lambda x: sum(parts(x)))
-    left, more = parts(moved)
+            again = descended(back, 1.0)
+            found = squares(again)
+            if sum(found) < left + more:
+                moved, (left, more) = again, found
     return vector(moved), float(np.sqrt(1.0 + more / left))
 
 

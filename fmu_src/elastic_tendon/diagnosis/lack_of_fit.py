@@ -116,7 +116,7 @@ def regress(result: FitResult, progress: Progress = silent) -> Regression:
             gains = np.vstack([gains, np.where(once, shares, 0.0)])
     found = {}
     for signal, (name, lack) in enumerate(
-        zip(rows.names, _at_once(motions, products), strict=True)
+        zip(rows.names, _outbursts(motions, products), strict=True)
     ):
         explains = max(0.0, float(gains[:, signal].max()))
         if chances[signal] <= lack.p_value or explains >= lack.explains:
@@ -127,7 +127,7 @@ def regress(result: FitResult, progress: Progress = silent) -> Regression:
     return Regression(motions, tuple(terms), tuple(products), gains, found)
 
 
-def _at_once(motions: Sequence[Motion], products: Sequence[Products]) -> Iterator[LackOfFit]:
+def _outbursts(motions: Sequence[Motion], products: Sequence[Products]) -> Iterator[LackOfFit]:
     """For each signal whether it errs far more in one block than in all others."""
     static = any(motion.measurement.static for motion in motions)
     for chance, share in zip(*outburst(products[0]), strict=True):
