@@ -184,8 +184,7 @@ class Around(Refits):
 
     def _take_beside(self, simple: Answer, laws: Sequence[Set], words: str) -> None:
         """Refit sets with one other law than an answer from its parameters."""
-        work = [(told(words, added), partial(self._beside, simple, added)) for added in laws]
-        self._take(laws, self._at_once(work))
+        self._take({added: partial(self._beside, simple, added) for added in laws}, words)
 
     def _beside(self, simple: Answer, added: Set, check: Check) -> Answer:
         (law,), (own,) = (
@@ -226,7 +225,7 @@ class Around(Refits):
             if self._hopped.get(added) is before or before.mean_square < SETTLED or self._tired:
                 break
             scan = partial(self._at_other_frequencies, before, EFFORT)
-            self._take([added], self._at_once([("refitting at other frequencies", scan)]))
+            self._take({added: scan}, "refitting at other frequencies")
             if self._left(added) > WORTH_HOPPING * before.mean_square:
                 self._hopped[added] = self.answers[added]
 

@@ -10,7 +10,7 @@ Errors are in units of the noise floor. `N` and `n` count the independent facts 
 the best answer hold: samples that err together are one.
 """
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import exp, log
 
@@ -20,7 +20,7 @@ from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.held_out import heldout_errors
+from elastic_tendon.diagnosis.held_out import EXPLAINED, heldout_errors
 from elastic_tendon.diagnosis.sets import in_order, simpler
 from elastic_tendon.effects.base import Parameter, Spread
 from elastic_tendon.estimation.ladder import LEAST_SHARE_OF_NOISE
@@ -34,6 +34,7 @@ MUCH, AUDIBLE_BESIDE = 2.25, 0.5
 WORSE = 1.01  # times a held-out mean square that is no worse
 LESS_THAN_NOISE = 0.9  # held-out mean square below which chance hardly leads
 HELDOUT_AT_NOISE = 1.5  # held-out mean square up to which nothing but noise is left
+HOPELESS = 1.5  # times the mean square of a better answer, from which no answer can win any more
 LASTING = 0.5  # part of the explained share of the fitted errors, at least, of held-out ones too
 IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
 WORSE_ELSEWHERE = "makes the error on held-out data larger"
@@ -49,14 +50,24 @@ class Evidence:
     """Judges answers to the same question; remembers what they err on held-out recordings."""
 
     heldout: tuple[Measurement, ...]
+    # mean square of the fitted recordings from which little is asked of an answer
+    _hopeless: float = EXPLAINED
     _errors: dict[int, tuple[Answer, Array]] = field(default_factory=dict, repr=False)
 
     def heldout_errors(self, answer: Answer) -> Array:
         """Errors (n,) on recordings that were not fitted, see `heldout_errors`."""
         key = id(answer)
         if key not in self._errors:
-            self._errors[key] = (answer, heldout_errors(answer.result, self.heldout))
+            errors = heldout_errors(answer.result, self.heldout, self._hopeless)
+            self._errors[key] = (answer, errors)
         return self._errors[key][1]
+
+    def expect_like(self, answers: Iterable[Answer]) -> None:
+        """Ask little from now on of answers that leave far more than one of these: nothing that
+        held-out recordings may say makes up for it."""
+        for answer in answers if self.heldout else ():
+            left = answer.mean_square * max(self.heldout_square(answer), 1.0)
+            self._hopeless = min(self._hopeless, HOPELESS * left)
 
     def of(self, answers: Sequence[Answer]) -> list[float]:
         """Evidence of each answer, in one scale; lower is better.

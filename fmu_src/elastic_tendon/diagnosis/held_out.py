@@ -24,7 +24,9 @@ EXPLAINED = 2.0  # ... and that a long one has to reach
 TORN = 10.0  # rise of the fitted squares from which their initial states are fitted anew
 
 
-def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Array:
+def heldout_errors(
+    result: FitResult, recordings: Sequence[Measurement], hopeless: float = EXPLAINED
+) -> Array:
     """Errors on held-out recordings, as the fit predicts them with what it leaves open.
 
     The fitted recordings may hardly show a parameter on which others depend; that is no failure of
@@ -36,6 +38,8 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
     ----------
     result : of a fit to other recordings
     recordings : with the same signals
+    hopeless : mean square of the fitted errors, in the noise's, from which no long move is made:
+        who leaves so much there will not explain these either
 
     Returns
     -------
@@ -60,10 +64,11 @@ def heldout_errors(result: FitResult, recordings: Sequence[Measurement]) -> Arra
             return np.full_like(errors, np.inf)
 
     best = min(errors, met({}, 1, FEW), key=_square)
-    if _square(best) < AT_NOISE * len(best) or not _explains(result):
-        return best  # who leaves much of the fitted ones will not explain these either
+    if _square(best) < AT_NOISE * len(best) or _left(result) >= hopeless:
+        return best
     shown = stops_shown(result.model, result.problem.measurements, recordings)
-    for values, rounds, evaluations in (({}, 1, MANY), (shown, 1, MANY), ({}, ROUNDS, FEW)):
+    ways = [({}, 1, MANY), *([(shown, 1, MANY)] if shown else []), ({}, ROUNDS, FEW)]
+    for values, rounds, evaluations in ways:
         found = met(values, rounds, evaluations)
         if _square(found) < EXPLAINED * len(found):
             return min(best, found, key=_square)
@@ -104,13 +109,16 @@ def _moved(
     moved[:count] = problem.numbers(problem.start(model))
     first = residuals(moved)
     weights = np.ones((len(first), 1))
+    # a long move ends where it falls too slowly to explain all
+    aim = min(EXPLAINED * samples / _square(first[:samples]), 1.0)
+    least_fall = TOLERANCE if evaluations == FEW else max(1.0 - aim ** (1 / MANY), TOLERANCE)
 
     def descended(start: Array, unit: float) -> Array:
         weights[:samples] = 1.0 / unit  # so large errors do not tear away what the fit determined
         return descend(
             lambda x: weights[:, 0] * residuals(x),
             lambda x: weights * jacobian(x),
-            start, fitted.bounds(), evaluations, TOLERANCE,
+            start, fitted.bounds(), evaluations, least_fall,
         )[0]  # fmt: skip
 
     def squares(moved: Array) -> tuple[float, float]:
@@ -131,11 +139,11 @@ def _moved(
     return vector(moved), float(np.sqrt(1.0 + more / left))
 
 
-def _explains(result: FitResult) -> bool:
-    """Whether a fit leaves little but noise of what it was fitted to."""
+def _left(result: FitResult) -> float:
+    """Mean square of the fitted errors, in the noise's."""
     floors = tuple(map(noise_floors, result.problem.measurements))
     errors = stack(result.problem.errors(result.vector), floors)
-    return _square(errors) < EXPLAINED * len(errors)
+    return _square(errors) / len(errors)
 
 
 def _sigmas(result: FitResult, recordings: Sequence[Measurement]) -> Sigmas:

@@ -84,23 +84,32 @@ class Refits:
             for added in sets
             if added not in self.failures and (again or added not in self.answers)
         ]
-        work = [(told(words, added), partial(self._refitted, added)) for added in wanted]
-        self._take(wanted, self._at_once(work))
+        self._take({added: partial(self._refitted, added) for added in wanted}, words)
 
-    def _take(self, sets: Sequence[Set], results: Iterable[Answer | Exception]) -> None:
-        """Keep what refits of sets gave, where it is better than what was known.
+    def _take(self, tasks: Mapping[Set, Callable[[Check], Answer]], words: str) -> None:
+        """Keep what refits of sets give, where it is better than what was known.
 
         Only once all are done, or stopped: else it would depend on their timing which of them begin
         at what others have found.
         """
+        work = [(told(words, added), partial(self._judged, task)) for added, task in tasks.items()]
         found: list[tuple[Set, Answer]] = []
         try:
-            for added, answer in self._without_failures(sets, results):
+            for added, answer in self._without_failures(list(tasks), self._at_once(work)):
                 found.append((added, answer))
         finally:
             for added, answer in found:
                 known = self.answers.get(added, answer)
                 self.answers[added] = self.evidence.likeliest([known, answer])
+            self.evidence.expect_like(self.answers[added] for added, _ in found)
+
+    def _judged(self, task: Callable[[Check], Answer], check: Check) -> Answer:
+        """A refit of a set; a first one is judged by held-out recordings on the same processor."""
+        answer = task(check)
+        if answer.added not in self.answers:
+            with counted(Work()):  # which says nothing of how dear refits are
+                self.evidence.heldout_square(answer)
+        return answer
 
     def _without_failures(
         self, sets: Sequence[Set], results: Iterable[T | Exception]
