@@ -6,6 +6,7 @@ other.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -22,6 +23,8 @@ from elastic_tendon.measurement import Measurement
 STRETCHES = 4  # of all recordings together
 SETTLINGS = 2.0  # times in which the joint settles, in the shortest stretch that tells anything
 FEWEST = 100  # samples in it
+# of fits to the other stretches, which begin at the answer
+ENOUGH = replace(QUICK, scouted=2, rounds=1, tolerance=1e-3)
 
 Tasks = Sequence[tuple[str, Callable[[Check], float]]]
 AtOnce = Callable[[Tasks], Iterable[float | Exception]]
@@ -61,7 +64,7 @@ def _square(
 ) -> float:
     """Mean square error on a stretch, predicted from the others."""
     start = answer.result.model
-    fitted = refit(given, answer.added, others, [start], QUICK, check).result.model
+    fitted = refit(given, answer.added, others, [start], ENOUGH, check).result.model
     residuals = residuals_from_beginning(fitted, left_out)
     return float(np.mean(stack([residuals], [noise_floors(left_out)]) ** 2))
 
