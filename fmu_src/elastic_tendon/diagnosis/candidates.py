@@ -108,17 +108,18 @@ def sensible(
 
 def stops_shown(
     model: Model, fitted: Sequence[Measurement], heldout: Sequence[Measurement]
-) -> dict[str, float]:
+) -> Iterator[dict[str, float]]:
     """Stops that fitted recordings never reach, where held-out ones go farther and seem to end:
-    dotted path -> rad."""
-    found = {}
+    dotted path -> rad; at several depths, for nobody knows how far these press into them."""
+    unreached = []
     for effect_id, values in model.effects.items():
         for parameter in effects.BY_ID[effect_id].parameters:
             if parameter.spread is Spread.JOINT_RANGE:
                 (end, inward), (farther, across) = _end(parameter, fitted), _end(parameter, heldout)
                 if max((values[parameter.name] - end) * inward, (farther - end) * inward) < 0.0:
-                    found[f"effects.{effect_id}.{parameter.name}"] = farther + MARGINS[0] * across
-    return found
+                    unreached.append((f"effects.{effect_id}.{parameter.name}", farther, across))
+    for margin in MARGINS if unreached else ():
+        yield {path: farther + margin * across for path, farther, across in unreached}
 
 
 def is_damping(parameter: Parameter) -> bool:

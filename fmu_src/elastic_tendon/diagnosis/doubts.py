@@ -167,7 +167,8 @@ class Doubts(LikeliestSets):
             # either convinces, and two are paid for; but what is beside something unknown may take
             # some of that for its own, and so has to do so on both
             chance = max(chance, judged) if left > MUCH else min(1.0, 2.0 * min(chance, judged))
-            if heldout_worse(after, was, self.data.heldout):
+            worse = heldout_worse(after, was, self.data.heldout)
+            if worse and not self.evidence.says_little(before, answer):
                 return f"{title} {WORSE_ELSEWHERE}", chance
         if gain > sure:
             return None  # however the errors hang together

@@ -32,6 +32,9 @@ AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of wh
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
 WORSE = 1.01  # times a held-out mean square that is no worse
+# times by which the mean square of the fitted recordings falls, and held-out ones of which neither
+# answer explains much may then rise: what both lack rules there
+FAR_LESS, SOMEWHAT_MORE = 4.0, 1.5
 LESS_THAN_NOISE = 0.9  # held-out mean square below which chance hardly leads
 HELDOUT_AT_NOISE = 1.5  # held-out mean square up to which nothing but noise is left
 HOPELESS = 1.5  # times the mean square of a better answer, from which no answer can win any more
@@ -171,12 +174,19 @@ class Evidence:
 
     def lasting(self, answer: Answer, answers: Sequence[Answer]) -> bool:
         """Whether held-out recordings are met no worse than with fewer of the effects."""
-        own = self.heldout_square(answer)
         return all(
-            own <= WORSE * self.heldout_square(part)
+            self.heldout_square(answer) <= WORSE * self.heldout_square(part)
+            or self.says_little(part, answer)
             for part in answers
             if set(part.added) < set(answer.added)
         )
+
+    def says_little(self, part: Answer, answer: Answer) -> bool:
+        """Whether held-out recordings say little of what an answer has beside another, though they
+        are met somewhat worse: it leaves far less of the fitted ones, and neither explains them."""
+        before, own = self.heldout_square(part), self.heldout_square(answer)
+        gain = _mean_square(part.floored) / _mean_square(answer.floored)
+        return before > MUCH and gain > FAR_LESS and own < SOMEWHAT_MORE * before
 
     def fades(self, answer: Answer, base: Answer) -> bool:
         """Whether an answer leaves more than noise on held-out recordings and explains far less

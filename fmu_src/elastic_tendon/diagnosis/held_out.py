@@ -67,7 +67,7 @@ def heldout_errors(
     if _square(best) < AT_NOISE * len(best) or _left(result) >= hopeless:
         return best
     shown = stops_shown(result.model, result.problem.measurements, recordings)
-    ways = [({}, 1, MANY), *([(shown, 1, MANY)] if shown else []), ({}, ROUNDS, FEW)]
+    ways = [({}, 1, MANY), *((stops, 1, MANY) for stops in shown), ({}, ROUNDS, FEW)]
     for values, rounds, evaluations in ways:
         found = met(values, rounds, evaluations)
         if _square(found) < EXPLAINED * len(found):

@@ -33,6 +33,9 @@ DAMPING = 0.25  # times the typical one
 # share of a recording that is refitted, and how many of the best are refitted to the next
 STAGES = ((0.125, 8), (0.2, 4), (0.35, 4), (0.6, 2), (1.0, 4))
 WORSE = 4.0  # times the least mean square, from which no refit goes on
+# mean square of a beginning, times that of a refit without the effect, from which the effect does
+# not show in it; if it errs there at least half as much as over the whole
+WORTH, TELLING = 0.9, 0.5
 BESIDE = (1.0, 0.975, 1.025)  # times what sets the frequency, where the next refits begin
 AROUND = tuple(np.geomspace(0.6, 1.6, 7))  # likewise, around a refit
 REFITTING = Effort(scouted=1, scouting=10, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
@@ -91,7 +94,7 @@ class Resonance:
             for times in ABOUT
             for start in starts(self.given, effect, self.measurements, (1.0,), (DAMPING,))
         ]
-        return self._best(models, found | dampings)
+        return self._best(models, found | dampings, answer)
 
     def around(self, answer: Answer) -> list[Answer]:
         """The effect at other frequencies than that of a refit, the most promising first."""
@@ -102,10 +105,12 @@ class Resonance:
         ]
         return self._best([*tuned, *(self._at(own, times) for times in AROUND)], own.values())
 
-    def _best(self, models: Sequence[Model], origin: Mapping[str, float]) -> list[Answer]:
+    def _best(
+        self, models: Sequence[Model], origin: Mapping[str, float], without: Answer | None = None
+    ) -> list[Answer]:
         """The best refits of the whole, from the best of ever longer beginnings; other parameters
         begin where such a refit left them, and at their origin, as a beginning may not show
-        them."""
+        them. None where a beginning is met as well without the effect."""
         best: list[Answer] = []
         for share, kept in STAGES:
             beginnings = [_beginning(part, share) for part in self.measurements]
@@ -113,12 +118,23 @@ class Resonance:
             if not found:
                 break
             found.sort(key=attrgetter("mean_square"))
+            if without is not None and self._needless(found[0], without, beginnings):
+                return []
             worst = WORSE * found[0].mean_square
             best = [answer for answer in found if answer.mean_square <= worst][:kept]
             refitted = [answer.result.model for answer in best]
             models = [self._at(model, times) for model in refitted for times in BESIDE]
             models += [self._moved(model, origin) for model in refitted]
         return best
+
+    def _needless(
+        self, found: Answer, without: Answer, beginnings: Sequence[Measurement]
+    ) -> bool:
+        """Whether beginnings that show as much error as the whole are met as well without it."""
+        own = [without.result.model]
+        before = refit(self.given, without.added, beginnings, own, REFITTING, self.check)
+        left = before.mean_square
+        return left > TELLING * without.mean_square and found.mean_square > WORTH * left
 
     @property
     def _path(self) -> str:

@@ -147,7 +147,8 @@ class Search(Doubts):
         self._screen_singles(ids, None)
         better_base = self._better_base()
         self._refit_in_turn(self._best_single())
-        self._refit(self._ringing(()), "refitting what rings")
+        if self.answer.mean_square > FIRST * self._left(()):  # else it comes beside what was found
+            self._better_ringing(())
         yield
         if self._disturbed() and not self.answer.added:
             return
@@ -209,7 +210,7 @@ class Search(Doubts):
     def _follow_neighbours(self, most: float = MOST_REFITS) -> None:
         """Refit neighbours of the best until it stays the best, or so many sets are refitted.
 
-        What is dear comes last: refits of every addition, and then looks at what swings. Where long
+        What is dear comes last: what swings, and then refits of every addition. Where long
         work leaves more than noise, the catalogue may lack something, and what does not last is not
         built upon.
         """
@@ -223,16 +224,10 @@ class Search(Doubts):
             shares = self._neighbours(added)
             if self._half_gone(added, shares, most):
                 continue
-            tries: list[Callable[[], bool]] = [
-                partial(self._promised, added, shares, most),
-                self._affordable_addition,
-            ]
-            if self._blind(added):
-                tries.reverse()
+            screened = partial(self._promised, added, shares, most)
+            unscreened = partial(self._better_ringing, added), self._affordable_addition
+            tries = (*unscreened, screened) if self._blind(added) else (screened, *unscreened)
             if any(better() for better in tries):
-                continue
-            self._refit(self._ringing(added), "refitting what rings")
-            if self.answer.added != added:
                 continue
             if not self._promised(added, shares | self._swinging(added), most):
                 return
@@ -251,6 +246,12 @@ class Search(Doubts):
         if self._at_noise() or self._tired:
             return {}
         return self._looks(added, filter(swings, self.data.candidates))
+
+    def _better_ringing(self, added: Set) -> bool:
+        """Refit additions to the best set that swing as what it leaves does; whether the best has
+        changed."""
+        self._refit(self._ringing(added), "refitting what rings")
+        return self.answer.added != added
 
     def _ringing(self, added: Set) -> list[Set]:
         """Additions that swing, where what a set leaves does, and they would leave less."""
