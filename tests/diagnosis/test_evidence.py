@@ -20,6 +20,7 @@ from elastic_tendon.diagnosis.evidence import (
     is_plausible,
     probabilities,
 )
+from elastic_tendon.diagnosis.held_out import EXPLAINED
 from elastic_tendon.diagnosis.verdict import hedge
 
 GIVEN = load_model("biorob_x4_joint_3")
@@ -45,6 +46,10 @@ class Made:
     @property
     def floored(self):
         return np.sqrt(self.square) * np.ones(N)
+
+    @property
+    def mean_square(self) -> float:
+        return self.square
 
     @property
     def complexity(self) -> int:
@@ -135,6 +140,38 @@ def test_of_refits_only_those_that_could_win_are_asked_on_held_out_recordings(mo
     assert far not in asked
     elsewhere = Made((), 1.0, heldout=9.0)  # its fit is the best, but not what held-out data say
     assert judging.likeliest([near, elsewhere]) is near
+
+
+def test_little_is_asked_of_who_leaves_far_more_than_a_better_answer(monkeypatch) -> None:
+    asked = []
+
+    def made(_result, _recordings, hopeless):
+        asked.append(hopeless)
+        return np.ones(100)
+
+    monkeypatch.setattr(evidence, "heldout_errors", made)
+    judging = Evidence((SimpleNamespace(),))
+    good, better, worse = (Made((), square) for square in (1.0, 0.9, 3.0))
+    judging.heldout_errors(good)
+    for answer in (good, worse, better):
+        judging.expect_like([answer])
+    judging.heldout_errors(Made((), 1.2))
+    assert asked[0] == EXPLAINED
+    assert asked[-1] == pytest.approx(0.9 * evidence.HOPELESS)
+
+
+def test_held_out_data_that_nothing_explains_refute_none_that_explains_far_more(
+    monkeypatch,
+) -> None:
+    judging = judge(heldout=True, monkeypatch=monkeypatch)
+    friction = ("coulomb_friction",)
+    base = Made((), 1000.0, heldout=1000.0)
+    far_better = Made(friction, 100.0, heldout=1100.0)
+    assert judging.lasting(far_better, [base])
+    assert not judging.lasting(Made(friction, 500.0, heldout=1100.0), [base])  # not so much better
+    assert not judging.lasting(Made(friction, 100.0, heldout=2000.0), [base])  # far worse there
+    explained = Made((), 1000.0, heldout=1.0)
+    assert not judging.lasting(Made(friction, 100.0, heldout=1.1), [explained])
 
 
 def test_a_model_that_cannot_follow_a_recording_errs_without_end() -> None:

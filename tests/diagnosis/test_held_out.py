@@ -125,6 +125,16 @@ def test_a_stop_that_only_held_out_data_reach_is_found_there() -> None:
     assert mean_square(heldout_errors(result, [fast])) < 1.2
 
 
+@pytest.mark.parametrize(("end", "stiffness"), [(0.6, 60.0), (0.3, 30.0)])
+def test_how_deep_held_out_data_press_into_a_stop_does_not_matter(end, stiffness) -> None:
+    ends = {"lower": -3.0, "upper": end, "stiffness": stiffness, "damping": 0.1}
+    truth = GIVEN.with_effect("joint_stop", ends)
+    slow, fast = recorded(truth, (0.15, 0.5), 1), recorded(truth, FAST, 2)
+    assert slow.signals["joint_position"].max() < end < fast.signals["joint_position"].max()
+    result = refit(GIVEN, ("joint_stop",), [slow], effort=QUICK).result
+    assert mean_square(heldout_errors(result, [fast])) < 1.2
+
+
 def test_a_stop_that_the_fit_hardly_touches_is_taken_from_the_held_out_data() -> None:
     """A soft one from early on and a hard one from later on explain a touch alike: what the fit
     leaves open is no straight line."""

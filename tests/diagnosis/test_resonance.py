@@ -4,7 +4,7 @@ import pytest
 
 from elastic_tendon.actuator.parameters import typical_value
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.resonance import REFITTING, Resonance, swings
+from elastic_tendon.diagnosis.resonance import REFITTING, Resonance, frequencies, swings
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.estimation.fit import QUICK
@@ -64,6 +64,15 @@ def test_a_wrong_frequency_leads_to_the_right_one_around_it(resonance, recording
     assert place.mean_square > 1.2  # a fit from there ends in a wrong minimum
     assert found[0].mean_square == pytest.approx(1.0, abs=0.1)
     assert mass_of(found[0]) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_nothing_is_found_where_a_beginning_is_met_as_well_without_it() -> None:
+    friction = GIVEN.with_effect("coulomb_friction", {"torque": 0.05})
+    recordings = [played(friction, SHORT).recording(NOISE)]
+    without = refit(GIVEN, (), recordings, effort=QUICK)
+    assert frequencies("spring_mass", without)  # it seems to swing
+    look = Resonance(GIVEN, ("spring_mass",), "spring_mass", recordings, unchecked)
+    assert look.beside(without) == []
 
 
 def test_where_nothing_can_be_simulated_nothing_is_found(resonance, beside, monkeypatch) -> None:

@@ -127,9 +127,7 @@ class Resonance:
             models += [self._moved(model, origin) for model in refitted]
         return best
 
-    def _needless(
-        self, found: Answer, without: Answer, beginnings: Sequence[Measurement]
-    ) -> bool:
+    def _needless(self, found: Answer, without: Answer, beginnings: Sequence[Measurement]) -> bool:
         """Whether beginnings that show as much error as the whole are met as well without it."""
         own = [without.result.model]
         before = refit(self.given, without.added, beginnings, own, REFITTING, self.check)

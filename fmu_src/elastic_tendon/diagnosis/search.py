@@ -6,7 +6,7 @@ removal, exchange or simpler law among its neighbours does better (`evidence`), 
 around it included, or when enough was simulated (`refits.MOST_WORK`).
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
