@@ -18,6 +18,7 @@ from elastic_tendon.diagnosis.evidence import (
     FADES_IN_TIME,
     LASTING,
     MUCH,
+    SURELY,
     WORSE_ELSEWHERE,
     explained,
 )
@@ -31,8 +32,7 @@ from elastic_tendon.diagnosis.significance import (
 )
 
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
-# times by which the mean square falls for what is no chance: without held-out recordings, on these
-SURELY, SURELY_HELDOUT = 3.0, 2.0
+SURELY_HELDOUT = 2.0  # SURELY, on held-out recordings
 BEYOND_CHANCE = 20.0  # ... on stretches of time that a fit did not see
 NEARLY = 1.5  # times the square on the torque screen, from where a refit may come to as little
 ALIKE = 0.02  # share of the mean square by which errors that are alike differ

@@ -37,6 +37,8 @@ WORSE = 1.01  # times a held-out mean square that is no worse
 FAR_LESS, SOMEWHAT_MORE = 4.0, 1.5
 LESS_THAN_NOISE = 0.9  # held-out mean square below which chance hardly leads
 HELDOUT_AT_NOISE = 1.5  # held-out mean square up to which nothing but noise is left
+# times by which the mean square falls for what is no chance
+SURELY = 3.0
 HOPELESS = 1.5  # times the mean square of a better answer, from which no answer can win any more
 LASTING = 0.5  # part of the explained share of the fitted errors, at least, of held-out ones too
 IMPLAUSIBLE = 10.0  # what a value costs that no real actuator has
@@ -53,24 +55,30 @@ class Evidence:
     """Judges answers to the same question; remembers what they err on held-out recordings."""
 
     heldout: tuple[Measurement, ...]
-    # mean square of the fitted recordings from which little is asked of an answer
-    _hopeless: float = EXPLAINED
+    # least that any answer leaves, mean square of the fitted recordings times that of held-out ones
+    _least: float = np.inf
     _errors: dict[int, tuple[Answer, Array]] = field(default_factory=dict, repr=False)
 
     def heldout_errors(self, answer: Answer) -> Array:
         """Errors (n,) on recordings that were not fitted, see `heldout_errors`."""
         key = id(answer)
         if key not in self._errors:
-            errors = heldout_errors(answer.result, self.heldout, self._hopeless)
+            hopeless = min(EXPLAINED, HOPELESS * self._least)
+            errors = heldout_errors(answer.result, self.heldout, hopeless)
             self._errors[key] = (answer, errors)
         return self._errors[key][1]
 
     def expect_like(self, answers: Iterable[Answer]) -> None:
         """Ask little from now on of answers that leave far more than one of these: nothing that
         held-out recordings may say makes up for it."""
-        for answer in answers if self.heldout else ():
+        for answer in answers:
             left = answer.mean_square * max(self.heldout_square(answer), 1.0)
-            self._hopeless = min(self._hopeless, HOPELESS * left)
+            self._least = min(self._least, left)
+
+    @property
+    def far_more(self) -> float:
+        """Mean square of the fitted recordings that no effect in doubt would leave without it."""
+        return SURELY * self._least
 
     def of(self, answers: Sequence[Answer]) -> list[float]:
         """Evidence of each answer, in one scale; lower is better.

@@ -203,6 +203,7 @@ class Refits:
             EFFORT,
             scouted=int(np.clip(affordable / 16, 1, EFFORT.scouted)),
             evaluations=int(np.clip(affordable / 3, FEWEST, EFFORT.evaluations)),
+            hopeless=self.evidence.far_more,
         )
 
     def _cost(self, model: Model) -> float:

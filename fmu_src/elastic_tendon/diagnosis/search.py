@@ -417,7 +417,7 @@ class Search(Doubts):
 
     def _dear(self, answer: Answer) -> bool:
         """Whether refits beside an answer take so long that they are cut short."""
-        return self._effort([answer.result.model]) != EFFORT
+        return self._effort([answer.result.model]).evaluations < EFFORT.evaluations
 
     def _better_single(self) -> bool:
         """Where much is left: every single effect, whatever the screens say, but for what swings.

@@ -5,6 +5,7 @@ Wrong inputs leave errors that effects can stand for, so this is asked before an
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.compare import LOOKED_AT
@@ -12,8 +13,9 @@ from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import rms, simulate_measurement
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.data import Data, data_of
+from elastic_tendon.diagnosis.evidence import SURELY
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.diagnosis.refits import FAILURES
+from elastic_tendon.diagnosis.refits import EFFORT, FAILURES
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import without
 from elastic_tendon.estimation.fit import QUICK
@@ -60,8 +62,9 @@ def with_straight_inputs(
     for added in (answer.added, *less):
         most = answer.mean_square * (CLEARLY_LESS if added == answer.added else 1.0)
         starts = [search.answers[added].result.model] if added in search.answers else []
+        effort = replace(QUICK, tolerance=EFFORT.tolerance, hopeless=SURELY * most)
         with suppress(*FAILURES):
-            if refit(data.given, added, data.fitted, starts, QUICK).mean_square <= most:
+            if refit(data.given, added, data.fitted, starts, effort).mean_square <= most:
                 return data
     return None
 

@@ -47,6 +47,7 @@ ON_BOUND = 1e-9  # of an optimum, in prior sigmas
 SETTLING_COST = 1e-6
 # a start that scouting leaves with so many times the least cost is not followed to the end
 HOPELESS = 10.0
+GLANCE = 8  # evaluations after which it shows whether a fit comes to anything
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ class Effort:
     enough to tell a good basin from a bad one; `polished` of them to the end beside the best.
     `evaluations` : of one descent. `rounds` : in which sigmas are renewed. `tolerance` : relative
     fall of the cost at which a descent ends. `most` : multiplications, see `work`, after which
-    descents end where they are.
+    descents end where they are. `hopeless` : mean square error, in the noise's, from which a fit
+    ends after `GLANCE` evaluations of its descent.
     """
 
     scouted: int
@@ -67,6 +69,7 @@ class Effort:
     rounds: int
     tolerance: float = COST_TOLERANCE
     most: float = np.inf
+    hopeless: float = np.inf
 
 
 THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
@@ -288,7 +291,7 @@ def fit(
     if not any(part.has_assumed_curves for part in measurements):
         return _solved(problem, given, starts, effort, progress)
     found = _solved(problem, given, starts, effort, lambda share: progress(share / 2.0))
-    left = _mean_square(found)
+    left = _mean_square(found.problem, found.vector)
     if found.interrupted or left <= AT_NOISE:
         progress(1.0)
         return found
@@ -296,13 +299,14 @@ def fit(
     problem = problem_of(given, straight, paths, limits)
     starts = [*starts, found.model]
     again = _solved(problem, given, starts, effort, lambda share: progress(0.5 + share / 2.0))
-    return again if _mean_square(again) < CLEARLY_LESS * left else found
+    better = _mean_square(again.problem, again.vector) < CLEARLY_LESS * left
+    return again if better else found
 
 
-def _mean_square(found: FitResult) -> float:
+def _mean_square(problem: Problem, vector: Array) -> float:
     """Mean square error, in the noise's."""
-    floors = tuple(noise_floors(measurement) for measurement in found.problem.measurements)
-    return float(np.mean(stack(found.problem.errors(found.vector), floors) ** 2))
+    floors = tuple(noise_floors(measurement) for measurement in problem.measurements)
+    return float(np.mean(stack(problem.errors(vector), floors) ** 2))
 
 
 def _solved(
@@ -399,7 +403,12 @@ def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Sha
 
     search.offer(starts)
     scouted = sorted((descend(start, effort.scouting) for start in promising), key=itemgetter(1))
-    descend(search.best, effort.evaluations)
+    glance = min(GLANCE, effort.evaluations)
+    descend(search.best, glance)
+    if _mean_square(search.problem, search.best) > effort.hopeless:
+        progress(1.0)
+        return
+    descend(search.best, effort.evaluations - glance)
     for index in range(effort.rounds):
         if not search.renew():
             break
