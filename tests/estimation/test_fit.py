@@ -1,11 +1,14 @@
 """A fit finds the numbers behind a recording, and says which of them it could not find."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison import residuals
 from elastic_tendon.errors import SimulationError
+from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import (
     CONFIDENCE,
     Estimate,
@@ -13,7 +16,7 @@ from elastic_tendon.estimation.determinability import (
     _ratios,
     find_open_directions,
 )
-from elastic_tendon.estimation.fit import fit
+from elastic_tendon.estimation.fit import QUICK, fit
 from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.simulate import sensitivities, simulate
@@ -56,6 +59,26 @@ def test_a_start_on_a_bound_does_not_stall_the_fit() -> None:
     recording = Measurement(time, motor, {"joint_position": position}, load, name="made")
     found = fit(truth.with_values({"link.inertia": 0.034}), [recording])
     assert found.model.link.inertia == pytest.approx(truth.link.inertia, rel=1e-4)
+
+
+def test_what_leaves_too_much_is_not_followed_to_the_end(sticking, monkeypatch) -> None:
+    known, recording, *_ = sticking
+    evaluated = []
+    monkeypatch.setattr("elastic_tendon.estimation.fit.GLANCE", 2)
+
+    def noted(*problem):
+        evaluated.append(problem[-2])  # how many evaluations a descent may take
+        return descend(*problem)
+
+    monkeypatch.setattr("elastic_tendon.estimation.fit.descend", noted)
+    hopeful = fit(known.model, [recording], effort=replace(QUICK, hopeless=1e9))
+    followed = evaluated.copy()
+    evaluated.clear()
+    glance = fit(known.model, [recording], effort=replace(QUICK, hopeless=1.0))
+    assert {2, QUICK.evaluations - 2} < set(followed)
+    assert 2 in evaluated
+    assert QUICK.evaluations - 2 not in evaluated
+    assert not glance.interrupted
 
 
 def test_where_the_solver_errs_visibly_beside_the_noise_a_finer_one_fits(result) -> None:

@@ -403,12 +403,14 @@ def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Sha
 
     search.offer(starts)
     scouted = sorted((descend(start, effort.scouting) for start in promising), key=itemgetter(1))
-    glance = min(GLANCE, effort.evaluations)
-    descend(search.best, glance)
-    if _mean_square(search.problem, search.best) > effort.hopeless:
-        progress(1.0)
-        return
-    descend(search.best, effort.evaluations - glance)
+    evaluations = effort.evaluations
+    if np.isfinite(effort.hopeless) and evaluations > GLANCE:
+        descend(search.best, GLANCE)
+        evaluations -= GLANCE
+        if _mean_square(search.problem, search.best) > effort.hopeless:
+            progress(1.0)
+            return
+    descend(search.best, evaluations)
     for index in range(effort.rounds):
         if not search.renew():
             break
