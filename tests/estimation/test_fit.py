@@ -71,7 +71,7 @@ def test_what_leaves_too_much_is_not_followed_to_the_end(sticking, monkeypatch) 
         return descend(*problem)
 
     monkeypatch.setattr("elastic_tendon.estimation.fit.descend", noted)
-    hopeful = fit(known.model, [recording], effort=replace(QUICK, hopeless=1e9))
+    fit(known.model, [recording], effort=replace(QUICK, hopeless=1e9))
     followed = evaluated.copy()
     evaluated.clear()
     glance = fit(known.model, [recording], effort=replace(QUICK, hopeless=1.0))
