@@ -156,8 +156,15 @@ def test_little_is_asked_of_who_leaves_far_more_than_a_better_answer(monkeypatch
     for answer in (good, worse, better):
         judging.expect_like([answer])
     judging.heldout_errors(Made((), 1.2))
+    assert judging.far_more == pytest.approx(0.9 * evidence.SURELY)
     assert asked[0] == EXPLAINED
     assert asked[-1] == pytest.approx(0.9 * evidence.HOPELESS)
+
+
+def test_while_much_is_left_no_refit_is_hopeless() -> None:
+    judging = judge()
+    judging.expect_like([Made((), 100.0)])
+    assert judging.far_more == np.inf
 
 
 def test_held_out_data_that_nothing_explains_refute_none_that_explains_far_more(

@@ -77,8 +77,9 @@ class Evidence:
 
     @property
     def far_more(self) -> float:
-        """Mean square of the fitted recordings that no effect in doubt would leave without it."""
-        return SURELY * self._least
+        """Mean square of the fitted recordings that no effect in doubt would leave without it;
+        infinite while the best leaves much, for then nobody knows what it may lead to."""
+        return SURELY * self._least if self._least <= MUCH else np.inf
 
     def of(self, answers: Sequence[Answer]) -> list[float]:
         """Evidence of each answer, in one scale; lower is better.
