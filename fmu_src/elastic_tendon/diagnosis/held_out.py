@@ -64,7 +64,10 @@ def heldout_errors(
             return np.full_like(errors, np.inf)
 
     best = min(errors, met({}, 1, FEW), key=_square)
-    if _square(best) < AT_NOISE * len(best) or _left(result) >= hopeless:
+    if (
+        _square(best) < AT_NOISE * len(best)
+        or result.problem.mean_square(result.vector) >= hopeless
+    ):
         return best
     shown = stops_shown(result.model, result.problem.measurements, recordings)
     ways = [({}, 1, MANY), *((stops, 1, MANY) for stops in shown), ({}, ROUNDS, FEW)]
@@ -110,8 +113,8 @@ def _moved(
     first = residuals(moved)
     weights = np.ones((len(first), 1))
     # a long move ends where it falls too slowly to explain all
-    aim = min(EXPLAINED * samples / _square(first[:samples]), 1.0)
-    least_fall = TOLERANCE if evaluations == FEW else max(1.0 - aim ** (1 / MANY), TOLERANCE)
+    excess = max(_square(first[:samples]) / (EXPLAINED * samples), 1.0)
+    least_fall = TOLERANCE if evaluations == FEW else max(1.0 - excess ** (-1 / MANY), TOLERANCE)
 
     def descended(start: Array, unit: float) -> Array:
         weights[:samples] = 1.0 / unit  # so large errors do not tear away what the fit determined
@@ -137,13 +140,6 @@ def _moved(
             if sum(found) < left + more:
                 moved, (left, more) = again, found
     return vector(moved), float(np.sqrt(1.0 + more / left))
-
-
-def _left(result: FitResult) -> float:
-    """Mean square of the fitted errors, in the noise's."""
-    floors = tuple(map(noise_floors, result.problem.measurements))
-    errors = stack(result.problem.errors(result.vector), floors)
-    return _square(errors) / len(errors)
 
 
 def _sigmas(result: FitResult, recordings: Sequence[Measurement]) -> Sigmas:

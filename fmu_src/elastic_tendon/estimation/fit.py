@@ -291,7 +291,7 @@ def fit(
     if not any(part.has_assumed_curves for part in measurements):
         return _solved(problem, given, starts, effort, progress)
     found = _solved(problem, given, starts, effort, lambda share: progress(share / 2.0))
-    left = _mean_square(found.problem, found.vector)
+    left = found.problem.mean_square(found.vector)
     if found.interrupted or left <= AT_NOISE:
         progress(1.0)
         return found
@@ -299,14 +299,8 @@ def fit(
     problem = problem_of(given, straight, paths, limits)
     starts = [*starts, found.model]
     again = _solved(problem, given, starts, effort, lambda share: progress(0.5 + share / 2.0))
-    better = _mean_square(again.problem, again.vector) < CLEARLY_LESS * left
+    better = again.problem.mean_square(again.vector) < CLEARLY_LESS * left
     return again if better else found
-
-
-def _mean_square(problem: Problem, vector: Array) -> float:
-    """Mean square error, in the noise's."""
-    floors = tuple(noise_floors(measurement) for measurement in problem.measurements)
-    return float(np.mean(stack(problem.errors(vector), floors) ** 2))
 
 
 def _solved(
@@ -407,7 +401,7 @@ def _run(search: _Search, starts: Sequence[Array], effort: Effort, progress: Sha
     if np.isfinite(effort.hopeless) and evaluations > GLANCE:
         descend(search.best, GLANCE)
         evaluations -= GLANCE
-        if _mean_square(search.problem, search.best) > effort.hopeless:
+        if search.problem.mean_square(search.best) > effort.hopeless:
             progress(1.0)
             return
     descend(search.best, evaluations)

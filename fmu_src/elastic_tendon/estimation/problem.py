@@ -147,6 +147,11 @@ class Problem:
             data = np.full(count, np.inf)
         return np.concatenate([data, self._prior(vector)])
 
+    def mean_square(self, vector: Array) -> float:
+        """Mean square of the errors at this vector, in the noise's."""
+        floors = tuple(map(noise_floors, self.measurements))
+        return float(np.mean(stack(self.errors(vector), floors) ** 2))
+
     def jacobian(self, vector: Array, sigmas: Sigmas) -> Array:
         """Derivatives of `residuals` to the vector, (N + m, m + s f).
 
