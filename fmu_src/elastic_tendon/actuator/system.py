@@ -63,25 +63,41 @@ def linear_root(residual: ca.SX, unknown: ca.SX) -> ca.SX:
     """Value of `unknown` at which `residual` vanishes, which is linear in it; (n,) columns."""
     zero = ca.SX.zeros(unknown.numel())
     slope = ca.jacobian(residual, unknown)
-    return -_divided(ca.substitute(residual, unknown, zero), slope)
+    return -_solved(slope, ca.substitute(residual, unknown, zero))
 
 
-def total_jacobian(expression: ca.SX, v: ca.SX, w: ca.SX, residuals: ca.SX) -> ca.SX:
-    """Derivative by `v` with the unknowns `w` following, by the implicit function theorem."""
-    direct = ca.jacobian(expression, v)
-    if not ca.depends_on(expression, w):
-        return direct
-    following = -ca.solve(ca.jacobian(residuals, w), ca.jacobian(residuals, v))
-    return direct + ca.jacobian(expression, w) @ following
+def following(residuals: ca.SX, w: ca.SX, v: ca.SX) -> ca.SX:
+    """Derivative of the unknowns `w` by `v`, by the implicit function theorem."""
+    return -_solved(ca.jacobian(residuals, w), ca.jacobian(residuals, v))
+
+
+def total_jacobian(expression: ca.SX, v: ca.SX, w: ca.SX, w_by_v: ca.SX) -> ca.SX:
+    """Derivative by `v` with the unknowns `w` following."""
+    return ca.jacobian(expression, v) + ca.jacobian(expression, w) @ w_by_v
 
 
 def newton_step(w: ca.SX, residuals: ca.SX) -> ca.SX:
     """Next approximation to the unknowns."""
-    return w - ca.solve(ca.jacobian(residuals, w), residuals)
+    return w - _solved(ca.jacobian(residuals, w), residuals)
 
 
-def _divided(column: ca.SX, matrix: ca.SX) -> ca.SX:
-    return column / matrix if matrix.is_scalar() else ca.solve(matrix, column)
+def _solved(matrix: ca.SX, right: ca.SX) -> ca.SX:
+    """Solution of linear equations, block after block of the triangle of blocks that they make.
+
+    CasADi's own way with a matrix that is no triangle writes out a QR factorisation of all of it.
+    """
+    solution = ca.SX(*right.shape)
+    _, row_order, column_order, row_starts, column_starts, *_ = matrix.sparsity().btf()
+    known: list[int] = []
+    for k in reversed(range(len(row_starts) - 1)):
+        rows = row_order[row_starts[k] : row_starts[k + 1]]
+        columns = column_order[column_starts[k] : column_starts[k + 1]]
+        block, wanted = matrix[rows, columns], right[rows, :]
+        if known:
+            wanted -= matrix[rows, known] @ solution[known, :]
+        solution[columns, :] = wanted / block if block.is_scalar() else ca.solve(block, wanted)
+        known += columns
+    return solution
 
 
 class Relations:

@@ -11,7 +11,7 @@ import numpy as np
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
+from elastic_tendon.actuator.system import following, newton_step, total_jacobian
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.actuator.variables import JOINT_MOTION, SPRINGS, interface
 from elastic_tendon.effects.symbolic import one_at_a_time
@@ -186,7 +186,11 @@ def _functions(effect_ids: tuple[str, ...], kind: InterfaceKind) -> dict[str, _E
     system = build(effect_ids, kind)
     arguments = [system.x, system.u, system.p, system.r, system.w]
     n = system.x.numel()
-    by_v = {name: _by_state_and_input(system, getattr(system, name)) for name in _DERIVED}
+    v = ca.vertcat(system.x, system.u)
+    unknowns_by_v = following(system.residuals, system.w, v)
+    by_v = {
+        name: total_jacobian(getattr(system, name), v, system.w, unknowns_by_v) for name in _DERIVED
+    }
     expressions = {
         "guess": system.guesses,
         "newton": newton_step(system.w, system.residuals) if system.w.numel() else system.w,
@@ -205,8 +209,3 @@ def _functions(effect_ids: tuple[str, ...], kind: InterfaceKind) -> dict[str, _E
 
 
 _DERIVED = ("rates", "outputs", "starts")
-
-
-def _by_state_and_input(system: HybridSystem, expression: ca.SX) -> ca.SX:
-    v = ca.vertcat(system.x, system.u)
-    return total_jacobian(expression, v, system.w, system.residuals)

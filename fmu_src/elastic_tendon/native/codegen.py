@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import casadi as ca
 
-from elastic_tendon.actuator.system import HybridSystem, newton_step, total_jacobian
+from elastic_tendon.actuator.system import HybridSystem, following, newton_step, total_jacobian
 from elastic_tendon.actuator.variables import POSITION_OF
 from elastic_tendon.effects.symbolic import one_at_a_time
 
@@ -31,7 +31,8 @@ static inline void model_{name}({signature}) {{
 
 # functions of the unknowns of implicit equations find these first; see native/runtime/implicit.h
 _SOLVE = "  double w[N_UNKNOWNS];\n  solve_implicit(x, u, p, r, w);\n"
-_IMPLICIT = ("guess", "newton")
+_FOLLOW = "  double w_by_v[N_FOLLOWING];\n  model_following(x, u, p, r, w, w_by_v);\n"
+_OF_UNKNOWNS = ("guess", "newton", "following")
 
 
 def _c_list(values: Iterable[object]) -> str:
@@ -43,18 +44,23 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
     """CasADi functions by the name that the runtime calls, without their ``model_`` prefix."""
     x, u, p, r, w = system.x, system.u, system.p, system.r, system.w
     v = ca.vertcat(x, u, p)
+    unknowns_by_v = following(system.residuals, w, v)
+    w_by_v = ca.SX.sym("w_by_v", unknowns_by_v.sparsity())
     at = {"x": x, "u": u, "p": p, "r": r}
-    solved, after = at | {"w": w}, at | {"r_next": system.r_next}
+    after = at | {"r_next": system.r_next}
+    solved = at | ({"w": w} if w.numel() else {})
+    followed = solved | ({"w_by_v": ca.vertcat(*w_by_v.nonzeros())} if w.numel() else {})
 
     def by_v(expression: ca.SX) -> ca.SX:
-        return total_jacobian(expression, v, w, system.residuals)
+        return total_jacobian(expression, v, w, w_by_v)
 
     rates_jacobian = by_v(system.rates)
-    implicit = {
+    of_unknowns = {
         "guess": (at, system.guesses),
         "newton": (solved, newton_step(w, system.residuals)),
+        "following": (solved, ca.vertcat(*unknowns_by_v.nonzeros())),
     }
-    expressions = (implicit if w.numel() else {}) | {
+    expressions = (of_unknowns if w.numel() else {}) | {
         "rates": (solved, system.rates),
         "outputs": (solved, system.outputs),
         "indicators": (solved, system.indicators),
@@ -62,12 +68,12 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
         "reset": (after, system.reset),
         "starts": (solved, system.starts),
         "delay": (at, system.delay),
-        "rates_by_state": (solved, ca.densify(rates_jacobian[:, : x.numel()])),
-        "rates_jacobian": (solved, rates_jacobian),
-        "outputs_jacobian": (solved, by_v(system.outputs)),
-        "indicators_jacobian": (solved, by_v(system.indicators)),
+        "rates_by_state": (followed, ca.densify(rates_jacobian[:, : x.numel()])),
+        "rates_jacobian": (followed, rates_jacobian),
+        "outputs_jacobian": (followed, by_v(system.outputs)),
+        "indicators_jacobian": (followed, by_v(system.indicators)),
         "reset_jacobian": (after, ca.jacobian(system.reset, v)),
-        "starts_jacobian": (solved, by_v(system.starts)),
+        "starts_jacobian": (followed, by_v(system.starts)),
         "delay_jacobian": (at, ca.jacobian(system.delay, v)),
     }
     return _compiled(expressions, p)
@@ -145,14 +151,15 @@ def _without_division(rates: ca.SX, given: dict[str, ca.SX]) -> tuple[ca.SX, ca.
 
 def _wrapper(name: str, function: ca.Function) -> str:
     """The function under its plain C signature."""
-    names = [function.name_in(i) for i in range(function.n_in())]
-    solves = name not in _IMPLICIT and "w" in names and function.numel_in("w") > 0
-    given = [argument for argument in names if argument != "w" or name in _IMPLICIT]
+    arguments = function.name_in()
+    found = () if name in _OF_UNKNOWNS else ("w", "w_by_v")
+    given = [argument for argument in arguments if argument not in found]
+    parts = {"w": _SOLVE, "w_by_v": _FOLLOW}
     return _WRAPPER.format(
         name=name,
         signature=", ".join(f"const double* {argument}" for argument in given) + ", double* result",
-        prepare=_SOLVE if solves else "",
-        arguments=", ".join(argument if argument in given or solves else "0" for argument in names),
+        prepare="".join(parts[argument] for argument in arguments if argument not in given),
+        arguments=", ".join(arguments),
         result="result",
     )
 
@@ -172,7 +179,7 @@ def _sizes(system: HybridSystem, functions: dict[str, ca.Function]) -> str:
     } | {
         f"N_{name.upper()}": function.nnz_out(0)
         for name, function in functions.items()
-        if name.endswith("_jacobian")
+        if name == "following" or name.endswith("_jacobian")
     }
     return "".join(f"#define {name} {size}\n" for name, size in sizes.items())
 
@@ -233,8 +240,8 @@ def generate(system: HybridSystem) -> str:
             body,
             _tables(system),
             *patterns,
-            *(_wrapper(name, functions[name]) for name in _IMPLICIT if name in functions),
+            *(_wrapper(name, functions[name]) for name in functions if name in _OF_UNKNOWNS),
             '#include "implicit.h"',
-            *(_wrapper(name, functions[name]) for name in functions if name not in _IMPLICIT),
+            *(_wrapper(name, functions[name]) for name in functions if name not in _OF_UNKNOWNS),
         ]
     )
