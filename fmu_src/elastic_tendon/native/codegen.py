@@ -49,7 +49,7 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
     at = {"x": x, "u": u, "p": p, "r": r}
     after = at | {"r_next": system.r_next}
     solved = at | ({"w": w} if w.numel() else {})
-    followed = solved | ({"w_by_v": ca.vertcat(*w_by_v.nonzeros())} if w.numel() else {})
+    followed = solved | ({"w_by_v": _nonzeros(w_by_v)} if w.numel() else {})
 
     def by_v(expression: ca.SX) -> ca.SX:
         return total_jacobian(expression, v, w, w_by_v)
@@ -58,7 +58,7 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
     of_unknowns = {
         "guess": (at, system.guesses),
         "newton": (solved, newton_step(w, system.residuals)),
-        "following": (solved, ca.vertcat(*unknowns_by_v.nonzeros())),
+        "following": (solved, _nonzeros(unknowns_by_v)),
     }
     expressions = (of_unknowns if w.numel() else {}) | {
         "rates": (solved, system.rates),
@@ -77,6 +77,11 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
         "delay_jacobian": (at, ca.jacobian(system.delay, v)),
     }
     return _compiled(expressions, p)
+
+
+def _nonzeros(matrix: ca.SX) -> ca.SX:
+    """As a column."""
+    return ca.SX(ca.Sparsity.dense(matrix.nnz(), 1), matrix.nz[:])
 
 
 def _compiled(
