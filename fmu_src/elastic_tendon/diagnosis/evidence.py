@@ -36,6 +36,7 @@ WORSE = 1.01  # times a held-out mean square that is no worse
 # answer explains much may then rise: what both lack rules there
 FAR_LESS, SOMEWHAT_MORE = 4.0, 1.5
 LESS_THAN_NOISE = 0.9  # held-out mean square below which chance hardly leads
+AT_NOISE = 1.1  # mean square up to which an answer leaves nothing to explain
 HELDOUT_AT_NOISE = 1.5  # held-out mean square up to which nothing but noise is left
 # times by which the mean square falls for what is no chance
 SURELY = 3.0
@@ -199,12 +200,16 @@ class Evidence:
 
     def fades(self, answer: Answer, base: Answer) -> bool:
         """Whether an answer leaves more than noise on held-out recordings and explains far less
-        there, beside a base, than of the fitted ones: then it stands for something else."""
-        own = self.heldout_square(answer)
-        if own <= HELDOUT_AT_NOISE:
+        there, beside a base, than of the fitted ones: then it stands for something else.
+
+        Unless it brings the fitted ones from far away to the noise, which nothing else would: then
+        the held-out recordings have something more.
+        """
+        own, left = self.heldout_square(answer), _mean_square(answer.floored)
+        before = _mean_square(base.floored)
+        if own <= HELDOUT_AT_NOISE or (left <= AT_NOISE and before > FAR_LESS * left):
             return False
-        fitted = explained(_mean_square(base.floored), _mean_square(answer.floored))
-        return explained(self.heldout_square(base), own) < LASTING * fitted
+        return explained(self.heldout_square(base), own) < LASTING * explained(before, left)
 
 
 def _fitted(answer: Answer, facts: float) -> float:

@@ -17,7 +17,7 @@ from elastic_tendon.actuator.variables import interface
 from elastic_tendon.comparison.residuals import simulate_measurement
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.data import Data
-from elastic_tendon.diagnosis.evidence import Evidence
+from elastic_tendon.diagnosis.evidence import AT_NOISE, Evidence
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import Set, model_with, told
 from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
@@ -40,7 +40,6 @@ MOST_WORK, CLIMBING = 2e9, 1.5e9
 EFFORT = Effort(
     scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5, most=AFFORDABLE
 )
-AT_NOISE = 1.1  # mean square up to which an answer leaves nothing to explain
 # share of the mean square without it that an effect which swings leaves at most where its frequency
 # is looked for again
 EXPLAINS = 0.5
