@@ -4,11 +4,12 @@ import pytest
 
 from elastic_tendon import demo
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.app import walk
+from elastic_tendon.app import ranking, walk
 from elastic_tendon.app.document import Source, new_document
 from elastic_tendon.app.workspace import Session, Stopped
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.progress import Enough
 
 COULOMB = "coulomb_friction"
 FILES = {role: demo.DATA / f"demo_{role}.csv" for role in ("fit", "validate")}
@@ -128,3 +129,42 @@ def test_a_stopped_search_leaves_the_document_as_it_was() -> None:
     with pytest.raises(Stopped):
         walk.searching(session)(stopping)
     assert session.document == before
+
+
+def test_a_search_that_is_ended_early_says_so_and_can_be_made_to_the_end() -> None:
+    session = begun()
+    session.change(walk.refitting(session)(silent))
+
+    def impatient(words: str, _share: float) -> None:
+        if words.startswith("looking at what could do better"):
+            raise Enough
+
+    change = walk.searching(session)(impatient)
+    assert change is not None
+    session.change(change)
+    found = walk.round_of(session)
+    assert walk.ended_early(session)
+    assert found is not None
+    assert not any(candidate.fitted for candidate in found.candidates)
+    name, words = ranking.search_words(session.document, ended_early=True)
+    assert name == ranking.SEARCH_ON
+    assert "ended early" in words
+    document = session.document
+    concluded = session.cache.obtain(walk.concluded(document, FILES), silent)
+    assert not concluded.complete
+
+    change = walk.searching(session)(silent)
+    assert change is not None
+    session.change(change)
+    found = walk.round_of(session)
+    assert not walk.ended_early(session)
+    assert found is not None
+    assert found.chosen == (COULOMB,)
+
+
+def test_rounds_are_told_as_far_as_they_are_known() -> None:
+    session, told = begun(), []
+    session.tell = told.append  # type: ignore[method-assign]
+    walk.searching(session)(silent)
+    assert told
+    assert any(candidate.ids == (COULOMB,) for candidate in told[0].candidates)

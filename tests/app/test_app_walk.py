@@ -1,8 +1,11 @@
 """The app in a real browser: what a user can do there, and what strangers' text cannot."""
 
 import json
+import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pandas as pd
@@ -18,7 +21,12 @@ from app_driver import CHROMIUM, KEPT, Walk, browser
 from app_process import served
 from benchmark_app import MODEL, Watched, walk_through, write_recording
 from benchmarking import print_table
+from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.app.document import Source, new_document
+from elastic_tendon.app.server import listen
 from elastic_tendon.demo import DATA
+from elastic_tendon.diagnosis import by_hand
+from elastic_tendon.progress import Enough
 
 # of the FMU, and what they are called in the recording
 COLUMNS = {
@@ -160,6 +168,45 @@ def test_cancel_answers_at_once_and_changes_nothing(chromium) -> None:
         assert walk.document() == before
         walk.close()
     assert walk.faults == []
+
+
+def test_what_is_known_of_a_search_can_be_looked_at_and_taken(chromium, monkeypatch) -> None:
+    """A search that goes on until somebody has enough of it."""
+    next_round = by_hand.next_round
+
+    def endless(data, current, progress, so_far=None):
+        found = next_round(data, current, progress)
+        so_far(found.round)
+        try:
+            while True:
+                progress("refitting what may do better", 0.5)
+                time.sleep(0.05)
+        except Enough:
+            return replace(found, complete=False)
+
+    monkeypatch.setattr(by_hand, "next_round", endless)
+    files = {role: DATA / f"demo_{role}.csv" for role in ("fit", "validate")}
+    sources = (Source(key="fit", name="fit.csv"),)
+    app = listen(new_document(load_model(DATA / "demo_model.toml"), sources), files)
+    Thread(target=app.run, daemon=True).start()
+    try:
+        walk = Walk(chromium, app.url)
+        walk.step("Which effect")
+        walk.settle()
+        assert walk.page.locator("#take-best").is_hidden()
+        walk.button("Find which effect is missing").click()
+        walk.page.get_by_text("Judged so far").wait_for()
+        assert walk.page.locator("#effect-list").get_by_text("Coulomb friction").count() > 0
+        walk.button("Take the best so far").click()
+        walk.page.get_by_text("The search was ended early").wait_for()
+        walk.settle()
+        assert walk.page.locator("#effect-screen").get_by_text("Coulomb friction").count() > 0
+        assert walk.page.get_by_text("Judged so far").count() == 0
+        walk.button("Search to the end").wait_for()
+        walk.close()
+        assert walk.faults == []
+    finally:
+        app.close()
 
 
 def test_a_bad_file_is_told_in_its_place_and_costs_nothing_else(walk: Walk) -> None:

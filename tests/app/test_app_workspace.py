@@ -19,7 +19,7 @@ from elastic_tendon.app.workspace import (
     Workspace,
 )
 from elastic_tendon.errors import MeasurementError
-from elastic_tendon.progress import Progress
+from elastic_tendon.progress import Enough, Progress
 from waiting import LONG, wait_for
 
 
@@ -106,6 +106,47 @@ def test_what_a_stopped_fit_brings_back_is_no_result() -> None:
     with pytest.raises(KeyboardInterrupt):
         cache.obtain(result, interrupted)
     assert cache.find(result) is None
+
+
+@pytest.mark.parametrize("may_end", [True, False])
+def test_the_best_so_far_is_taken_once_where_there_is_one(
+    workspace: Workspace, may_end: bool
+) -> None:
+    session, begun, go_on = workspace.open(None), Event(), Event()
+    told: list[str] = []
+
+    def search(progress: Progress) -> object:
+        begun.set()
+        assert go_on.wait(LONG)
+        try:
+            progress("searching", 0.5)
+        except Enough:
+            told.append("ended")
+        progress("concluding", 1.0)
+        return renamed
+
+    session.start("effect", "searching", search, may_end=may_end)  # type: ignore[arg-type]
+    assert begun.wait(LONG)
+    session.take_best()
+    go_on.set()
+    wait_for(lambda: finished(session))
+    assert session.document.version.title == "changed"
+    assert told == (["ended"] if may_end else [])
+
+
+def test_where_nothing_is_known_yet_the_best_so_far_is_nothing(workspace: Workspace) -> None:
+    session, go_on = workspace.open(None), Event()
+
+    def reads(progress: Progress) -> None:
+        assert go_on.wait(LONG)
+        progress("reading the motion", 0.0)
+
+    session.start("effect", "reading", reads, may_end=True)
+    session.take_best()
+    go_on.set()
+    wait_for(lambda: finished(session))
+    assert session.job is not None
+    assert session.job.state == "stopped"
 
 
 def test_what_goes_wrong_is_told_where_it_was_asked_for(workspace: Workspace) -> None:

@@ -20,6 +20,7 @@ from elastic_tendon.simulation.signature import Signature
 
 SEARCH = "Find which effect is missing"
 SEARCH_AGAIN = "Find what else is missing"
+SEARCH_ON = "Search to the end"
 
 
 def refitted(search_round: Round) -> list[tuple[Candidate, ...]]:
@@ -101,9 +102,17 @@ def _chance(search_round: Round) -> float:
     )
 
 
-def search_words(document: Document) -> tuple[str, str]:
-    """What the button for the search is called, and what it would do; "" where it is done."""
+def search_words(document: Document, *, ended_early: bool = False) -> tuple[str, str]:
+    """What the button for the search is called, and what it would do; "" where it is done.
+
+    Parameters
+    ----------
+    document : Document
+    ended_early : a search from the current version was
+    """
     version = document.version
+    if ended_early:
+        return SEARCH_ON, "The search was ended early: what it had not tried may do better."
     if walk.was_searched(document, version):
         return SEARCH, ""
     if walk.is_fitted(document, version):

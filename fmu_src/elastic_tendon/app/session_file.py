@@ -95,6 +95,15 @@ class SessionFile:
         text = to_json(value, inf_nan_mode="constants").decode()
         self._write("INSERT OR REPLACE INTO results VALUES (?, ?)", _named(key), text)
 
+    def drop(self, key: tuple[str, ...]) -> None:
+        """Keep a result no longer.
+
+        Raises
+        ------
+        OutputError : the disk does not take it
+        """
+        self._write("DELETE FROM results WHERE key = ?", _named(key))
+
     # ---- files of measurements ---------------------------------------------------------------
 
     def keep_upload(self, key: str, content: bytes) -> None:

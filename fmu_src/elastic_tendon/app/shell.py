@@ -57,6 +57,7 @@ def layout(steps: Sequence[PageStep], session_name: str) -> Component:
                 [
                     html.Progress(id="work-share", max="1", **aria(label="Work done")),
                     html.Span(id="work-words", role="status", **aria(live="polite")),
+                    html.Button("Take the best so far", id="take-best", className="plain"),
                     html.Button("Cancel", id="cancel", className="plain"),
                 ],
                 id="work",
@@ -174,6 +175,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
         Output("tick", "disabled"),
         Output("session", "data", allow_duplicate=True),
         Output("work", "hidden"),
+        Output("take-best", "hidden"),
         Output("work-words", "children"),
         Output("work-share", "value"),
         Output({"sentence": ALL}, "children"),
@@ -185,7 +187,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
     )
     def advance(stored: Any, opened: str, _pulse: Any, _ticks: Any) -> tuple[Any, ...]:
         if not stored:
-            return True, no_update, True, "", "0", [""] * len(steps)
+            return True, no_update, True, True, "", "0", [""] * len(steps)
         session = workspace.open(stored)
         session.look_at(opened)
         sentence = _begin_next(session, by_id[opened])
@@ -200,6 +202,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
             not busy and not news,
             session.stored() if news else no_update,
             not busy,
+            not (job and job.may_end),
             job.words if job and busy else "",
             f"{job.share:.3f}" if job and busy else "0",
             [sentences.get(step.id, "") for step in steps],
@@ -213,6 +216,16 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
     )
     def cancel(clicks: int | None, stored: Any) -> Any:
         workspace.open(stored).stop()
+        return clicks
+
+    @app.callback(
+        Output("pulse", "data", allow_duplicate=True),
+        Input("take-best", "n_clicks"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def take_best(clicks: int | None, stored: Any) -> Any:
+        workspace.open(stored).take_best()
         return clicks
 
 

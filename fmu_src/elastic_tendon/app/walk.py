@@ -74,23 +74,30 @@ def answer(document: Document, version: Version, files: Files) -> Result[Answer]
     return Result(key, f"refitting {version.title}", compute)
 
 
-def outcome(document: Document, version: Version, files: Files) -> Result[Outcome]:
+SoFar = Callable[[Round], object]  # is given the round as far as it is known
+
+
+def outcome(
+    document: Document, version: Version, files: Files, so_far: SoFar | None = None
+) -> Result[Outcome]:
     """What the search finds when it looks on from a version that is fitted to these data."""
 
     def compute(cache: Cache, progress: Progress) -> Outcome:
         data = cache.obtain(given_data(document, version, files), progress)
         current = cache.obtain(answer(document, version, files), progress)
-        return by_hand.next_round(data, current, progress)
+        return by_hand.next_round(data, current, progress, so_far)
 
     key = _key("outcome", document, version, version.model, *version.added)
     return Result(key, SEARCHING, compute)
 
 
-def ranked(document: Document, version: Version, files: Files) -> Result[Ranked]:
+def ranked(
+    document: Document, version: Version, files: Files, so_far: SoFar | None = None
+) -> Result[Ranked]:
     """What people look at of that: small, so a session's file keeps it."""
 
     def compute(cache: Cache, progress: Progress) -> Ranked:
-        found = cache.obtain(outcome(document, version, files), progress)
+        found = cache.obtain(outcome(document, version, files, so_far), progress)
         return by_hand.ranked(version.loaded(), found)
 
     key = _key("ranked", document, version, version.model, *version.added)
@@ -192,11 +199,29 @@ def _root(document: Document, version: Version) -> Version:
 
 def round_of(session: Session) -> Round | None:
     """The round of the current version, None where it was not searched from, or not yet again."""
+    found = _ranked_of(session)
+    return found.round if found is not None else None
+
+
+def ended_early(session: Session) -> bool:
+    """Whether the search from the current version was ended before it had tried everything."""
+    found = _ranked_of(session)
+    return found is not None and not found.complete
+
+
+def _ranked_of(session: Session) -> Ranked | None:
     document = session.document
     if not was_searched(document, document.version):
         return None
     found = session.cache.find(ranked(document, document.version, session.files))
-    return found.round if isinstance(found, Ranked) else None
+    return found if isinstance(found, Ranked) else None
+
+
+def round_so_far(session: Session) -> Round | None:
+    """The round of the search that is under way, as far as it is known."""
+    job = session.job
+    known = job.so_far if job is not None and job.state == "running" else None
+    return known if isinstance(known, Round) else None
 
 
 # ---- work that the user asks for -----------------------------------------------------------
@@ -219,7 +244,8 @@ def begin(session: Session, kind: Kind, effect_id: str = "") -> bool:
         "add": ("add", f"adding {title}", partial(adding, effect_id=effect_id)),
     }
     step, words, make = kinds[kind]
-    return session.start(step, words, make(session), asked=f"{kind} {effect_id}")
+    may_end = kind != "try"
+    return session.start(step, words, make(session), asked=f"{kind} {effect_id}", may_end=may_end)
 
 
 def begin_again(session: Session) -> None:
@@ -248,7 +274,10 @@ def searching(session: Session) -> Work:
         made = _fitted(document, session, progress)
         grow = _growth(document.current, made)
         grown = grow(document)
-        session.cache.obtain(ranked(grown, grown.version, session.files), progress)
+        if ended_early(session):
+            for make in (ranked, outcome):
+                session.cache.forget(make(grown, grown.version, session.files))
+        session.cache.obtain(ranked(grown, grown.version, session.files, session.tell), progress)
         if made:
             searched = made[-1].model_copy(update={"searched": data_key})
             return _growth(document.current, [searched])

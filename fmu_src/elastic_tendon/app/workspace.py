@@ -17,7 +17,7 @@ from elastic_tendon.app.document import Document, from_browser
 from elastic_tendon.app.session_file import SessionFile
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.output import OutputError
-from elastic_tendon.progress import Progress
+from elastic_tendon.progress import Enough, Progress
 
 T = TypeVar("T")
 Change = Callable[[Document], Document]
@@ -106,6 +106,18 @@ class Cache:
         self.put(result, Failure(str(fault)))
         return fault
 
+    def forget(self, result: "Result[Any]") -> None:
+        """Let a result be computed anew.
+
+        Raises
+        ------
+        OutputError : the session's file does not take it
+        """
+        with self._lock:
+            self._held.pop(result.key, None)
+        if self._kept and result.kept_as:
+            self._kept.drop(result.key)
+
     def put(self, result: "Result[T]", value: T | Failure) -> None:
         """Keep a result that was computed elsewhere.
 
@@ -151,15 +163,19 @@ class Job:
     """Work under way or done; `step` is where on the page it was asked for.
 
     `result` : what it computes for the page, None where the user asked for something else.
+    `may_end` : it has a best so far, which can be taken. `so_far` : what of it can be looked at.
     """
 
     step: str
     words: str
     result: Result[Any] | None = None
+    may_end: bool = False
+    so_far: object = None
     share: float = 0.0
     state: Literal["running", "done", "stopped", "failed"] = "running"
     sentence: str = ""
     stopping: bool = False
+    ending: bool = False
 
     def progress(self, words: str, share: float) -> None:
         """Note how far the work is.
@@ -167,9 +183,13 @@ class Job:
         Raises
         ------
         Stopped : the user asked for it
+        Enough : the user takes the best so far; once, for the work then goes on to its end
         """
         if self.stopping:
             raise Stopped
+        if self.ending:
+            self.ending = False
+            raise Enough
         self.words, self.share = words, min(max(share, 0.0), 1.0)
 
 
@@ -252,6 +272,7 @@ class Session:
         work: Work,
         result: Result[Any] | None = None,
         asked: str = "",
+        may_end: bool = False,
     ) -> bool:
         """Begin a piece of work beside the page; False where one is under way already.
 
@@ -264,11 +285,12 @@ class Session:
             stopped changes nothing
         result : what it computes for the page
         asked : what a user asked for, so that it can be begun again where the server ends before
+        may_end : it has a best so far, see `take_best`
         """
         with self._lock:
             if self.job is not None and self.job.state == "running":
                 return False
-            self.job = Job(step, words, result)
+            self.job = Job(step, words, result, may_end)
             self._note_asked(asked)
             Thread(target=self._run, args=(self.job, work), daemon=True).start()
             return True
@@ -284,12 +306,28 @@ class Session:
                 self._note_asked("")
                 self.revision += 1
 
+    def take_best(self) -> None:
+        """End the work under way with the best so far; where it has none yet, with nothing."""
+        with self._lock:
+            if self.job is not None and self.job.state == "running":
+                self.job.ending = self.job.may_end
+
+    def tell(self, so_far: object) -> None:
+        """Let the page look at what is known of the work under way."""
+        with self._lock:
+            if self.job is not None and self.job.state == "running":
+                self.job.so_far = so_far
+                self.revision += 1
+
     def _run(self, job: Job, work: Work) -> None:
         state: Literal["done", "failed"] = "done"
         change: Change | None = None
         try:
             change = work(job.progress)
         except Stopped:
+            return
+        except Enough:  # nothing was known yet
+            self.stop()
             return
         except ElasticTendonError as error:
             state, job.sentence = "failed", str(error)

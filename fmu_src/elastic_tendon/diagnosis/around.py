@@ -18,8 +18,8 @@ from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
-from elastic_tendon.diagnosis.evidence import DECISIVE, HELDOUT_AT_NOISE
-from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, Check, Refits
+from elastic_tendon.diagnosis.evidence import AT_NOISE, DECISIVE, HELDOUT_AT_NOISE
+from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Refits
 from elastic_tendon.diagnosis.resonance import swings
 from elastic_tendon.diagnosis.sets import Set, in_order, model_with, simpler, size_of, told
 from elastic_tendon.diagnosis.torque_screen import BETTER, Estimate, badness

@@ -4,7 +4,7 @@ Whatever comes in, the prior is that of the model as given: one that carries wha
 told before would count them twice.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from elastic_tendon.actuator.parameters import Model, model_from_toml
@@ -20,7 +20,7 @@ from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.add import check_welcome, effect_by_id
 from elastic_tendon.estimation.fit import THOROUGH
 from elastic_tendon.native.library import library_path
-from elastic_tendon.progress import Progress
+from elastic_tendon.progress import Enough, Progress
 
 REFITTING = "refitting the parameters"
 SUGGESTED = "the search would take it"
@@ -30,10 +30,11 @@ BY_HAND = "taken by hand"
 
 @dataclass(frozen=True)
 class Outcome:
-    """A round, and the search behind it."""
+    """A round, and the search behind it; not `complete` where that was ended early."""
 
     round: Round
     search: Search
+    complete: bool = True
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,12 @@ class Ranked:
     """A round and what it refitted, as text: all of a search that people look at.
 
     `models` : for each effect that was refitted alone, the TOML text of the model with it.
+    `complete` : of the search.
     """
 
     round: Round
     models: Mapping[str, str]
+    complete: bool = True
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,12 @@ def base(data: Data, progress: Progress) -> Answer:
     return _refitted(data, (), [], REFITTING, progress)
 
 
-def next_round(data: Data, current: Answer, progress: Progress) -> Outcome:
+def next_round(
+    data: Data,
+    current: Answer,
+    progress: Progress,
+    so_far: Callable[[Round], object] | None = None,
+) -> Outcome:
     """The round that the search makes from a model: every single effect is screened, the likeliest
     are refitted, nothing is added.
 
@@ -80,7 +88,9 @@ def next_round(data: Data, current: Answer, progress: Progress) -> Outcome:
     ----------
     data : Data
     current : the model so far
-    progress : called with words and the share of the work at hand that is done
+    progress : called with words and the share of the work at hand that is done; where it raises
+        `Enough`, the round is made of what was refitted by then
+    so_far : called with the round as far as it is known, whenever more of it is
 
     Raises
     ------
@@ -88,9 +98,34 @@ def next_round(data: Data, current: Answer, progress: Progress) -> Outcome:
     SimulationError : the current model cannot be simulated
     """
     search = Search.of(data, progress)
-    search.look_on_from(current)
+    if so_far is not None:
+        search.progress = _telling(search, current, progress, so_far)
+    try:
+        search.look_on_from(current)
+    except Enough:
+        return Outcome(_round(search, current), search, complete=False)
+    return Outcome(_round(search, current), search)
+
+
+def _round(search: Search, current: Answer) -> Round:
     came = tuple(effect_id for effect_id in search.answer.added if effect_id not in current.added)
-    return Outcome(round_at(search, in_order(current.added), came), search)
+    return round_at(search, in_order(current.added), came)
+
+
+def _telling(
+    search: Search, current: Answer, progress: Progress, so_far: Callable[[Round], object]
+) -> Progress:
+    """Progress that tells the round so far too, whenever sets were refitted."""
+    told = 1  # the current model, which is an answer from the beginning
+
+    def telling(words: str, share: float) -> None:
+        nonlocal told
+        progress(words, share)
+        if len(search.answers) > told:
+            told = len(search.answers)
+            so_far(_round(search, current))
+
+    return telling
 
 
 def with_effect(data: Data, current: Answer, effect_id: str, progress: Progress) -> Answer:
@@ -158,7 +193,7 @@ def ranked(current: Model, outcome: Outcome) -> Ranked:
         came = set(added) - set(current.effect_ids)
         if len(came) == 1:
             models.setdefault(came.pop(), answer.result.model.to_toml())
-    return Ranked(outcome.round, models)
+    return Ranked(outcome.round, models, outcome.complete)
 
 
 def preview(current: Model, found: Ranked, effect_id: str) -> Model:
@@ -246,5 +281,5 @@ def concluded(data: Data, walk: Sequence[Walked], progress: Progress) -> Diagnos
     found.alike = answers_alike(search, walk[-1].answer)
     options = Options()
     judge(data, search, found, options, progress)
-    complete = last is not None and not last.round.chosen
+    complete = last is not None and last.complete and not last.round.chosen
     return conclude(data, search, found, options, progress, complete=complete)

@@ -17,9 +17,9 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.data import Data, data_of
+from elastic_tendon.diagnosis.evidence import AT_NOISE
 from elastic_tendon.diagnosis.inputs import torque_notes
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.diagnosis.refits import AT_NOISE
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from elastic_tendon.diagnosis.around import Around
-from elastic_tendon.diagnosis.refits import AT_NOISE
+from elastic_tendon.diagnosis.evidence import AT_NOISE
 from elastic_tendon.diagnosis.sets import Set, in_order, richer, simpler, size_of, told
 from elastic_tendon.diagnosis.torque_screen import POLISHING, badness
 

@@ -163,6 +163,8 @@ def _probabilities(evidence: Mapping[Set, float]) -> dict[Set, float]:
 
 def _expected_beside(search: Search, before: Set) -> dict[Set, float]:
     """What the screen expects of one effect more, where none was refitted."""
+    if before not in search.estimates:  # the search was ended before it looked from there
+        return {}
     known = (*search.answers, *search.failures)
     return {
         added: _expected(search, before, added)

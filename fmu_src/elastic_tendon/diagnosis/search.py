@@ -22,6 +22,7 @@ from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.doubts import Doubts
 from elastic_tendon.diagnosis.evidence import (
+    AT_NOISE,
     AUDIBLE,
     DECISIVE,
     MUCH,
@@ -30,7 +31,7 @@ from elastic_tendon.diagnosis.evidence import (
 )
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, LackOfFit, Regression, regress
 from elastic_tendon.diagnosis.likeliest_sets import FAR_BETTER, FOLLOWED
-from elastic_tendon.diagnosis.refits import AT_NOISE, AT_ONCE, EFFORT, FAILURES, MOST_WORK, Check
+from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, FAILURES, MOST_WORK, Check
 from elastic_tendon.diagnosis.resonance import Resonance, frequencies, swings
 from elastic_tendon.diagnosis.sets import (
     Set,

@@ -43,6 +43,7 @@ MEANINGS = (
     "Gain: share by which the squared error falls; held out: on samples that no fit has seen, "
     "other recordings or one stretch after the other."
 )
+SO_FAR = "Judged so far; the search goes on. “Take the best so far” below ends it with these."
 HEADS = ("Effect", "Probability", "Evidence", "Gain, fitted", "Gain, held out")
 
 
@@ -177,7 +178,7 @@ def _screen(session: Session) -> FirstScreen | None:
         return None
     tried = cache.find(walk.suggested(document, document.version, files))
     with_it = tried if isinstance(tried, Step) else None
-    button, _ = ranking.search_words(document)
+    button, _ = ranking.search_words(document, ended_early=walk.ended_early(session))
     return ranking.screen(
         walk.round_of(session), steps, with_it, button=button, static=is_static(now)
     )
@@ -215,10 +216,12 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "effect":
             return no_update, no_update
         session = workspace.open(stored)
-        first, round_shown = _screen(session), walk.round_of(session)
+        first, so_far = _screen(session), walk.round_so_far(session)
+        round_shown = so_far or walk.round_of(session)
+        going_on = [html.P(SO_FAR, className="quiet")] if so_far else []
         return (
             [html.P(sentence) for sentence in first.sentences] if first else [],
-            _list(round_shown) if round_shown else [],
+            [*going_on, *_list(round_shown)] if round_shown else [],
         )
 
     @app.callback(
@@ -233,7 +236,9 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
     def show_search(stored: Any, opened: str, waits: bool) -> tuple[Any, ...]:
         if not stored or opened != "effect":
             return (no_update,) * 4
-        name, words = ranking.search_words(workspace.open(stored).document)
+        session = workspace.open(stored)
+        ended_early = walk.ended_early(session)
+        name, words = ranking.search_words(session.document, ended_early=ended_early)
         return name, waits, not words, busy.WORDS if waits else words
 
 
