@@ -77,6 +77,7 @@ class Walk:
         self.page.on("response", self._see_response)
         self.page.goto(url)
         self.page.locator("section.step:visible h2").wait_for()
+        self.page.locator("#where-we-are:not(:empty)").wait_for()
 
     def close(self) -> None:
         """Close the tab."""

@@ -170,6 +170,21 @@ def test_cancel_answers_at_once_and_changes_nothing(chromium) -> None:
     assert walk.faults == []
 
 
+def test_the_page_is_there_before_what_draws_its_figures(chromium, demo) -> None:
+    page = chromium.new_page()
+    held: list[Route] = []
+    page.route("**/plotly.min.js", lambda route: held.append(route))
+    page.goto(demo)
+    page.locator("#model-numbers input").first.wait_for()
+    page.wait_for_function("() => document.querySelector('script[src$=\"plotly.min.js\"]')")
+    assert page.locator("#model-figure .main-svg").count() == 0
+    while not held:
+        page.wait_for_timeout(50)
+    held[0].continue_()
+    page.locator("#model-figure .main-svg").first.wait_for()
+    page.close()
+
+
 def test_what_is_known_of_a_search_can_be_looked_at_and_taken(chromium, monkeypatch) -> None:
     """A search that goes on until somebody has enough of it."""
     next_round = by_hand.next_round
@@ -318,7 +333,7 @@ def test_what_is_looked_at_survives_a_reload(compare: Walk) -> None:
 
 @pytest.mark.parametrize("late", ["**/async-graph*", CALLS])
 def test_a_zoom_survives_a_reload_whatever_comes_last(compare: Walk, late: str) -> None:
-    """Figures come before the first answer of the server, or after the last one."""
+    """Figures come after the last answer of the server, or all answers come late."""
     before = look(compare)
     held: list[Route] = []
     compare.page.route(late, lambda route: held.append(route))
@@ -327,8 +342,6 @@ def test_a_zoom_survives_a_reload_whatever_comes_last(compare: Walk, late: str) 
     if late != CALLS:
         compare.heading("Compare").wait_for()
         compare.settle()
-    else:
-        compare.page.locator("#where-overlay .main-svg").first.wait_for(state="attached")
     while held:
         held.pop().continue_()
     compare.page.unroute(late)

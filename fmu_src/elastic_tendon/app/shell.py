@@ -49,7 +49,10 @@ def layout(steps: Sequence[PageStep], session_name: str) -> Component:
                         **_words_for_script(session_name),
                     ),
                     html.P(id="unsaved", className="sentence", role="alert"),
-                    *(section(*pair) for pair in zip(steps, [*steps[1:], None], strict=True)),
+                    *(
+                        section(step, following, opened=step is steps[0])
+                        for step, following in zip(steps, [*steps[1:], None], strict=True)
+                    ),
                 ],
                 id="steps",
             ),
@@ -160,9 +163,10 @@ def _register_steps(app: Dash, workspace: Workspace) -> None:
         prevent_initial_call=True,
     )
     def choose(_links: list[int | None], _nexts: list[int | None], stored: Any) -> Any:
-        if not stored or not ctx.triggered[0]["value"]:
+        if not ctx.triggered[0]["value"]:
             return no_update
-        workspace.open(stored).cache.forget_failures()  # whoever comes back wants another try
+        if stored:  # else the page has only just come
+            workspace.open(stored).cache.forget_failures()  # whoever comes back wants another try
         (chosen,) = ctx.triggered_id.values()
         return chosen
 

@@ -36,7 +36,7 @@ def aria(**attributes: str) -> dict[str, Any]:
     return {f"aria-{name}": value for name, value in attributes.items()}
 
 
-def section(step: PageStep, following: PageStep | None) -> html.Section:
+def section(step: PageStep, following: PageStep | None, *, opened: bool) -> html.Section:
     """A step on the page: heading, way on, what went wrong in a sentence, and its own layout."""
     way_on = html.Button(
         f"Next: {following.title}" if following else "",
@@ -55,6 +55,6 @@ def section(step: PageStep, following: PageStep | None) -> html.Section:
         ],
         id={"section": step.id},
         className="step",
-        hidden=True,
+        hidden=not opened,
         **aria(labelledby=f"{step.id}-heading"),
     )
