@@ -3,7 +3,8 @@
 It shows as a peak in the spectrum of what is left without it. Over a whole recording its frequency
 has to be right to half a percent, or the fit ends in a wrong minimum; over the beginning of it a
 rough one will do. So frequencies about the peaks are refitted to a short beginning, the best of
-them to a longer one, and so on to the whole.
+them to a longer one, and so on to the whole. Where much is left noise may hide the peak: there as
+many frequencies as a short beginning tells apart are refitted to that too.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,8 +15,10 @@ import numpy as np
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model, sizes_of
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
+from elastic_tendon.diagnosis.evidence import MUCH
 from elastic_tendon.diagnosis.peaks import peaks
 from elastic_tendon.diagnosis.sets import model_with
 from elastic_tendon.effects.base import Parameter, Sizes
@@ -29,6 +32,7 @@ LEAST, MOST = 0.03, 10.0  # times what is typical, of what sets the frequency of
 TRIED = np.geomspace(0.1, 1e3, 400)  # times the natural frequency, of which those are in range
 PEAKS = 3  # that are tried, the highest first
 ABOUT = (1.0, 0.96, 1.04)  # times the frequency of a peak, where refits begin
+APART = 1.14  # times the frequency before, of those that are tried where much is left
 DAMPING = 0.25  # times the typical one
 # share of a recording that is refitted, and how many of the best are refitted to the next
 STAGES = ((0.125, 8), (0.2, 4), (0.35, 4), (0.6, 2), (1.0, 4))
@@ -80,6 +84,13 @@ class Resonance:
         # without the effect they were driven to where it would not ring
         dampings = {path: given[path] for path in (f"{spring}.damping" for spring in SPRINGS)}
         effect = effects.BY_ID[self.effect_id]
+        tried = [
+            (times * frequency, own)
+            for frequency in frequencies(self.effect_id, answer)
+            for own in (given, dampings)
+            for times in ABOUT
+        ]
+        tried += [(frequency, dampings) for frequency in self._all_frequencies(answer)]
         models = [
             model_with(
                 self.given,
@@ -87,14 +98,21 @@ class Resonance:
                 found
                 | own
                 | {f"effects.{effect.id}.{name}": value for name, value in start.items()}
-                | self._tuned(answer, times * frequency),
+                | self._tuned(answer, frequency),
             )
-            for frequency in frequencies(self.effect_id, answer)
-            for own in (given, dampings)
-            for times in ABOUT
+            for frequency, own in tried
             for start in starts(self.given, effect, self.measurements, (1.0,), (DAMPING,))
         ]
         return self._best(models, found | dampings, answer)
+
+    def _all_frequencies(self, answer: Answer) -> Array:
+        """Angular frequencies (rad/s) that recordings can show, where much is left."""
+        if answer.mean_square <= MUCH:
+            return np.empty(0)
+        lowest, highest = _range(_resonant(self.effect_id), _sizes(answer.result.model))
+        step = max(float(np.median(np.diff(part.time))) for part in self.measurements)
+        highest = min(highest, np.pi / step)
+        return np.exp(np.arange(np.log(lowest), np.log(highest), np.log(APART)))
 
     def around(self, answer: Answer) -> list[Answer]:
         """The effect at other frequencies than that of a refit, the most promising first."""

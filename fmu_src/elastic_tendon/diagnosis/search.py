@@ -255,13 +255,14 @@ class Search(Doubts):
         return self.answer.added != added
 
     def _ringing(self, added: Set) -> list[Set]:
-        """Additions that swing, where what a set leaves does, and they would leave less."""
+        """Additions that swing, where what a set leaves does, or may, and they would leave less."""
         if self._at_noise() or self._tired:
             return []
+        answer = self.answers[added]
         ringing = [
             effect_id
             for effect_id in filter(swings, self.data.candidates)
-            if frequencies(effect_id, self.answers[added])
+            if frequencies(effect_id, answer) or answer.mean_square > MUCH
         ]
         looks = self._looks(added, ringing)
         return [near for near, share in looks.items() if share < WORTH]
