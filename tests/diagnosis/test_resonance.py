@@ -57,6 +57,15 @@ def test_the_mass_is_found_beside_a_refit_without_it(beside) -> None:
     assert mass_of(beside[0]) == pytest.approx(1.0, abs=1e-3)
 
 
+def test_the_mass_is_found_where_noise_hides_its_peak(
+    resonance, recordings, beside, monkeypatch
+) -> None:
+    monkeypatch.setattr("elastic_tendon.diagnosis.resonance.frequencies", lambda *_: [])
+    without = refit(GIVEN, (), recordings, effort=QUICK)
+    assert mass_of(resonance.beside(without)[0]) == pytest.approx(1.0, rel=0.05)
+    assert resonance.beside(beside[0]) == []  # which leaves little
+
+
 def test_a_wrong_frequency_leads_to_the_right_one_around_it(resonance, recordings) -> None:
     wrong = TRUTH.with_values({MASS: 0.8 * TRUTH.values()[MASS]})
     place = refit(GIVEN, ("spring_mass",), recordings, [wrong], REFITTING)

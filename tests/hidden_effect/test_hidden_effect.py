@@ -112,3 +112,9 @@ def test_a_stop_that_the_fitted_recordings_hardly_touch_is_judged_by_its_law():
     """Its stiffness is open there; a refit to all recordings tears a joint at rest into motion."""
     order = Order("two effects", ("joint_stop", "coulomb_friction"), 3.0, "steps", seed=2)
     assert set(result(order).added) == set(order.effects)
+
+
+@pytest.mark.slow
+def test_a_mass_is_found_though_noise_hides_that_it_rings():
+    order = Order("effect", ("spring_mass",), 3.0, "steps", seed=2)
+    assert result(order).added == order.effects
