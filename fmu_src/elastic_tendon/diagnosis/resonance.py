@@ -40,6 +40,7 @@ WORSE = 4.0  # times the least mean square, from which no refit goes on
 # mean square of a beginning, times that of a refit without the effect, from which the effect does
 # not show in it; if it errs there at least half as much as over the whole
 WORTH, TELLING = 0.9, 0.5
+HIDDEN_WORTH = 0.5  # the same where no peak tells that anything swings, if it errs much
 BESIDE = (1.0, 0.975, 1.025)  # times what sets the frequency, where the next refits begin
 AROUND = tuple(np.geomspace(0.6, 1.6, 7))  # likewise, around a refit
 REFITTING = Effort(scouted=1, scouting=10, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
@@ -146,10 +147,13 @@ class Resonance:
         return best
 
     def _needless(self, found: Answer, without: Answer, beginnings: Sequence[Measurement]) -> bool:
-        """Whether beginnings that show as much error as the whole are met as well without it."""
+        """Whether beginnings that show as much error as the whole are met as well without it; where
+        it has no peak, whether it explains less than half of beginnings that show much."""
         own = [without.result.model]
         before = refit(self.given, without.added, beginnings, own, REFITTING, self.check)
         left = before.mean_square
+        if not frequencies(self.effect_id, without):
+            return left > MUCH and found.mean_square > HIDDEN_WORTH * left
         return left > TELLING * without.mean_square and found.mean_square > WORTH * left
 
     @property
