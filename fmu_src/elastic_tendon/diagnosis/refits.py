@@ -101,7 +101,8 @@ class Refits:
                 known = self.answers.get(added, answer)
                 self.answers[added] = self.evidence.likeliest([known, answer])
             self.evidence.expect_like(self.answers[added] for added, _ in found)
-        self.progress(words, 1.0)  # with what was found, for who looks on
+        if found:
+            self.progress(words, 1.0)  # for who looks on: only now they are among the answers
 
     def _judged(self, task: Callable[[Check], Answer], check: Check) -> Answer:
         """A refit of a set; a first one is judged by held-out recordings on the same processor."""
