@@ -8,7 +8,7 @@ import pytest
 from descriptions import STRUCTURES, structure_name
 
 from elastic_tendon.actuator.model import build
-from elastic_tendon.actuator.system import following, newton_step, total_jacobian
+from elastic_tendon.actuator.system import derivative_of_unknowns, newton_step, total_jacobian
 from elastic_tendon.fmu.dependencies import Dependence, dependencies
 
 TRIALS = 12
@@ -34,7 +34,7 @@ class Numbers:
         given = [system.x, system.u, system.p[:n], system.r, system.w]
         everything = ca.vertcat(system.outputs, system.rates, system.indicators)
         v = ca.vertcat(*given[:3])
-        unknowns_by_v = following(system.residuals, system.w, v)
+        unknowns_by_v = derivative_of_unknowns(system.residuals, system.w, v)
         found = {
             "values": everything,
             "jacobian": ca.densify(total_jacobian(everything, v, system.w, unknowns_by_v)),

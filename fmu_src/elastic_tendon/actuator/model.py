@@ -13,7 +13,7 @@ from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.system import (
     HybridSystem,
     Symbols,
-    following,
+    derivative_of_unknowns,
     linear_root,
     total_jacobian,
 )
@@ -223,7 +223,7 @@ def _with_pulley(s: Symbols, angle: Symbol, columns: dict[str, ca.SX]) -> dict[s
     velocities = [name for name in s.input if name in POSITION_OF]
     along = ca.vertcat(*(s.input[POSITION_OF[name]] for name in velocities), s.x)
     rates = ca.vertcat(*(s.input[name] for name in velocities), columns["rates"])
-    unknowns_by_along = following(columns["residuals"], s.unknowns, along)
+    unknowns_by_along = derivative_of_unknowns(columns["residuals"], s.unknowns, along)
     by_along = total_jacobian(angle, along, s.unknowns, unknowns_by_along)
     rate = linear_root(s.pulley_rate - by_along @ rates, s.pulley_rate)
     return _substitute(columns, s.pulley_rate, rate)

@@ -66,7 +66,7 @@ def linear_root(residual: ca.SX, unknown: ca.SX) -> ca.SX:
     return -_solved(slope, ca.substitute(residual, unknown, zero))
 
 
-def following(residuals: ca.SX, w: ca.SX, v: ca.SX) -> ca.SX:
+def derivative_of_unknowns(residuals: ca.SX, w: ca.SX, v: ca.SX) -> ca.SX:
     """Derivative of the unknowns `w` by `v`, by the implicit function theorem."""
     return -_solved(ca.jacobian(residuals, w), ca.jacobian(residuals, v))
 

@@ -215,22 +215,17 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
     @app.callback(
         Output("pulse", "data", allow_duplicate=True),
         Input("cancel", "n_clicks"),
-        State("session", "data"),
-        prevent_initial_call=True,
-    )
-    def cancel(clicks: int | None, stored: Any) -> Any:
-        workspace.open(stored).stop()
-        return clicks
-
-    @app.callback(
-        Output("pulse", "data", allow_duplicate=True),
         Input("take-best", "n_clicks"),
         State("session", "data"),
         prevent_initial_call=True,
     )
-    def take_best(clicks: int | None, stored: Any) -> Any:
-        workspace.open(stored).take_best()
-        return clicks
+    def end(_cancel: int | None, _take_best: int | None, stored: Any) -> Any:
+        session = workspace.open(stored)
+        if ctx.triggered_id == "cancel":
+            session.stop()
+        else:
+            session.take_best()
+        return [ctx.triggered_id, ctx.triggered[0]["value"]]
 
 
 def _begin_next(session: Session, step: PageStep) -> str:

@@ -13,7 +13,7 @@ from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Cache, Change, Result, Session, Work
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.by_hand import Outcome, Ranked
+from elastic_tendon.diagnosis.by_hand import Outcome, Ranked, SoFar
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
@@ -72,9 +72,6 @@ def answer(document: Document, version: Version, files: Files) -> Result[Answer]
 
     key = _key("answer", document, version, version.model, *version.added)
     return Result(key, f"refitting {version.title}", compute)
-
-
-SoFar = Callable[[Round], object]  # is given the round as far as it is known
 
 
 def outcome(

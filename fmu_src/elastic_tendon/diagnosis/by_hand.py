@@ -22,6 +22,7 @@ from elastic_tendon.estimation.fit import THOROUGH
 from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Enough, Progress
 
+SoFar = Callable[[Round], object]  # is given a round as far as it is known
 REFITTING = "refitting the parameters"
 SUGGESTED = "the search would take it"
 LESS_THAN_SUGGESTED = "explains less, or is less simple, than what the search would take"
@@ -79,7 +80,7 @@ def next_round(
     data: Data,
     current: Answer,
     progress: Progress,
-    so_far: Callable[[Round], object] | None = None,
+    so_far: SoFar | None = None,
 ) -> Outcome:
     """The round that the search makes from a model: every single effect is screened, the likeliest
     are refitted, nothing is added.
@@ -112,9 +113,7 @@ def _round(search: Search, current: Answer) -> Round:
     return round_at(search, in_order(current.added), came)
 
 
-def _telling(
-    search: Search, current: Answer, progress: Progress, so_far: Callable[[Round], object]
-) -> Progress:
+def _telling(search: Search, current: Answer, progress: Progress, so_far: SoFar) -> Progress:
     """Progress that tells the round so far too, whenever sets were refitted."""
     told = 1  # the current model, which is an answer from the beginning
 

@@ -32,7 +32,7 @@ LEAST, MOST = 0.03, 10.0  # times what is typical, of what sets the frequency of
 TRIED = np.geomspace(0.1, 1e3, 400)  # times the natural frequency, of which those are in range
 PEAKS = 3  # that are tried, the highest first
 ABOUT = (1.0, 0.96, 1.04)  # times the frequency of a peak, where refits begin
-APART = 1.14  # times the frequency before, of those that are tried where much is left
+APART = 1.14  # times the frequency before, of those that are tried where noise may hide a peak
 DAMPING = 0.25  # times the typical one
 # share of a recording that is refitted, and how many of the best are refitted to the next
 STAGES = ((0.125, 8), (0.2, 4), (0.35, 4), (0.6, 2), (1.0, 4))
@@ -63,6 +63,11 @@ def frequencies(effect_id: str, answer: Answer) -> list[float]:
             found += peaks(np.interp(even, time, error), even[1] - even[0], lowest, highest)
     found.sort(key=itemgetter(1), reverse=True)
     return [frequency for frequency, _ in found[:PEAKS]]
+
+
+def may_hide(answer: Answer) -> bool:
+    """Whether an answer leaves so much that noise may hide the peak of what swings."""
+    return answer.mean_square > MUCH
 
 
 @dataclass(frozen=True)
@@ -107,8 +112,8 @@ class Resonance:
         return self._best(models, found | dampings, answer)
 
     def _all_frequencies(self, answer: Answer) -> Array:
-        """Angular frequencies (rad/s) that recordings can show, where much is left."""
-        if answer.mean_square <= MUCH:
+        """Angular frequencies (rad/s) that recordings can show, where noise may hide a peak."""
+        if not may_hide(answer):
             return np.empty(0)
         lowest, highest = _range(_resonant(self.effect_id), _sizes(answer.result.model))
         step = max(float(np.median(np.diff(part.time))) for part in self.measurements)

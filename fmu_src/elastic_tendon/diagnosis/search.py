@@ -32,7 +32,7 @@ from elastic_tendon.diagnosis.evidence import (
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, LackOfFit, Regression, regress
 from elastic_tendon.diagnosis.likeliest_sets import FAR_BETTER, FOLLOWED
 from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, FAILURES, MOST_WORK, Check
-from elastic_tendon.diagnosis.resonance import Resonance, frequencies, swings
+from elastic_tendon.diagnosis.resonance import Resonance, frequencies, may_hide, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
     aliases,
@@ -262,7 +262,7 @@ class Search(Doubts):
         ringing = [
             effect_id
             for effect_id in filter(swings, self.data.candidates)
-            if frequencies(effect_id, answer) or answer.mean_square > MUCH
+            if frequencies(effect_id, answer) or may_hide(answer)
         ]
         looks = self._looks(added, ringing)
         return [near for near, share in looks.items() if share < WORTH]

@@ -16,7 +16,12 @@ from scipy.linalg.lapack import dtbtrs
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
-from elastic_tendon.actuator.system import HybridSystem, following, newton_step, total_jacobian
+from elastic_tendon.actuator.system import (
+    HybridSystem,
+    derivative_of_unknowns,
+    newton_step,
+    total_jacobian,
+)
 from elastic_tendon.actuator.variables import (
     LINK,
     ROTOR,
@@ -431,7 +436,7 @@ class _Seen:
     def slope(self, expression: ca.SX, symbol: ca.SX) -> ca.SX:
         """Derivative at constant modes, the unknowns following."""
         system = self.system
-        unknowns_by_symbol = following(self.seen(system.residuals), system.w, symbol)
+        unknowns_by_symbol = derivative_of_unknowns(self.seen(system.residuals), system.w, symbol)
         return total_jacobian(expression, symbol, system.w, unknowns_by_symbol)
 
     def _moving(self, body: Body, expression: ca.SX) -> tuple[ca.SX, ca.SX]:

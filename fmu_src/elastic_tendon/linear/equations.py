@@ -11,7 +11,7 @@ import numpy as np
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.system import following, newton_step, total_jacobian
+from elastic_tendon.actuator.system import derivative_of_unknowns, newton_step, total_jacobian
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.actuator.variables import JOINT_MOTION, SPRINGS, interface
 from elastic_tendon.effects.symbolic import one_at_a_time
@@ -187,7 +187,7 @@ def _functions(effect_ids: tuple[str, ...], kind: InterfaceKind) -> dict[str, _E
     arguments = [system.x, system.u, system.p, system.r, system.w]
     n = system.x.numel()
     v = ca.vertcat(system.x, system.u)
-    unknowns_by_v = following(system.residuals, system.w, v)
+    unknowns_by_v = derivative_of_unknowns(system.residuals, system.w, v)
     by_v = {
         name: total_jacobian(getattr(system, name), v, system.w, unknowns_by_v) for name in _DERIVED
     }

@@ -10,7 +10,12 @@ from collections.abc import Iterable
 
 import casadi as ca
 
-from elastic_tendon.actuator.system import HybridSystem, following, newton_step, total_jacobian
+from elastic_tendon.actuator.system import (
+    HybridSystem,
+    derivative_of_unknowns,
+    newton_step,
+    total_jacobian,
+)
 from elastic_tendon.actuator.variables import POSITION_OF
 from elastic_tendon.effects.symbolic import one_at_a_time
 
@@ -31,8 +36,8 @@ static inline void model_{name}({signature}) {{
 
 # functions of the unknowns of implicit equations find these first; see native/runtime/implicit.h
 _SOLVE = "  double w[N_UNKNOWNS];\n  solve_implicit(x, u, p, r, w);\n"
-_FOLLOW = "  double w_by_v[N_FOLLOWING];\n  model_following(x, u, p, r, w, w_by_v);\n"
-_OF_UNKNOWNS = ("guess", "newton", "following")
+_FOLLOW = "  double w_by_v[N_UNKNOWNS_BY_V];\n  model_unknowns_by_v(x, u, p, r, w, w_by_v);\n"
+_OF_UNKNOWNS = ("guess", "newton", "unknowns_by_v")
 
 
 def _c_list(values: Iterable[object]) -> str:
@@ -44,7 +49,7 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
     """CasADi functions by the name that the runtime calls, without their ``model_`` prefix."""
     x, u, p, r, w = system.x, system.u, system.p, system.r, system.w
     v = ca.vertcat(x, u, p)
-    unknowns_by_v = following(system.residuals, w, v)
+    unknowns_by_v = derivative_of_unknowns(system.residuals, w, v)
     w_by_v = ca.SX.sym("w_by_v", unknowns_by_v.sparsity())
     at = {"x": x, "u": u, "p": p, "r": r}
     after = at | {"r_next": system.r_next}
@@ -58,7 +63,7 @@ def _functions(system: HybridSystem) -> dict[str, ca.Function]:
     of_unknowns = {
         "guess": (at, system.guesses),
         "newton": (solved, newton_step(w, system.residuals)),
-        "following": (solved, _nonzeros(unknowns_by_v)),
+        "unknowns_by_v": (solved, _nonzeros(unknowns_by_v)),
     }
     expressions = (of_unknowns if w.numel() else {}) | {
         "rates": (solved, system.rates),
@@ -184,7 +189,7 @@ def _sizes(system: HybridSystem, functions: dict[str, ca.Function]) -> str:
     } | {
         f"N_{name.upper()}": function.nnz_out(0)
         for name, function in functions.items()
-        if name == "following" or name.endswith("_jacobian")
+        if name == "unknowns_by_v" or name.endswith("_jacobian")
     }
     return "".join(f"#define {name} {size}\n" for name, size in sizes.items())
 
