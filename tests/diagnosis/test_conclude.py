@@ -6,7 +6,8 @@ import pytest
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.conclude import Found, _confirm, doubtful_values
+from elastic_tendon.diagnosis.conclude import doubtful_values
+from elastic_tendon.diagnosis.confirmation import on_everything
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.estimation.fit import QUICK
 
@@ -32,7 +33,6 @@ def test_an_interrupt_that_the_confirming_fit_swallows_is_heeded(frictionless) -
     known, recording = frictionless
     answer = refit(known.model, (), [recording], effort=QUICK)
     data = SimpleNamespace(given=known.model, whole=(recording,))
-    found = Found(ladder=[("parameters refitted", None, answer)])
     told = []
 
     def interrupting(_text: str, share: float) -> None:
@@ -41,5 +41,5 @@ def test_an_interrupt_that_the_confirming_fit_swallows_is_heeded(frictionless) -
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        _confirm(data, found, interrupting)
+        on_everything(data, answer, interrupting)
     assert len(told) > 2  # the fit was interrupted first, and went on quietly

@@ -11,8 +11,9 @@ from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.compare import Comparison, compare
 from elastic_tendon.comparison.locate import locate
-from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.candidates import starts
+from elastic_tendon.diagnosis.confirmation import on_everything
 from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
@@ -38,7 +39,7 @@ from elastic_tendon.diagnosis.result import (
 from elastic_tendon.diagnosis.rounds import as_sure, neighbours_of
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.separation import Rival
-from elastic_tendon.diagnosis.sets import in_order, model_with
+from elastic_tendon.diagnosis.sets import Set, in_order, model_with
 from elastic_tendon.diagnosis.torque_screen import revealing
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.diagnosis.verdict import (
@@ -56,16 +57,12 @@ from elastic_tendon.diagnosis.verdict import (
     verdict_of,
 )
 from elastic_tendon.estimation.add import named_after, with_estimates
-from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import AS_GIVEN, FittedStep, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import NoiseFloor
 from elastic_tendon.misreadings.constants import explained_by
 from elastic_tendon.progress import Progress
 
-CONFIRMING = Effort(
-    scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6
-)  # of a fit to everything that starts at the answer
 CLOSER = 4  # steps from a typical size to the one that would show
 # samples of a held-out recording on which a search that was stopped seeks the constant that
 # explains it: whoever stopped it waits
@@ -74,7 +71,7 @@ LEFT_OPEN = (
     "The parameters as fitted do not explain {}, which was held out; fitted to all recordings they "
     "do: the fitted ones leave them open. Fit both together before you use them."
 )
-RIVALS = 2  # answers that an experiment is to tell apart
+PAIRS = 3  # of answers for which an experiment is sought, until there is one
 
 
 @dataclass
@@ -82,12 +79,14 @@ class Found:
     """What a diagnosis has so far; an interrupt leaves it as it is.
 
     `ladder` : title, effect that came in, and answer of each step after the model as given.
-    `alike` : answers that cannot be told apart, the one taken first.
+    `alike` : answers that cannot be told apart, the one taken first. `confirmed` : sets -> fits to
+    everything, where the search worked on excerpts.
     """
 
     ladder: list[tuple[str, str | None, Answer]] = field(default_factory=list)
     rounds: list[Round] = field(default_factory=list)
     alike: tuple[Answer, ...] = ()
+    confirmed: Mapping[Set, Answer] = field(default_factory=dict)
     lack: Mapping[str, LackOfFit] = field(default_factory=dict)
     learned: LearnedTerm | None = None
     experiment: Experiment | None = None
@@ -118,7 +117,9 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
     found.would_show = _would_show(search, answer)
     _propose_experiment(data, found, report)
     if data.excerpts:
-        _confirm(data, found, report)
+        title, effect_id, answer = found.ladder[-1]
+        whole = found.confirmed.get(answer.added) or on_everything(data, answer, report)
+        found.ladder[-1] = (title, effect_id, whole)
 
 
 def _compared(answer: Answer, recordings: Sequence[Measurement]) -> Comparison:
@@ -127,19 +128,6 @@ def _compared(answer: Answer, recordings: Sequence[Measurement]) -> Comparison:
     fitted = result.problem.measurements
     own = len(fitted) == len(recordings) and all(map(is_, fitted, recordings))
     return compare(result.model, recordings, result.initial_states if own else None)
-
-
-def _confirm(data: Data, found: Found, report: Progress) -> None:
-    """Fit the answer, found on excerpts, to everything."""
-    words = "confirming the answer on all samples"
-    report(words, 0.0)
-    title, effect_id, answer = found.ladder[-1]
-    start = [answer.result.model]
-    whole = refit(
-        data.given, answer.added, data.whole, start, CONFIRMING, lambda share: report(words, share)
-    )
-    found.ladder[-1] = (title, effect_id, whole)
-    report(words, 1.0)  # the fit ends quietly where it was interrupted
 
 
 def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
@@ -197,13 +185,17 @@ def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
             "position."
         )
         return
-    pairs = zip(_different(found.alike), found.alike, strict=True)
-    first, second = (Rival(name, part.result) for name, part in list(pairs)[:RIVALS])
-    proposal = next_experiment((first, second), data.fitted, report)
-    if isinstance(proposal, str):
-        found.no_experiment = proposal
-    else:
-        found.experiment = proposal
+    answers = [found.confirmed.get(part.added, part) for part in found.alike]
+    first, *others = (
+        Rival(name, answer.result)
+        for name, answer in zip(_different(answers), answers, strict=True)
+    )
+    for other in others[:PAIRS]:
+        proposal = next_experiment((first, other), first.fit.problem.measurements, report)
+        if not isinstance(proposal, str):
+            found.experiment, found.no_experiment = proposal, ""
+            return
+        found.no_experiment = found.no_experiment or proposal
 
 
 def conclude(

@@ -16,6 +16,7 @@ from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
+from elastic_tendon.diagnosis.confirmation import confirm
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.evidence import AT_NOISE
 from elastic_tendon.diagnosis.inputs import torque_notes
@@ -119,6 +120,8 @@ def _diagnosed(
                 search = begun(data)
                 _climbed(search)
             search.settle()
+            if data.excerpts:
+                found.confirmed = confirm(data, search, search.progress)
             _tell(search, found, ask, refit=True)
             judge(data, search, found, options, search.progress)
     except KeyboardInterrupt:

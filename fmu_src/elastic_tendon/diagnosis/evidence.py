@@ -101,14 +101,18 @@ class Evidence:
             judged = self._judged(min(answers, key=self.heldout_square))
         return [self._of(answer, facts, judged) for answer in answers]
 
+    def of_fitted(self, answers: Sequence[Answer]) -> list[float]:
+        """Evidence of each answer by the fitted recordings alone, see `of`."""
+        facts = self.facts(answers)
+        return [_fitted(answer, facts) for answer in answers]
+
     def likeliest(self, answers: Sequence[Answer]) -> Answer:
         """The best of several refits of one set, each of which may have left what is plausible.
 
         Held-out recordings are asked only of those that would be the best if they left less than
         noise there.
         """
-        facts = self.facts(answers)
-        fitted = [_fitted(answer, facts) for answer in answers]
+        fitted = self.of_fitted(answers)
         first = answers[int(np.argmin(fitted))]
         room = 0.0
         if self.heldout:

@@ -14,6 +14,7 @@ from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.fit import FitResult
 from elastic_tendon.estimation.problem import Problem, Sigmas
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.simulation.work import AFFORDABLE, Work, counted, worked
 
 # evaluations of the errors, and fall of the cost at which the move ends: what differs smoothly is
 # met by a step or two; who goes on has to explain all, or it would only be fitted to these data
@@ -45,6 +46,11 @@ def heldout_errors(
     -------
     (n,) array in units of the noise; one infinite value where the model cannot follow
     """
+    with counted(Work()):  # what is judged says nothing of how dear the refit was
+        return _judged(result, recordings, hopeless)
+
+
+def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: float) -> Array:
     problem = replace(result.problem, measurements=tuple(recordings))
     floors = tuple(map(noise_floors, recordings))
     try:
@@ -64,10 +70,9 @@ def heldout_errors(
             return np.full_like(errors, np.inf)
 
     best = min(errors, met({}, 1, FEW), key=_square)
-    if (
-        _square(best) < AT_NOISE * len(best)
-        or result.problem.mean_square(result.vector) >= hopeless
-    ):
+    least = AT_NOISE if worked() * MANY / FEW < AFFORDABLE else EXPLAINED  # where moves are dear
+    far = result.problem.mean_square(result.vector) >= hopeless
+    if _square(best) < least * len(best) or far:
         return best
     shown = stops_shown(result.model, result.problem.measurements, recordings)
     ways = [({}, 1, MANY), *((stops, 1, MANY) for stops in shown), ({}, ROUNDS, FEW)]

@@ -108,8 +108,7 @@ class Refits:
         """A refit of a set; a first one is judged by held-out recordings on the same processor."""
         answer = task(check)
         if answer.added not in self.answers:
-            with counted(Work()):  # which says nothing of how dear refits are
-                self.evidence.heldout_square(answer)
+            self.evidence.heldout_square(answer)
         return answer
 
     def _without_failures(

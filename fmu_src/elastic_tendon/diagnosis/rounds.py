@@ -101,11 +101,7 @@ def neighbours_of(search: Search, answer: Answer) -> tuple[Neighbour, ...]:
 
 
 def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
-    """The answer, then the refitted sets that these data cannot tell from it; none without any.
-
-    Of a difference that does not decide, chance alone makes up to twice as much: so much may be
-    between an effect and one in its place that has no more parameters.
-    """
+    """The answer, then the refitted sets that these data cannot tell from it; none without any."""
     others = [
         part
         for part in search.allowed
@@ -115,16 +111,21 @@ def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
     alike = tuple(
         part
         for part, value in zip(others, values[1:], strict=True)
-        if value < values[0] + DECISIVE * (2.0 if _in_its_place(answer, part) else 1.0)
+        if value < values[0] + undecided(answer, part)
     )
     return (answer, *alike) if alike and answer.added else ()
 
 
-def _in_its_place(answer: Answer, part: Answer) -> bool:
-    """Whether one effect of the answer has another in its place, with no more parameters."""
+def undecided(answer: Answer, part: Answer) -> float:
+    """Difference of evidence up to which data do not tell another set from an answer.
+
+    Of a difference that does not decide, chance alone makes up to twice as much: so much may be
+    between an effect and one in its place that has no more parameters.
+    """
     new = set(part.added) - set(answer.added)
     same_size = len(part.added) == len(answer.added)
-    return same_size and len(new) == 1 and part.complexity <= answer.complexity
+    in_its_place = same_size and len(new) == 1 and part.complexity <= answer.complexity
+    return DECISIVE * (2.0 if in_its_place else 1.0)
 
 
 def rmse_of(answer: Answer) -> dict[str, float]:

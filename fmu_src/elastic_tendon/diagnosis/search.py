@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import filterfalse
 from math import log
 
 import numpy as np
@@ -47,6 +48,7 @@ from elastic_tendon.diagnosis.sets import (
 from elastic_tendon.diagnosis.torque_screen import Screen
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.estimation.stretches import independent_facts
 from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Progress
 
@@ -60,7 +62,8 @@ WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 MOST_ROUNDS, MOST_REFITS = 8, 20
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
-SHARES = (0.3,)  # of typical strengths, at which trajectories are looked at
+# of typical strengths, at which trajectories are looked at, also for what is as small as noise
+SHARES, SMALL_SHARES = (0.3,), (0.03, 0.3)
 MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
 FIRST = 0.5  # share of the mean square; who promises less is refitted before all others
@@ -469,10 +472,15 @@ class Search(Doubts):
         answer = self.answers[added]
         if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
             return found
-        shares = SHARES if self.screen.sees(effect_id) else UNSEEN_SHARES
-        values = list(starts(self.data.given, effects.BY_ID[effect_id], self.data.fitted, shares))
-        some = values[:: -(-len(values) // MOST_LOOKS)]
-        return screen.best(self._models_beside(answer, near, effect_id, some), check)[:KEPT]
+        seen = SMALL_SHARES if answer.mean_square < AT_NOISE else SHARES
+        shares = seen if self.screen.sees(effect_id) else UNSEEN_SHARES
+        models = self.starts.get(near, [])[:KEPT]
+        for share in shares:
+            law, fitted = effects.BY_ID[effect_id], self.data.fitted
+            values = list(starts(self.data.given, law, fitted, (share,)))
+            some = values[:: -(-len(values) // MOST_LOOKS)]
+            models = [*models, *self._models_beside(answer, near, effect_id, some)]
+        return screen.best(models, check)[:KEPT]
 
     def _look_along(
         self, answer: Answer, near: Set, effect_id: str, check: Check
@@ -505,15 +513,19 @@ class Search(Doubts):
             shares |= {without(added, effect_id): None for effect_id in added}
             shares |= dict.fromkeys(simpler(added))
             unlooked = list(self.data.candidates)
-        if not (at_noise or self._tired):
-            shares |= self._looks(
-                added, [effect_id for effect_id in unlooked if not swings(effect_id)]
-            )
-        return shares
+        if self._tired:
+            return shares
+        if not at_noise:
+            return {**shares, **self._looks(added, filterfalse(swings, unlooked))}
+        # what is as small as noise shows in trajectories, or else in torques
+        looks = self._looks(added, filterfalse(swings, self.data.candidates))
+        left = self._left(added)
+        heard = any(worth_hearing(left, share * left) for share in looks.values())
+        return {**shares, **looks} if heard else {**looks, **shares}
 
     def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:
         """Evidence of neighbours less that of a set, the most promising first."""
-        facts = self.evidence.facts([self.answers[added]])
+        facts = self._facts_beside(added, shares)
         left, size = self._left(added), size_of(added)
         found = {
             near: None
@@ -522,6 +534,20 @@ class Search(Doubts):
             for near, share in shares.items()
         }
         return dict(sorted(found.items(), key=lambda pair: pair[1] or 0.0))
+
+    def _facts_beside(self, added: Set, shares: Mapping[Set, float | None]) -> float:
+        """Number of independent facts that errors hold, of a set or with its best neighbour: what
+        one effect leaves hangs together, and is worth more facts once that is explained."""
+        answer = self.answers[added]
+        facts = self.evidence.facts([answer])
+        likely = [near for near in self.starts if (shares.get(near) or 1.0) < 1.0]
+        if not likely:
+            return facts
+        best = min(likely, key=lambda near: shares[near] or 0.0)
+        left = TrajectoryScreen(answer).left(self.starts[best][0])
+        if left is None:
+            return facts
+        return max(facts, independent_facts(answer.result.model, self.data.fitted, left))
 
     def _trusted(self, added: Set) -> bool:
         """Whether the torque screen can tell neighbours of a set: it sees all of its effects, and

@@ -244,8 +244,9 @@ def refit(
 
 
 def power(noncentrality: float) -> float:
-    """Probability that the deviance will differ by more than what decides, 0 to 1."""
-    return float(ncx2.sf(DECISIVE, 1, noncentrality))
+    """Probability that the deviance will differ by more than what decides, 0 to 1: twice the usual
+    difference, as between two effects of which one is in the place of the other, see `undecided`."""
+    return float(ncx2.sf(2.0 * DECISIVE, 1, noncentrality))
 
 
 def expected_power(

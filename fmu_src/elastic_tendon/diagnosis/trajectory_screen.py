@@ -57,10 +57,11 @@ class TrajectoryScreen:
         """
         found: list[tuple[float, Model]] = []
         failures = 0
+        before = float(np.sum(self._residuals[: self._count] ** 2))
         for model in models:
             check(0.0)
-            left = self._left(model)
-            found.append((1.0 if left is None else left, model))
+            left = self.left(model)
+            found.append((1.0 if left is None else float(left @ left) / before, model))
             failures += left is None
             if failures == MOST_FAILURES or enough():
                 break
@@ -91,20 +92,20 @@ class TrajectoryScreen:
         change[: self._count] = stack(errors, result.sigmas) - self._residuals[: self._count]
         return change
 
-    def _left(self, model: Model) -> float | None:
-        """Share of the mean square that would be left, None where the simulation fails."""
-        residuals, change = self._residuals[: self._count], self._changed(model)
+    def left(self, model: Model) -> Array | None:
+        """Errors (N,) that would be left with a model, in sigmas: those of the answer where it does
+        no better, None where it cannot be simulated."""
+        own, change = self._residuals[: self._count], self._changed(model)
         if change is None:
             return None
         if not np.isfinite(change).all():
-            return 1.0
+            return own
         before, across = self._across(self._residuals), self._across(change)
         square = float(across @ across)
         along = float(across @ before)
         if square <= ROUNDING or along >= 0.0:  # nothing new, or only with the other sign
-            return 1.0
-        left = (before - along / square * across)[: self._count]
-        return float(np.sum(left**2) / (residuals @ residuals))
+            return own
+        return np.asarray((before - along / square * across)[: self._count])
 
     def _across(self, values: Array) -> Array:
         """What parameters and initial states cannot follow."""

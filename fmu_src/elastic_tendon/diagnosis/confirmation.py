@@ -1,0 +1,60 @@
+"""The answer on all samples, where a search worked on excerpts of long recordings."""
+
+from collections.abc import Mapping
+
+from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.data import Data
+from elastic_tendon.diagnosis.rounds import answers_alike, undecided
+from elastic_tendon.diagnosis.search import Search
+from elastic_tendon.diagnosis.sets import Set
+from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.progress import Progress
+
+CONFIRMING = Effort(
+    scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6
+)  # of a fit to everything that starts at the answer
+MOST = 4  # answers that excerpts do not tell apart, which are fitted to everything
+LESS = "explains less of all samples than what was taken"
+
+
+def on_everything(data: Data, answer: Answer, report: Progress) -> Answer:
+    """An answer that was found on excerpts, fitted to everything."""
+    words = "confirming the answer on all samples"
+    report(words, 0.0)
+    start = [answer.result.model]
+    whole = refit(
+        data.given, answer.added, data.whole, start, CONFIRMING, lambda share: report(words, share)
+    )
+    report(words, 1.0)  # the fit ends quietly where it was interrupted
+    return whole
+
+
+def confirm(data: Data, search: Search, report: Progress) -> Mapping[Set, Answer]:
+    """Fit to everything the answer and what excerpts do not tell from it; refuse what explains less
+    there, until an answer remains.
+
+    Parameters
+    ----------
+    data : Data
+    search : that has ended
+    report : called with words and the share of the work at hand that is done
+
+    Returns
+    -------
+    sets of effects -> fits to everything, the answer's among them
+    """
+    whole: dict[Set, Answer] = {}
+    while True:
+        answer = search.answer
+        alike = (answer, *answers_alike(search, answer)[1:MOST])
+        for part in alike:
+            if part.added not in whole:
+                whole[part.added] = on_everything(data, part, report)
+        fits = [whole[part.added] for part in alike]
+        values = search.evidence.of_fitted(fits)  # held-out recordings took part in the search
+        best = fits[values.index(min(values))]
+        for fit, value in zip(fits, values, strict=True):
+            if value > min(values) + undecided(best, fit):
+                search.refused[fit.added] = LESS
+        if answer.added not in search.refused:
+            return whole
