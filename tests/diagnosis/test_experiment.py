@@ -27,7 +27,7 @@ from truth.signals import constant, piecewise_linear
 RATE = 500  # Hz
 NOISE = 1e-3  # rad
 RECORDED = (1.3, 2.7), (4.2, 5.6)  # s: what is left of a motion at two constant speeds
-DECISIVE = 10.0  # difference of BIC
+DECISIVE = 20.0  # difference of BIC, of an effect and one in its place
 BELIEVED = load_model("biorob_x4_joint_3")
 
 

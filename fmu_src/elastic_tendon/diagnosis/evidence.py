@@ -28,6 +28,8 @@ from elastic_tendon.estimation.stretches import independent_facts
 from elastic_tendon.measurement import Measurement
 
 DECISIVE = 10.0  # difference of evidence below which data do not decide
+# ... between an effect and one in its place: chance alone makes up to twice of what does not decide
+DECISIVE_IN_PLACE = 20.0
 AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left ...
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5

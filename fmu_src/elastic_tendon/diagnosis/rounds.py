@@ -8,7 +8,12 @@ import numpy as np
 from elastic_tendon import effects
 from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.evidence import DECISIVE, implausible_values, probabilities
+from elastic_tendon.diagnosis.evidence import (
+    DECISIVE,
+    DECISIVE_IN_PLACE,
+    implausible_values,
+    probabilities,
+)
 from elastic_tendon.diagnosis.result import Candidate, Neighbour, Round
 from elastic_tendon.diagnosis.search import Search, expected_evidence
 from elastic_tendon.diagnosis.sets import Set, change_between, in_order, size_of
@@ -117,15 +122,12 @@ def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
 
 
 def undecided(answer: Answer, part: Answer) -> float:
-    """Difference of evidence up to which data do not tell another set from an answer.
-
-    Of a difference that does not decide, chance alone makes up to twice as much: so much may be
-    between an effect and one in its place that has no more parameters.
-    """
+    """Difference of evidence up to which data do not tell another set from an answer; more where
+    only one effect is exchanged, for one with no more parameters."""
     new = set(part.added) - set(answer.added)
     same_size = len(part.added) == len(answer.added)
     in_its_place = same_size and len(new) == 1 and part.complexity <= answer.complexity
-    return DECISIVE * (2.0 if in_its_place else 1.0)
+    return DECISIVE_IN_PLACE if in_its_place else DECISIVE
 
 
 def rmse_of(answer: Answer) -> dict[str, float]:

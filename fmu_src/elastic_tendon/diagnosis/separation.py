@@ -25,7 +25,7 @@ from elastic_tendon.comparison.residuals import (
     simulate_measurement,
     stack,
 )
-from elastic_tendon.diagnosis.evidence import DECISIVE
+from elastic_tendon.diagnosis.evidence import DECISIVE_IN_PLACE
 from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.estimation.coordinates import Coordinates
 from elastic_tendon.estimation.fit import FitResult
@@ -244,9 +244,8 @@ def refit(
 
 
 def power(noncentrality: float) -> float:
-    """Probability that the deviance will differ by more than what decides, 0 to 1: twice the usual
-    difference, as between two effects of which one is in the place of the other, see `undecided`."""
-    return float(ncx2.sf(2.0 * DECISIVE, 1, noncentrality))
+    """Probability that the deviance will differ by more than what decides, 0 to 1."""
+    return float(ncx2.sf(DECISIVE_IN_PLACE, 1, noncentrality))
 
 
 def expected_power(
