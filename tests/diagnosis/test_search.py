@@ -250,6 +250,18 @@ def test_a_refit_begins_at_the_looks_beside_what_was_refitted_without(heavy) -> 
     assert all(start.values()["link.inertia"] != BELIEVED["link.inertia"] for start in starts)
 
 
+def test_what_is_as_small_as_noise_is_looked_for_along_the_trajectory() -> None:
+    weak = typical_model().with_effect("gravity_load", {"torque": 0.003, "angle": 0.5})
+    search = begun(weak, *COULOMB, *GRAVITY, *DRAG)
+    assert search._at_noise()
+    found = search._expected((), search._neighbours(()))
+    assert min(found, key=found.__getitem__) == GRAVITY
+    # its error hangs together: only beside it are samples facts of their own
+    base = search.answers[()]
+    assert search.evidence.facts([base]) < 0.2 * len(base.floored)
+    assert search._facts_beside((), {GRAVITY: 0.9}) > 0.8 * len(base.floored)
+
+
 def test_a_look_that_fails_is_told_and_gives_no_start(heavy, breaking) -> None:
     breaking("spring_mass", BuildError("the compiler is out of words"), "library")
     run(heavy)

@@ -1,5 +1,6 @@
 """A sample of the study, end to end: the tool gets a model and recordings and is never told."""
 
+from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -46,6 +47,7 @@ HIDDEN = [
     effect("measurement_delay"),
     effect("gear_backlash", "steps"),
     effect("quadratic_drag", noise="quantised"),
+    replace(effect("spring_hardening", "free decay"), ratio=0.3),  # the base leaves but noise
 ]
 NOTHING = [
     Order("nothing", (), 0.0, kind, noise, SEED, duration=SHORT)

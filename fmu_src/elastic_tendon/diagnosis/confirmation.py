@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.data import Data
+from elastic_tendon.diagnosis.evidence import MUCH
 from elastic_tendon.diagnosis.rounds import answers_alike, undecided
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set
@@ -46,7 +47,9 @@ def confirm(data: Data, search: Search, report: Progress) -> Mapping[Set, Answer
     whole: dict[Set, Answer] = {}
     while True:
         answer = search.answer
-        alike = (answer, *answers_alike(search, answer)[1:MOST])
+        # where much is left, more samples of it do not decide
+        others = answers_alike(search, answer)[1:MOST] if answer.mean_square <= MUCH else ()
+        alike = (answer, *others)
         for part in alike:
             if part.added not in whole:
                 whole[part.added] = on_everything(data, part, report)
