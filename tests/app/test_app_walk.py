@@ -331,6 +331,24 @@ def test_what_is_looked_at_survives_a_reload(compare: Walk) -> None:
     assert seen(compare) == before
 
 
+def test_a_tolerance_is_told_drawn_and_kept(compare: Walk) -> None:
+    words = compare.page.locator("#compare-tolerance-words")
+    drawn = compare.page.locator("#compare-overlay").get_by_text("tolerance ± 500 mrad")
+    type_in(compare, "#compare-tolerance", "500")
+    drawn.wait_for()
+    assert "keeps the tolerance of 500 mrad" in words.inner_text()
+    compare.page.reload()
+    drawn.wait_for()
+    compare.settle()
+    assert compare.page.input_value("#compare-tolerance") == "500"
+    type_in(compare, "#compare-tolerance", "0.01")
+    assert "exceeds the tolerance of 0.0100 mrad in" in words.inner_text()
+    type_in(compare, "#compare-tolerance", "")
+    assert words.inner_text() == ""
+    assert drawn.count() == 0
+    assert compare.faults == []
+
+
 @pytest.mark.parametrize("late", ["**/async-graph*", CALLS])
 def test_a_zoom_survives_a_reload_whatever_comes_last(compare: Walk, late: str) -> None:
     """Figures come after the last answer of the server, or all answers come late."""

@@ -1,7 +1,7 @@
 """What Compare and Where look at: one recording and one signal, alone or beside the start."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from typing import Any
 
@@ -23,12 +23,13 @@ AS_GIVEN, MADE = 0, 1  # colours of models, by their numbers in a theme
 @dataclass(frozen=True)
 class View:
     """A recording, by its key of `recordings`, and a signal; `before`: beside the model as given
-    too.
+    too; `tolerances`: signal -> largest error that is accepted, its unit.
     """
 
     recording: str
     signal: str
     before: bool = True
+    tolerances: Mapping[str, float] = field(default_factory=dict)
 
     def stored(self) -> dict[str, Any]:
         """As the page keeps it."""
@@ -62,7 +63,8 @@ def view_of(stored: Mapping[str, Any] | None, comparison: Compared) -> View:
     files = recordings(comparison)
     recording = _one_of(files, chosen.get("recording"))
     signal = _one_of(files[recording].signals, chosen.get("signal"), SIGNAL)
-    return View(recording, signal, bool(chosen.get("before", True)))
+    tolerances = dict(chosen.get("tolerances", {}))
+    return View(recording, signal, bool(chosen.get("before", True)), tolerances)
 
 
 def fitted_view(stored: Mapping[str, Any] | None, comparison: Compared) -> View:

@@ -109,6 +109,16 @@ def test_long_words_are_not_torn_where_lines_break() -> None:
     ]
 
 
+def test_a_tolerance_lies_about_the_errors_in_their_unit(runs: list[Run]) -> None:
+    figure = overlay(runs, SIGNAL, tolerance=0.002)
+    lines = [shape for shape in figure.layout.shapes if shape.type == "line"]
+    assert [(line.yref, line.y0, line.y1) for line in lines] == [
+        ("y2", 2.0, 2.0),
+        ("y2", -2.0, -2.0),
+    ]
+    assert [line.name for line in lines if line.showlegend] == ["tolerance ± 2.00 mrad"]
+
+
 @pytest.mark.parametrize("theme", THEMES.values(), ids=list(THEMES))
 def test_each_run_has_a_curve_and_an_error(runs: list[Run], theme: Theme) -> None:
     figure = overlay(runs, SIGNAL, theme=theme)

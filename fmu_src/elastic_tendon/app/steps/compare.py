@@ -34,6 +34,7 @@ from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
+    View,
     before_of,
     compared_now,
     fingerprint,
@@ -48,11 +49,12 @@ from elastic_tendon.app.view import (
     while_waiting,
 )
 from elastic_tendon.app.workspace import Result, Workspace
-from elastic_tendon.reports.comparison_tables import failing_sentence
+from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.reports.comparison_tables import failing_sentence, tolerance_sentence
 from elastic_tendon.reports.interactive.loop import torque_loop, torque_words
 from elastic_tendon.reports.interactive.overlay import overlay
 from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, blank
-from elastic_tendon.reports.units import shown
+from elastic_tendon.reports.units import Shown, shown
 
 # a wheel that turns over the figure moves the page; a double click shows all, as does a button
 GESTURES: Any = CONFIG | {
@@ -143,8 +145,22 @@ def _errors() -> Component:
         [
             html.H3("Errors over the whole recording"),
             html.Div(id="compare-errors"),
+            html.Div(_tolerance(), className="row"),
+            html.P(id="compare-tolerance-words"),
             html.Details([html.Summary("What these numbers mean"), html.P(FORMULAS)]),
         ]
+    )
+
+
+def _tolerance() -> Component:
+    return html.Label(
+        [
+            "Tolerance ±",
+            dcc.Input(id="compare-tolerance", type="number", step="any", min=0, debounce=True),
+            html.Span(id="compare-tolerance-unit"),
+        ],
+        htmlFor="compare-tolerance",
+        className="seconds",
     )
 
 
@@ -210,6 +226,8 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         Output("where-signal", "options"),
         Output("where-signal", "value"),
         Output("compare-before-row", "hidden"),
+        Output("compare-tolerance", "value"),
+        Output("compare-tolerance-unit", "children"),
         Input("session", "data"),
         Input("open", "data"),
         Input("compare-recording", "value"),
@@ -217,13 +235,14 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         Input("where-recording", "value"),
         Input("where-signal", "value"),
         Input("compare-before", "value"),
+        Input("compare-tolerance", "value"),
         State("compare-view", "data"),
     )
     def choose(stored: Any, opened: str, *chosen: Any) -> Any:
-        *values, before, view_stored = chosen
+        *values, before, tolerance, view_stored = chosen
         comparison = compared_now(workspace.open(stored)) if stored else None
         if comparison is None or opened not in ("compare", "where"):
-            return (no_update,) * 11
+            return (no_update,) * 13
         changed = dict(view_stored or {}) | {"before": bool(before)}
         views = (view_of(view_stored, comparison), fitted_view(view_stored, comparison))
         shown = [getattr(view, part) for view in views for part in SHOW]
@@ -231,9 +250,17 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         for part, value, was in zip([*SHOW, *SHOW], values, shown, strict=True):
             if value and value != was:
                 changed[part] = value
+        files = recordings(comparison)
+        if ctx.triggered_id == "compare-tolerance":
+            looked_at = views[0]
+            kept = {k: v for k, v in looked_at.tolerances.items() if k != looked_at.signal}
+            small = quantity_of(looked_at, files).small
+            given = {looked_at.signal: tolerance / small} if tolerance and tolerance > 0 else {}
+            changed["tolerances"] = kept | given
         view = view_of(changed, comparison)
         fitted = fitted_view(changed, comparison)
-        files = recordings(comparison)
+        quantity = quantity_of(view, files)
+        accepted = view.tolerances.get(view.signal)
         return (
             # what did not change must not draw all figures again
             view.stored() if view.stored() != view_stored else no_update,
@@ -250,7 +277,14 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
             signal_options(files[fitted.recording]),
             fitted.signal,
             before_of(workspace.open(stored).document) is None,
+            "" if accepted is None else float(f"{quantity.small * accepted:.6g}"),
+            quantity.small_unit,
         )
+
+
+def quantity_of(view: View, files: Mapping[str, FileComparison]) -> Shown:
+    """How the signal that is looked at is shown."""
+    return shown(view.signal, static=files[view.recording].measurement.static)
 
 
 def _register_window(app: Dash) -> None:
@@ -359,6 +393,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             theme=THEMES[theme],
             window=window_of(seen, chosen.recording),
             cursors=in_order(cursors_of(held, chosen.recording)),
+            tolerance=chosen.tolerances.get(chosen.signal),
             buckets=BUCKETS,
         )
         changed: Any = responsive(figure, HEIGHT, seen)
@@ -402,6 +437,7 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("compare-sentence", "children"),
         Output("compare-errors", "children"),
+        Output("compare-tolerance-words", "children"),
         Output("compare-readings", "children"),
         Input("session", "data"),
         Input("open", "data"),
@@ -410,22 +446,25 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
     )
     def tell(stored: Any, opened: str, view: Any, held: Any) -> Any:
         if not stored or opened != "compare":
-            return (no_update,) * 3
+            return (no_update,) * 4
         session = workspace.open(stored)
         comparison = compared_now(session)
         if comparison is None:
-            return (no_update,) * 3
+            return (no_update,) * 4
         chosen = view_of(view, comparison)
         runs, located = runs_of(session, chosen), location_of(session, chosen)
         failing = failing_sentence(runs[-1].file, located, chosen.signal) if located else ""
         quantity = shown(chosen.signal, static=runs[0].file.measurement.static)
         caption = f"By slack state: {runs[-1].label}" if len(runs) > 1 else ""
         errors = table(error_heads(quantity), error_rows(runs, chosen.signal), caption)
+        accepted = {k: v for k, v in chosen.tolerances.items() if k == chosen.signal}
+        shown_alone = Comparison(session.document.version.loaded(), (runs[-1].file,))
+        kept = " ".join(map(tolerance_sentence, shown_alone.within(accepted)))
         cursors = cursor_rows(runs, chosen.signal, cursors_of(held, chosen.recording))
         if not cursors:
             words = "Click in the curves to set A, then B; or type their times."
-            return failing, errors, html.P(words, className="quiet")
-        return failing, errors, table(["", "A", "B", "B − A"], cursors)
+            return failing, errors, kept, html.P(words, className="quiet")
+        return failing, errors, kept, table(["", "A", "B", "B − A"], cursors)
 
 
 def _register_loop(app: Dash, workspace: Workspace) -> None:

@@ -64,6 +64,7 @@ def overlay(
     window: tuple[float, float] | None = None,
     highlighted: NDArray[np.bool_] | None = None,
     cursors: Sequence[float | None] = (),
+    tolerance: float | None = None,
     buckets: int = BUCKETS,
 ) -> go.Figure:
     """One signal of one recording, with the simulations of several models and their errors.
@@ -79,6 +80,7 @@ def overlay(
     window : start and end, s; only this stretch is drawn, as finely as the whole would be
     highlighted : (n,), samples that are marked
     cursors : up to two times, s, marked A and B; None where one is not set
+    tolerance : largest error that is accepted, in the unit of the signal; drawn about the errors
     buckets : stretches of a long curve of which the extremes are kept
 
     Returns
@@ -100,6 +102,8 @@ def overlay(
             if time is not None:
                 _mark_cursor(figure, letter, time, theme)
     _draw_noise(figure, runs, signal, quantity, theme)
+    if tolerance is not None:
+        _draw_tolerance(figure, tolerance, quantity, theme)
     return figure
 
 
@@ -282,6 +286,22 @@ def _draw_noise(
         x1=1.0,
         **noise_band(quantity.small * runs[-1].file.signals[signal].noise.sigma, theme),
     )
+
+
+def _draw_tolerance(figure: go.Figure, tolerance: float, quantity: Shown, theme: Theme) -> None:
+    for bound in (tolerance, -tolerance):
+        figure.add_shape(
+            type="line",
+            xref="x domain",
+            yref="y2",
+            x0=0.0,
+            x1=1.0,
+            y0=quantity.small * bound,
+            y1=quantity.small * bound,
+            line={"color": theme.ink, "width": 1.2, "dash": "dot"},
+            name=f"tolerance ± {quantity.error(tolerance)}",
+            showlegend=bound > 0.0,
+        )
 
 
 def _mark_samples(
