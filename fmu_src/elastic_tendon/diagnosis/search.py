@@ -26,6 +26,7 @@ from elastic_tendon.diagnosis.evidence import (
     AT_NOISE,
     AUDIBLE,
     DECISIVE,
+    DECISIVE_IN_PLACE,
     MUCH,
     Evidence,
     worth_hearing,
@@ -518,10 +519,24 @@ class Search(Doubts):
         if not at_noise:
             return {**shares, **self._looks(added, filterfalse(swings, unlooked))}
         # what is as small as noise shows in trajectories, or else in torques
-        looks = self._looks(added, filterfalse(swings, self.data.candidates))
+        quick = list(filterfalse(swings, self.data.candidates))
+        looks = self._looks(added, quick)
         left = self._left(added)
         heard = any(worth_hearing(left, share * left) for share in looks.values())
-        return {**shares, **looks} if heard else {**looks, **shares}
+        shares = {**shares, **looks} if heard else {**looks, **shares}
+        return shares | self._exchanges(added, quick)
+
+    def _exchanges(self, added: Set, effect_ids: Sequence[str]) -> dict[Set, float]:
+        """Share of the mean square that sets with one other effect would leave, as trajectories
+        have it; only where what they have in common was refitted."""
+        shares: dict[Set, float] = {}
+        for effect_id in added:
+            less = without(added, effect_id)
+            if less in self.answers:
+                others = [other for other in effect_ids if other != effect_id]
+                gain = self._left(less) / self._left(added)
+                shares |= {near: gain * share for near, share in self._looks(less, others).items()}
+        return shares
 
     def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:
         """Evidence of neighbours less that of a set, the most promising first."""
@@ -611,7 +626,7 @@ class Search(Doubts):
         equal = [
             near
             for near, expected in scored
-            if expected < (DECISIVE if at_noise else ABOUT)
+            if expected < (DECISIVE_IN_PLACE if at_noise else ABOUT)
             and size_of(near) <= size
             and near not in better
         ][:EQUALS]
