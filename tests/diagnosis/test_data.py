@@ -9,7 +9,15 @@ from effects_at import searched_without_deflection
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.diagnosis import data
-from elastic_tendon.diagnosis.data import FEWER, FEWEST, MOST, WINDOWS, data_of, idle_effects
+from elastic_tendon.diagnosis.data import (
+    EVERYTHING,
+    FEWER,
+    FEWEST,
+    MOST,
+    WINDOWS,
+    data_of,
+    idle_effects,
+)
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.measurement import Measurement
@@ -47,6 +55,16 @@ def test_of_long_recordings_the_search_sees_excerpts(lengths: tuple[int, ...]) -
     assert samples(found.whole) == sum(lengths)
     assert 0.6 * FEWER < samples(found.fitted) <= FEWER
     assert len(parts) <= len(found.fitted) <= max(WINDOWS, len(parts))
+
+
+def test_everything_is_all_that_excerpts_leave_out() -> None:
+    parts = [recording(MOST, seed=1), recording(1000, seed=2, name="second")]
+    everything = data_of(GIVEN, parts, []).everything
+    assert everything is not None
+    assert everything.fitted == everything.motions == everything.whole
+    assert samples(everything.fitted) == MOST + 1000
+    assert everything.everything is None
+    assert data_of(GIVEN, [recording(EVERYTHING + 1000)], []).everything is None
 
 
 def test_excerpts_have_the_noise_of_the_whole_recording() -> None:

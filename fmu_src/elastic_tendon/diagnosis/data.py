@@ -25,6 +25,7 @@ from elastic_tendon.measurement import Measurement
 
 # samples of all recordings together up to which a search works on each, and of an excerpt of more
 MOST, FEWER = 7_500, 3_000
+EVERYTHING = 100_000  # ... up to which all are searched where excerpts show nothing but noise
 WINDOWS = 2  # stretches of all recordings together that an excerpt has, at least one of each
 # RMS by which straight lines from mean to mean of samples may miss the motion: shares of the noise
 # that means have, and of the error of the model as given
@@ -65,6 +66,16 @@ class Data:
     def excerpts(self) -> bool:
         """Whether the search works on less than everything."""
         return self.fitted is not self.whole
+
+    @property
+    def everything(self) -> "Data | None":
+        """All samples of the recordings to search in; None where that is done anyway, they are too
+        many, or some recording is static."""
+        total = sum(len(part.time) for part in self.whole)
+        searched = sum(len(part.time) for part in self.motions)
+        if not searched < total <= EVERYTHING or any(part.static for part in self.whole):
+            return None
+        return replace(self, fitted=self.whole, motions=self.whole)
 
     @cached_property
     def candidates(self) -> tuple[str, ...]:

@@ -120,6 +120,12 @@ def _diagnosed(
                 search = begun(data)
                 _climbed(search)
             search.settle()
+            nothing = not search.answer.added and search.answer.mean_square < AT_NOISE
+            if nothing and options.horizon is None and data.everything is not None:
+                data = data.everything
+                search = begun(data)
+                _climbed(search)
+                search.settle()
             if data.excerpts:
                 found.confirmed = confirm(data, search, search.progress)
             _tell(search, found, ask, refit=True)
