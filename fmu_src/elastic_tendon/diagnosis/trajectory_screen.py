@@ -57,7 +57,8 @@ class TrajectoryScreen:
         """
         found: list[tuple[float, Model]] = []
         failures = 0
-        before = float(np.sum(self._residuals[: self._count] ** 2))
+        own = self._residuals[: self._count]
+        before = float(own @ own)
         for model in models:
             check(0.0)
             left = self.left(model)
