@@ -23,13 +23,18 @@ AS_GIVEN, MADE = 0, 1  # colours of models, by their numbers in a theme
 @dataclass(frozen=True)
 class View:
     """A recording, by its key of `recordings`, and a signal; `before`: beside the model as given
-    too; `tolerances`: signal -> largest error that is accepted, its unit.
+    too; `tolerances`: signal -> largest error that is accepted, its unit, None where none is.
     """
 
     recording: str
     signal: str
     before: bool = True
-    tolerances: Mapping[str, float] = field(default_factory=dict)
+    tolerances: Mapping[str, float | None] = field(default_factory=dict)
+
+    @property
+    def tolerance(self) -> float | None:
+        """Of the signal that is looked at."""
+        return self.tolerances.get(self.signal)
 
     def stored(self) -> dict[str, Any]:
         """As the page keeps it."""

@@ -186,12 +186,12 @@ def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
         )
         return
     answers = [found.confirmed.get(part.added, part) for part in found.alike]
-    first, *others = (
+    first, *rivals = (
         Rival(name, answer.result)
         for name, answer in zip(_different(answers), answers, strict=True)
     )
-    for other in others[:PAIRS]:
-        proposal = next_experiment((first, other), first.fit.problem.measurements, report)
+    for rival in rivals[:PAIRS]:
+        proposal = next_experiment((first, rival), first.fit.problem.measurements, report)
         if not isinstance(proposal, str):
             found.experiment, found.no_experiment = proposal, ""
             return

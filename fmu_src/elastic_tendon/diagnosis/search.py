@@ -63,7 +63,7 @@ WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 MOST_ROUNDS, MOST_REFITS = 8, 20
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
-# of typical strengths, at which trajectories are looked at, also for what is as small as noise
+# of typical strengths, at which trajectories are looked at; what a weak effect changes is linear
 SHARES, SMALL_SHARES = (0.3,), (0.03, 0.3)
 MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
@@ -475,9 +475,9 @@ class Search(Doubts):
             return found
         seen = SMALL_SHARES if answer.mean_square < AT_NOISE else SHARES
         shares = seen if self.screen.sees(effect_id) else UNSEEN_SHARES
+        law, fitted = effects.BY_ID[effect_id], self.data.fitted
         models = self.starts.get(near, [])[:KEPT]
         for share in shares:
-            law, fitted = effects.BY_ID[effect_id], self.data.fitted
             values = list(starts(self.data.given, law, fitted, (share,)))
             some = values[:: -(-len(values) // MOST_LOOKS)]
             models = [*models, *self._models_beside(answer, near, effect_id, some)]
@@ -533,9 +533,10 @@ class Search(Doubts):
         for effect_id in added:
             less = without(added, effect_id)
             if less in self.answers:
-                others = [other for other in effect_ids if other != effect_id]
-                gain = self._left(less) / self._left(added)
-                shares |= {near: gain * share for near, share in self._looks(less, others).items()}
+                # held against what `added` leaves, as the shares of its other neighbours are
+                looks = self._looks(less, [rival for rival in effect_ids if rival != effect_id])
+                more = self._left(less) / self._left(added)
+                shares |= {near: more * share for near, share in looks.items()}
         return shares
 
     def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:

@@ -253,14 +253,12 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         files = recordings(comparison)
         if ctx.triggered_id == "compare-tolerance":
             looked_at = views[0]
-            kept = {k: v for k, v in looked_at.tolerances.items() if k != looked_at.signal}
             small = quantity_of(looked_at, files).small
-            given = {looked_at.signal: tolerance / small} if tolerance and tolerance > 0 else {}
-            changed["tolerances"] = kept | given
+            accepted = tolerance / small if tolerance and tolerance > 0 else None
+            changed["tolerances"] = {**looked_at.tolerances, looked_at.signal: accepted}
         view = view_of(changed, comparison)
         fitted = fitted_view(changed, comparison)
         quantity = quantity_of(view, files)
-        accepted = view.tolerances.get(view.signal)
         return (
             # what did not change must not draw all figures again
             view.stored() if view.stored() != view_stored else no_update,
@@ -277,7 +275,7 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
             signal_options(files[fitted.recording]),
             fitted.signal,
             before_of(workspace.open(stored).document) is None,
-            "" if accepted is None else float(f"{quantity.small * accepted:.6g}"),
+            "" if view.tolerance is None else float(f"{quantity.small * view.tolerance:.6g}"),
             quantity.small_unit,
         )
 
@@ -393,7 +391,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             theme=THEMES[theme],
             window=window_of(seen, chosen.recording),
             cursors=in_order(cursors_of(held, chosen.recording)),
-            tolerance=chosen.tolerances.get(chosen.signal),
+            tolerance=chosen.tolerance,
             buckets=BUCKETS,
         )
         changed: Any = responsive(figure, HEIGHT, seen)
@@ -457,7 +455,7 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
         quantity = shown(chosen.signal, static=runs[0].file.measurement.static)
         caption = f"By slack state: {runs[-1].label}" if len(runs) > 1 else ""
         errors = table(error_heads(quantity), error_rows(runs, chosen.signal), caption)
-        accepted = {k: v for k, v in chosen.tolerances.items() if k == chosen.signal}
+        accepted = {} if chosen.tolerance is None else {chosen.signal: chosen.tolerance}
         shown_alone = Comparison(session.document.version.loaded(), (runs[-1].file,))
         kept = " ".join(map(tolerance_sentence, shown_alone.within(accepted)))
         cursors = cursor_rows(runs, chosen.signal, cursors_of(held, chosen.recording))

@@ -278,30 +278,26 @@ def _draw_curves(
 def _draw_noise(
     figure: go.Figure, runs: Sequence[Run], signal: str, quantity: Shown, theme: Theme
 ) -> None:
-    figure.add_shape(
-        type="rect",
-        xref="x domain",
-        yref="y2",
-        x0=0.0,
-        x1=1.0,
-        **noise_band(quantity.small * runs[-1].file.signals[signal].noise.sigma, theme),
-    )
+    sigma = runs[-1].file.signals[signal].noise.sigma
+    _mark_errors(figure, type="rect", **noise_band(quantity.small * sigma, theme))
 
 
 def _draw_tolerance(figure: go.Figure, tolerance: float, quantity: Shown, theme: Theme) -> None:
     for bound in (tolerance, -tolerance):
-        figure.add_shape(
+        _mark_errors(
+            figure,
             type="line",
-            xref="x domain",
-            yref="y2",
-            x0=0.0,
-            x1=1.0,
             y0=quantity.small * bound,
             y1=quantity.small * bound,
             line={"color": theme.ink, "width": 1.2, "dash": "dot"},
             name=f"tolerance ± {quantity.error(tolerance)}",
             showlegend=bound > 0.0,
         )
+
+
+def _mark_errors(figure: go.Figure, **shape: Any) -> None:
+    """Mark a range of errors over the whole width."""
+    figure.add_shape(xref="x domain", yref="y2", x0=0.0, x1=1.0, **shape)
 
 
 def _mark_samples(
