@@ -17,9 +17,10 @@ from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.registry import GROUP, Registry
-from elastic_tendon.errors import EffectError, ModelError
+from elastic_tendon.errors import EffectError, ModelError, SimulationError
 from elastic_tendon.estimation.add import _starts
 from elastic_tendon.native.library import structure_key
+from elastic_tendon.simulation.simulate import simulate
 
 MODEL = "biorob_x4_joint_3"
 RIPPLE = Path(__file__).parents[2] / "examples" / "own_effect" / "tooth_ripple.py"
@@ -402,6 +403,29 @@ def test_two_files_with_the_same_id_are_refused(tmp_path):
     effects.load(first)
     found = message(second)
     assert found.startswith(f"{second}, line {line_with(GOOD, 'id=')}: {first} has an effect lag")
+
+
+def test_an_effect_that_chatters_is_refused_and_does_not_hang(tmp_path):
+    # dry friction written as a switch of its direction has no rest
+    text = """
+from elastic_tendon.effects.base import Contribution, Effect, Parameter, Relation, Slot
+from elastic_tendon.effects.symbolic import where
+
+EFFECT = Effect(
+    "switched_friction", "Switched friction", Slot.JOINT_TORQUE, "Physics.", "In data.",
+    (Parameter("torque", "N.m", "of the friction", 0, 0, 10, 1),),
+    lambda at, p, state, mode: Contribution(
+        where(mode.forward, -p.torque, p.torque), thresholds={"forward": at.velocity}
+    ),
+    "Reference.",
+    relations=(Relation("forward", "the joint moves forward"),),
+)
+"""
+    effects.load(written(tmp_path, text))
+    model = load_model(MODEL).with_effect("switched_friction", {"torque": 2.0})
+    time = np.linspace(0.0, 4.0, 401)
+    with pytest.raises(SimulationError, match="to and fro without end"):
+        simulate(model, time, 0.05 * np.sin(2.0 * time))
 
 
 def test_file_that_changed_is_refused_until_a_new_start(tmp_path, registry):

@@ -294,6 +294,18 @@ def test_product_agrees_with_the_truth(case):
     assert_agree(tree, expected, actual_of(tree, experiment))
 
 
+@pytest.mark.parametrize("dampings", [(0.0, 11.0), (40.0, 25.0)])
+def test_a_spring_that_its_damper_slackens_keeps_its_length(dampings):
+    # it fades within 1.2 ms: free at once, it would be taut again at once, over and over
+    tree = tree_with("spring_relaxation", dampings=dampings)
+    tree["effects"]["spring_relaxation"] = {"stiffness": 6000.0, "time_constant": 0.0012}
+    experiment = excitation(tree, 0.8)
+    expected = expected_of(tree, experiment)
+    assert any(part.spans for event in expected.events for part in event.after.tendons)
+    assert len(expected.events) < 60
+    assert_agree(tree, expected, actual_of(tree, experiment))
+
+
 # those of the cases above whose modes depend most on the numbers
 RANDOM = [
     ("spring_hysteresis", "spring_relaxation"),

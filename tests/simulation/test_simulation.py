@@ -248,12 +248,12 @@ def test_events_do_not_depend_on_the_samples_between_which_they_lie():
     assert max(np.abs(end - ends[-1]).max() for end in ends) < 1e-7
 
 
-def test_a_chatter_is_refused_and_does_not_hang():
+def test_strongly_damped_springs_with_hysteresis_do_not_chatter():
     damping = {f"transmission.{side}_spring.damping": 200.0 for side in ("upper", "lower")}
     model = load_model("biorob_x4_joint_3").with_values(
         damping | {"transmission.pretension_force": 20.0}
     )
     model = model.with_effect("spring_hysteresis", {"force": 40.0, "yield_length": 7.5e-4})
     time = np.linspace(0.0, 4.0, 1001)
-    with pytest.raises(SimulationError, match="to and fro without end"):
-        simulate(model, time, 0.5 * np.sin(8.0 * time))
+    motion = simulate(model, time, 0.5 * np.sin(8.0 * time), interpolation="cubic")
+    assert 20 < len(motion.event_times) < 100

@@ -118,7 +118,8 @@ static Pull pull_of(const Law *a, double length, double rate, double z, double c
     Stretched at = stretched(a, e, rate, z, c);
     double force = a->compliance > 0.0 ? (length - e) / a->compliance : at.force + a->d * rate;
     double e_rate = at.rate;
-    if (force <= 0.0) {
+    int pushed = a->compliance == 0.0 && at.force > 0.0; /* slack by its damper alone */
+    if (force <= 0.0 && !pushed) {
         e_rate = 0.0;
         if (a->creep > 0.0) {
             e = free_elongation(a, z, c);

@@ -6,7 +6,8 @@ which everything is at rest:
 * taut and stiff, e = L;
 * taut with a compliance c in series, c F = L - e, solved for e; with a damper e is a state;
 * slack, the spring is free: e is where its own law gives no force. Without memory and
-  compliance that length matters to nothing, and L stands for it.
+  compliance that length matters to nothing, and L stands for it. A spring that its damper alone
+  slackens still pulls by its own law; it spans its tendon, e = L, until that force ends.
 
 A Maxwell branch is formulated by its force F_m (a state), friction inside the spring by
 `hysteresis.Branch` (part of the mode).
@@ -38,6 +39,7 @@ class TendonMode:
     """What is frozen between events."""
 
     taut: bool = True
+    spans: bool = False  # a slack spring that still pulls by its own law
     engaged: bool = False  # exact overstretch kink
     branch: Branch | None = None  # of the hysteresis
 
@@ -89,6 +91,11 @@ class Tendon:
         return self.spring.compliance > 0.0 and self.spring.damping > 0.0
 
     @property
+    def can_span(self) -> bool:
+        """Whether its damper alone can slacken the spring, and it remembers the length then."""
+        return self.spring.remembers and self.spring.damping > 0.0 and not self.has_elongation
+
+    @property
     def scales(self) -> list[float]:
         """Ordinary size of each state: N, m."""
         relaxing = [] if self.spring.relaxation is None else [1.0]
@@ -104,10 +111,9 @@ class Tendon:
         force = self.spring.static_force(elongation, mode.engaged)
         if self.spring.compliance == 0.0:
             force += self.spring.damping * reach.rate
-        if force < 0.0 and (
-            self.spring.remembers or self.has_elongation
-        ):  # slack, and a free relaxed spring has no force
-            mode, elongation = replace(mode, taut=False), 0.0
+        if force < 0.0 and (self.spring.remembers or self.has_elongation):
+            mode = replace(mode, taut=False, spans=self.can_span and length > 0.0)
+            elongation = length if mode.spans else 0.0  # a free relaxed spring has no force
         if self.has_elongation:
             state[-1] = elongation
         if self.spring.hysteresis is not None:
@@ -171,13 +177,15 @@ class Tendon:
             return float(state[-1])
         if mode.taut:
             return self._balanced(mode, reach.length, state)
-        if not self.spring.remembers and self.spring.compliance == 0.0:
+        if mode.spans or (not self.spring.remembers and self.spring.compliance == 0.0):
             return reach.length
         return root(lambda e: self._own_force(mode, e, state), 0.0)
 
     def elongation_rate(self, mode: TendonMode, reach: Reach, state: Vector) -> float:
         """Rate e', m/s."""
         spring, fading = self.spring, self._fading(state)
+        if mode.spans:
+            return reach.rate
         if not mode.taut and not self.has_elongation and spring.relaxation is None:
             return 0.0
         if mode.taut and spring.compliance == 0.0:
@@ -258,6 +266,9 @@ class Tendon:
     def thresholds(self, mode: TendonMode, reach: Reach, state: Vector) -> list[float]:
         """Numbers that are negative in `mode` and leave it at zero, rising; as many in a mode."""
         found = [leaving(mode.taut, self.pull(mode, reach, state), FORCE_HYSTERESIS)]
+        if self.can_span and not mode.taut:
+            own = self.pull(mode, reach, state, damped=False)
+            found.append(leaving(mode.spans, own, FORCE_HYSTERESIS))
         if self.kinked:
             excess = self._excess(mode, reach, state)
             found.append(leaving(mode.engaged, excess, LENGTH_HYSTERESIS))
@@ -286,20 +297,25 @@ class Tendon:
         pull = self.pull(mode, reach, state)
         if relay(mode.taut, pull, width * FORCE_HYSTERESIS) != mode.taut:
             mode, state = self._slackened_or_tightened(mode, reach, state)
+        if self.can_span and not mode.taut:
+            own = self.pull(mode, reach, state, damped=False)
+            mode = replace(mode, spans=relay(mode.spans, own, width * FORCE_HYSTERESIS))
         return self._turned(mode, reach, state), state
 
     def _slackened_or_tightened(
         self, mode: TendonMode, reach: Reach, state: Vector
     ) -> tuple[TendonMode, Vector]:
-        """The other of taut and slack; where a damper carried force the elongation jumps.
+        """The other of taut and slack; where a damper carried force the elongation can jump.
 
         What the spring remembers does not jump: its friction, and the creep e - F_m / k_m.
         """
-        after = replace(mode, taut=not mode.taut)
+        after = replace(mode, taut=not mode.taut, spans=False)
         if not self.spring.remembers or self.spring.compliance > 0.0:
             return after, state
         before = self.elongation(mode, reach, state)
         force = self._at_present_memory(mode, reach.length, state)
+        if self.can_span and not after.taut and force(before) > 0.0:
+            return replace(after, spans=True), state
         elongation = reach.length if after.taut else root(force, before)
         if self.spring.relaxation is not None:
             state = state.copy()

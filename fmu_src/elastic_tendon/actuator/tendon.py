@@ -3,7 +3,8 @@
 A *strand* is a piece that pulls: the springs of a side together with what is in series. A tendon
 is one strand, or two with the springs' mass between them. A strand is taut while its force at the
 length that the kinematics ask for is positive, (6); it then has that length. A slack spring with
-memory has the elongation at which it carries no force, and its memory follows that.
+memory has the elongation at which it carries no force, and its memory follows that; while only its
+damper's push slackens the tendon, that is less than the length, and the spring keeps the length.
 """
 
 from collections.abc import Mapping
@@ -198,11 +199,25 @@ def _strand(s: Symbols, name: str, side: _Side, length: Symbol, rate: Symbol) ->
         free = s.root(where(taut, law.elongation, law.static), law.elongation, 0.0)
         free_rate = law.rate_from(law.growth, free)
         known = ca.logic_or(taut, stretch.own)
+        if law.remembers and not side.in_series:
+            known = ca.logic_or(known, _spans(s, name, side, law, stretch))
         driving = where(known, stretch.elongation, free), where(known, stretch.rate, free_rate)
         s.start |= {state: where(taut, at, free) for state, at in stretch.start.items()}
     for place, added in law.effects:
         s.take(place, _at(law, added, *driving))
     return _Strand(where(taut, stretch.force, 0), stretch.static, stretch.elongation)
+
+
+def _spans(s: Symbols, name: str, side: _Side, law: _Law, stretch: _Stretch) -> Symbol:
+    """Whether a slack spring keeps the length of its tendon, as one that still pulls does.
+
+    It is slack by its damper alone. Were it as short as it is without force, its memory would fade
+    faster than the tendon shortens, and tighten it at once.
+    """
+    damped = law.at(ca.jacobian(law.force, law.rate), stretch.elongation, 0) > 0
+    pushed = both(damped, s.mode[f"{name}.taut"] == 0)
+    s.relations.threshold(f"{name}.spans", where(pushed, stretch.static / side.largest, -1))
+    return s.mode[f"{name}.spans"]
 
 
 def _law(s: Symbols, name: str, side: _Side) -> _Law:

@@ -330,6 +330,12 @@ def _spring_modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
         Mode(f"{strand}.taut", f"the {strand[:5]} tendon is taut", 1.0)
         for strand in strands(effects)
     ]
+    memory = any(effect.slot is Slot.SPRING_LAW and effect.states for effect in effects)
+    spans = [
+        Mode(f"{strand}.spans", f"the {strand[:5]} spring spans its slack tendon", 0.0)
+        for strand in strands(effects)
+        if memory and not _has(effects, Slot.SERIES_ELEMENT)
+    ]
     stretched = [
         Mode(
             *(f"{spring}.overstretched", f"the {spring[:5]} spring exceeds max_deflection", 0.0),
@@ -337,7 +343,7 @@ def _spring_modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
         )
         for spring in SPRINGS
     ]
-    return (*taut, *stretched)
+    return (*taut, *spans, *stretched)
 
 
 @lru_cache

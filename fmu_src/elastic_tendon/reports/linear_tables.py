@@ -164,6 +164,8 @@ def mode_words(name: str, value: int) -> str:
     side = name.partition("_")[0]
     if name.endswith(".taut"):
         return f"{side} tendon {'comes taut' if value else 'goes slack'}"
+    if name.endswith(".spans"):
+        return f"{side} spring {'spans' if value else 'is longer than'} its slack tendon"
     if name.endswith(".overstretched"):
         return f"{side} spring {'' if value else 'no longer '}overstretched"
     meanings = {mode.name: mode.meaning for mode in all_effects().modes}
