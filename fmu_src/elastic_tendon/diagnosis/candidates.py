@@ -1,6 +1,7 @@
 """Which effects may be missing, and where a search for each begins."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 
 import numpy as np
@@ -11,6 +12,7 @@ from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.actuator.transmission import prestretched_length
 from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
+from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.coordinates import SPRINGS
 from elastic_tendon.measurement import Measurement
 
@@ -22,6 +24,9 @@ MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
 FARTHEST = 0.2  # of that range, from its end to where a stop may be
 LITTLE_DAMPING = (1.0, 0.01)  # of the typical one, where an effect oscillates
 FAR = 10.0  # standard deviations of the prior by which inertia and stiffness may grow, or shrink
+# of an estimate, where its other minima may lie; of what sets a frequency these are close together
+FACTORS = tuple(np.geomspace(0.4, 2.5, 31))
+CLOSE = tuple(np.linspace(0.96, 1.04, 65))
 LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 
 
@@ -156,6 +161,33 @@ def starts(
             if not parameter.shape
         }
         yield {**strengths, **shape}
+
+
+def elsewhere(
+    model: Model, effect_ids: Iterable[str], measurements: Sequence[Measurement]
+) -> Iterator[Model]:
+    """The model with other parameters of some effects: each alone and all strengths together,
+    times FACTORS or CLOSE, and a like strength of every shape from which a search begins."""
+    for effect_id in effect_ids:
+        effect, own = effects.BY_ID[effect_id], model.effects[effect_id]
+        strengths = [part for part in effect.parameters if not part.shape]
+        groups = dict.fromkeys((tuple(strengths), *((part,) for part in effect.parameters)))
+        changes = [
+            {part.name: part.null + factor * (own[part.name] - part.null) for part in group}
+            for group in groups
+            for factor in (FACTORS if group[0].at_frequency is None else (*FACTORS, *CLOSE))
+        ]
+        share = max(
+            abs((own[part.name] - part.null) / (typical_value(model, part) - part.null))
+            for part in strengths
+        )
+        if len(strengths) < len(effect.parameters):
+            changes += starts(model, effect, measurements, [share * by for by in FACTORS[::3]])
+        for change in changes:
+            with suppress(ModelError):
+                yield model.with_values(
+                    {f"effects.{effect_id}.{name}": value for name, value in change.items()}
+                )
 
 
 def _end(parameter: Parameter, measurements: Sequence[Measurement]) -> tuple[float, float]:

@@ -4,7 +4,7 @@ The Bayesian information criterion (BIC): minus twice the log-likelihood with wh
 costs, so that less is better and a difference of 10 decides (Kass & Raftery, Journal of the
 American Statistical Association 90, 1995)::
 
-    N log(mean square) + n log(held-out mean square) + prior + implausibility + k log(N)
+    N misfit(mean square) + n misfit(held-out mean square) + prior + implausibility + k log(N)
 
 Errors are in units of the noise floor. `N` and `n` count the independent facts that the errors of
 the best answer hold: samples that err together are one.
@@ -140,7 +140,7 @@ class Evidence:
         value = _fitted(answer, facts)
         if self.heldout:
             square = self.heldout_square(answer)
-            value += judged * log(square) if np.isfinite(square) else np.inf
+            value += judged * misfit(square) if np.isfinite(square) else np.inf
         return value
 
     def _judged(self, answer: Answer) -> float:
@@ -220,9 +220,18 @@ class Evidence:
 
 def _fitted(answer: Answer, facts: float) -> float:
     """The evidence but for held-out recordings."""
-    value = facts * log(_mean_square(answer.floored)) + answer.implausibility
+    value = facts * misfit(_mean_square(answer.floored)) + answer.implausibility
     value += IMPLAUSIBLE * len(implausible_values(answer))
     return value + answer.complexity * log(facts)
+
+
+def misfit(square: float) -> float:
+    """What a mean square error costs for each fact, in units of the noise's.
+
+    Beyond the noise its size is unknown, and its logarithm counts. Within, the noise is known, and
+    less counts less: errors of an encoder's rounding do not grow less likely towards its step.
+    """
+    return log(square) if square > 1.0 else square - 1.0
 
 
 def audible(answer: Answer, answers: Sequence[Answer]) -> bool:

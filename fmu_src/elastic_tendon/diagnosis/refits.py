@@ -16,11 +16,13 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.comparison.residuals import simulate_measurement
 from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.candidates import elsewhere
 from elastic_tendon.diagnosis.data import Data
-from elastic_tendon.diagnosis.evidence import AT_NOISE, Evidence
+from elastic_tendon.diagnosis.evidence import AT_NOISE, Evidence, worth_hearing
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import Set, model_with, told
 from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
+from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.fit import Effort
@@ -44,6 +46,9 @@ EFFORT = Effort(
 # is looked for again
 EXPLAINS = 0.5
 FEWEST = 8  # evaluations of a descent where each is dear
+# share of the mean square, from which a refit begins at other parameters of what was refitted; how
+# many of these at once, and how often
+BEYOND, KEPT_HILLS, MOST_HILLS = 0.97, 2, 6
 LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
 mean_square = attrgetter("mean_square")
@@ -167,6 +172,24 @@ class Refits:
         affordable = effort.scouted == EFFORT.scouted
         if smaller and affordable and answer.mean_square < EXPLAINS * self._left(smaller[0]):
             answer = self._at_other_frequencies(answer, effort, check)
+        if smaller and affordable and worth_hearing(self._left(smaller[0]), answer.mean_square):
+            answer = self._across_hills(answer, effort, check)
+        return answer
+
+    def _across_hills(self, answer: Answer, effort: Effort, check: Check) -> Answer:
+        """A refit, or a better one beside it: each number of swings before dry friction holds the
+        joint has its minimum, and so has each shape of a law."""
+        for _ in range(MOST_HILLS):
+            check(0.0)
+            models = elsewhere(answer.result.model, answer.added, self.data.fitted)
+            looks = TrajectoryScreen(answer).beside(models)
+            near = [model for share, model in looks[:KEPT_HILLS] if share < BEYOND]
+            if not near or enough():
+                break
+            again = refit(self.data.given, answer.added, self.data.fitted, near, effort, check)
+            before, answer = answer, self.evidence.likeliest([answer, again])
+            if answer.mean_square > BEYOND * before.mean_square:
+                break
         return answer
 
     def _at_other_frequencies(self, answer: Answer, effort: Effort, check: Check) -> Answer:

@@ -29,6 +29,7 @@ from elastic_tendon.diagnosis.evidence import (
     DECISIVE_IN_PLACE,
     MUCH,
     Evidence,
+    misfit,
     worth_hearing,
 )
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, LackOfFit, Regression, regress
@@ -223,7 +224,7 @@ class Search(Doubts):
             while self.work > LONG and (self._errs_as_refused() or self._fades_in_time()):
                 pass
             self._hop_on_screen()
-            if self._better_law():
+            if self._better_with_less() or self._better_law():
                 continue
             added = self.answer.added
             shares = self._neighbours(added)
@@ -379,6 +380,19 @@ class Search(Doubts):
         refused = bool(self.why_refused(added))
         return refused and self._left(added) < FAR_BETTER * self.answer.mean_square
 
+    def _better_with_less(self) -> bool:
+        """Where nothing but noise is left: sets without one of the effects, before any other.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer = self.answer
+        if self._at_noise():
+            less = [without(answer.added, effect_id) for effect_id in answer.added]
+            self._refit(less, "trying fewer effects")
+        return self.answer.added != answer.added
+
     def _better_law(self) -> bool:
         """Where anything audible is left: richer laws of what was found, from its parameters.
 
@@ -533,10 +547,10 @@ class Search(Doubts):
         for effect_id in added:
             less = without(added, effect_id)
             if less in self.answers:
-                # held against what `added` leaves, as the shares of its other neighbours are
-                looks = self._looks(less, [rival for rival in effect_ids if rival != effect_id])
-                more = self._left(less) / self._left(added)
-                shares |= {near: more * share for near, share in looks.items()}
+                looks = self._looks(less, effect_ids)
+                # looks from far away promise too little: alike of rivals and of what they rival
+                own = looks.pop(added, self._left(added) / self._left(less))
+                shares |= {near: share / own for near, share in looks.items()}
         return shares
 
     def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:
@@ -650,5 +664,5 @@ def expected_evidence(before: float, share: float, facts: float, size: int) -> f
     facts : number of independent facts
     size : number of parameters that come in
     """
-    value = facts * log(max(share, 1e-9)) + log(facts) * size
+    value = facts * (misfit(max(share * before, 1e-9)) - misfit(before)) + log(facts) * size
     return value if worth_hearing(before, share * before) else max(value, 0.0)

@@ -68,6 +68,28 @@ class TrajectoryScreen:
                 break
         return sorted(found, key=itemgetter(0))
 
+    def beside(self, models: Iterable[Model]) -> list[tuple[float, Model]]:
+        """Models with other parameters of the answer's own effects, the most promising first.
+
+        Each is taken as it is, not as far as it lies in the right direction: the way to it may lead
+        over a hill.
+
+        Returns
+        -------
+        share of the answer's mean square that is left once all else has followed, and the model
+        """
+        own = self._residuals[: self._count]
+        before = float(own @ own)
+        found: list[tuple[float, Model]] = []
+        for model in models:
+            change = self._changed(model)
+            if change is not None and np.isfinite(change).all():
+                left = self._across(self._residuals + change)[: self._count]
+                found.append((float(left @ left) / before, model))
+            if enough():
+                break
+        return sorted(found, key=itemgetter(0))
+
     def told(self, model: Model) -> float:
         """What the errors tell of a model with one more effect: how much it changes, squared and
         in sigmas, that all else could not follow; 0 where it cannot be simulated."""
