@@ -403,6 +403,23 @@ def test_a_table_is_copied_as_it_is_read(compare: Walk) -> None:
     assert rows[1][0] == frame.locator("tbody tr").first.locator("th").first.inner_text()
 
 
+def test_a_figure_is_saved_from_where_it_is(compare: Walk, tmp_path: Path) -> None:
+    figure = compare.page.locator(".saveable").filter(has=compare.page.locator("#compare-overlay"))
+    figure.locator(".main-svg").first.wait_for()
+    for kind, begins in (("PNG", b"\x89PNG"), ("SVG", b"<svg"), ("CSV", b"measured")):
+        button = figure.get_by_role("button", name=f"Save this figure as {kind}")
+        saved = compare.save(button, tmp_path)
+        assert saved.name == f"curves.{kind.lower()}"
+        assert saved.read_bytes().startswith(begins)
+    numbers = pd.read_csv(saved)
+    assert numbers.columns[:2].tolist() == ["measured: time (s)", "measured: joint position (rad)"]
+    drawn = numbers[numbers.columns[:2]].dropna()
+    assert drawn.iloc[:, 0].is_monotonic_increasing
+    assert len(drawn) > 200
+    assert 0.1 < drawn.iloc[:, 1].std() < 1.0
+    assert compare.faults == []
+
+
 def test_a_zoom_stays_within_the_recording(compare: Walk) -> None:
     for low, high, shown in (
         ("4", "", ["4", "9.998"]),

@@ -10,6 +10,7 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from elastic_tendon.app.document import Source
+from elastic_tendon.app.figures import GESTURES, saveable
 from elastic_tendon.app.mapping import BY_NAME, DECLARE, Row, in_app_words, rows_of, shifted, words
 from elastic_tendon.app.numbers import with_minus
 from elastic_tendon.app.offers import Offer, advised, guessed, missing_in_words
@@ -21,7 +22,7 @@ from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.recording import samples_text
 from elastic_tendon.reports.interactive.preview import preview
-from elastic_tendon.reports.interactive.theme import CONFIG, Theme
+from elastic_tendon.reports.interactive.theme import Theme
 from elastic_tendon.reports.units import noise_in_words, number, shown
 
 ROLES = {
@@ -36,7 +37,7 @@ INTERPOLATIONS = {
     "cubic": "smooth curves",
     "hold": "steps",
 }
-GESTURES: Any = CONFIG | {"scrollZoom": False, "displayModeBar": False}
+PLAIN: Any = GESTURES | {"displayModeBar": False}
 HEIGHT = 260  # of the preview, pixels
 MOST_NOTES = 12
 
@@ -372,7 +373,7 @@ def _figure(seen: Seen, theme: Theme) -> list[Component]:
     margin = {"l": 56, "r": 8, "t": 46, "b": 40}
     figure = preview(first, split=split, theme=theme, height=HEIGHT, margin=margin)
     several = [html.P(f"Shown: {first.name}", className="quiet")] if seen.recordings[1:] else []
-    return [dcc.Graph(figure=figure, config=GESTURES, style={"height": HEIGHT}), *several]
+    return [saveable(first.name, PLAIN, figure=figure, style={"height": HEIGHT}), *several]
 
 
 def _quality(seen: Seen) -> list[Component]:

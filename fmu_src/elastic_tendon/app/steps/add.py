@@ -12,6 +12,7 @@ from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.app import busy, ranking, results, versions, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.tables import scrolling, table
@@ -21,11 +22,10 @@ from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.estimation.determinability import Findings
 from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.interactive.ladder import ladder
-from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, Theme
+from elastic_tendon.reports.interactive.theme import THEMES, Theme
 from elastic_tendon.reports.tables import estimate_cells, open_note, with_interval
 from elastic_tendon.reports.units import shown
 
-FIGURES: Any = CONFIG | {"scrollZoom": False}  # a wheel that turns over a figure moves the page
 LONGEST = 80  # letters of a title
 INDENT = 1.4  # rem
 HEAD = 40  # above figures, which have headings of the page, pixels
@@ -137,13 +137,16 @@ def _buttons(row: versions.Row, *, sure: bool) -> list[Component]:
 
 def _ladders(steps: Sequence[Step], static: bool, theme: Theme) -> list[Component]:
     heading = html.H3("Error after each step")
-    figures = [
-        ladder(steps, signal, static=static, theme=theme).update_layout(
+    figures = {
+        signal: ladder(steps, signal, static=static, theme=theme).update_layout(
             title=None, margin={"t": HEAD}
         )
         for signal in steps[0].rmse
+    }
+    return [
+        heading,
+        *(saveable(f"ladder_{name}", figure=figure) for name, figure in figures.items()),
     ]
-    return [heading, *(dcc.Graph(figure=figure, config=FIGURES) for figure in figures)]
 
 
 def _numbers(findings: Findings) -> list[Component]:

@@ -20,6 +20,8 @@ from dash.development.base_component import Component
 from elastic_tendon.app import results
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.figures import GESTURES as PLAIN
+from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.readings import (
     FORMULAS,
     NO_CURSORS,
@@ -56,9 +58,8 @@ from elastic_tendon.reports.interactive.overlay import overlay
 from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, blank
 from elastic_tendon.reports.units import Shown, shown
 
-# a wheel that turns over the figure moves the page; a double click shows all, as does a button
-GESTURES: Any = CONFIG | {
-    "scrollZoom": False,
+# a double click shows all, as does a button
+GESTURES: Any = PLAIN | {
     "doubleClick": "autosize",
     "showTips": False,
     "modeBarButtonsToRemove": [*CONFIG["modeBarButtonsToRemove"], "resetScale2d"],
@@ -124,7 +125,7 @@ def _curves() -> Component:
     ]
     return html.Div(
         [
-            dcc.Graph(id="compare-overlay", config=GESTURES, style={"height": HEIGHT}),
+            saveable("curves", GESTURES, id="compare-overlay", style={"height": HEIGHT}),
             html.Div(zoom, className="row", id="compare-zoom"),
         ]
     )
@@ -134,7 +135,7 @@ def _loop() -> Component:
     return html.Div(
         [
             html.P(id="compare-loop-waiting", className="quiet"),
-            dcc.Graph(id="compare-loop", config=GESTURES, style={"height": HEIGHT}),
+            saveable("loop", GESTURES, id="compare-loop", style={"height": HEIGHT}),
             html.P(id="compare-loop-words", className="quiet"),
         ]
     )

@@ -10,6 +10,7 @@ from elastic_tendon import effects
 from elastic_tendon.app import busy, ranking, results, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.tables import scrolling
@@ -32,10 +33,9 @@ from elastic_tendon.reports.first_screen import FirstScreen
 from elastic_tendon.reports.interactive.candidates import candidates
 from elastic_tendon.reports.interactive.overlay import Run, overlay
 from elastic_tendon.reports.interactive.signature import signature_figure
-from elastic_tendon.reports.interactive.theme import CONFIG, THEMES
+from elastic_tendon.reports.interactive.theme import THEMES
 from elastic_tendon.reports.units import evidence_text
 
-FIGURES: Any = CONFIG | {"scrollZoom": False}  # a wheel that turns over a figure moves the page
 TRIED = 340  # height of what was tried, so that the page of the effect is in sight too, pixels
 HEAD = 48  # above figures, which have headings of the page, pixels
 MEANINGS = (
@@ -360,7 +360,7 @@ def _register_signature(app: Dash, workspace: Workspace) -> None:
         figure = signature_figure(signature, telling_only=narrow, theme=THEMES[theme])
         return [
             html.H3(f"How {signature.effect.title} shows"),
-            dcc.Graph(figure=figure, config=FIGURES),
+            saveable(f"signature_of_{signature.effect.id}", figure=figure),
             html.P(ranking.signature_words(signature), className="quiet"),
         ]
 
@@ -396,7 +396,7 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         candidate = ranking.known(last_round, chosen)
         assert candidate is not None  # else it could not be tried
         words = [html.P(text) for text in ranking.tried_sentences(tried, candidate)]
-        return [title, dcc.Graph(figure=figure, config=FIGURES)], words
+        return [title, saveable(f"{file}_with_{chosen}", figure=figure)], words
 
     app.clientside_callback(
         ClientsideFunction("elastic_tendon_effect", "show"),
@@ -422,7 +422,7 @@ def _register_evidence(app: Dash, workspace: Workspace) -> None:
         figure = candidates(round_shown, theme=THEMES[theme]).update_layout(margin={"t": HEAD})
         return [
             html.H3("The likeliest beside each other"),
-            dcc.Graph(figure=figure, config=FIGURES),
+            saveable("candidates", figure=figure),
         ]
 
 

@@ -12,6 +12,7 @@ import elastic_tendon as et
 from elastic_tendon.actuator.parameters import model_from_toml
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document, Version, check_shown
+from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
@@ -21,10 +22,9 @@ from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
 from elastic_tendon.reports.html.papers import MODEL as PAPER
 from elastic_tendon.reports.interactive.characteristic import characteristic
-from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, blank
+from elastic_tendon.reports.interactive.theme import THEMES, blank
 
 LARGEST = 256 * 1024  # bytes of a model.toml
-GESTURES: Any = CONFIG | {"scrollZoom": False}  # the wheel scrolls the page
 HEIGHT = 330  # of the figure, pixels
 SIGNS = (
     "F_p is the pretension of both tendons at rest; the deflection is q − ʲθ, where ʲθ = θ r / R. "
@@ -90,7 +90,7 @@ def _layout() -> Sequence[Component]:
                 html.Div(
                     [
                         _sketch(),
-                        dcc.Graph(id="model-figure", config=GESTURES, style={"height": HEIGHT}),
+                        saveable("characteristic", id="model-figure", style={"height": HEIGHT}),
                         html.Div(id="model-design"),
                     ],
                     className="beside",

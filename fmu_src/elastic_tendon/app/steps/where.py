@@ -10,6 +10,7 @@ from dash.development.base_component import Component
 
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.readings import (
     beyond,
     chosen_samples,
@@ -76,13 +77,13 @@ def _layout() -> Sequence[Component]:
                 html.Div(id="where-bins", className="where-bins"),
                 html.H3("Share of the error in every bin"),
                 html.P(BARS, className="quiet"),
-                dcc.Graph(id="where-shares", config=GESTURES),
+                saveable("where_shares", GESTURES, id="where-shares"),
                 html.Div(
-                    [html.H3("Maps"), dcc.Graph(id="where-maps", config=GESTURES)],
+                    [html.H3("Maps"), saveable("where_maps", GESTURES, id="where-maps")],
                     id="where-maps-part",
                 ),
                 html.H3("Missing torque"),
-                dcc.Graph(id="where-torque", config=GESTURES),
+                saveable("missing_torque", GESTURES, id="where-torque"),
             ],
             id="where-body",
             hidden=True,
@@ -93,7 +94,7 @@ def _layout() -> Sequence[Component]:
 def _curves() -> Component:
     return html.Div(
         [
-            dcc.Graph(id="where-overlay", config=GESTURES, style={"height": HEIGHT}),
+            saveable("where_curves", GESTURES, id="where-overlay", style={"height": HEIGHT}),
             html.Div(
                 [
                     html.P(HINT, id="where-chosen", role="status", **aria(live="polite")),
