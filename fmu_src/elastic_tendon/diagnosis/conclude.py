@@ -11,6 +11,7 @@ from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.compare import Comparison, compare
 from elastic_tendon.comparison.locate import locate
+from elastic_tendon.diagnosis import too_small
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.confirmation import on_everything
@@ -243,10 +244,13 @@ def conclude(
         verdict != "unexplained" and only_chance(found.lack) and not (structured or elsewhere)
     )
     sure = certainty(search, answer, found.alike, explained=explained)
+    unheard = too_small.answers(search.evidence, answer, list(search.answers.values()))
+    tiny = too_small.ids_beside(answer, unheard)
     told = [
         *remaining_sentences(found.lack),
         *([LEFT_OPEN.format(left_open)] if left_open else []),
         *_notes(answer, [*small, *(path for path in changed if path not in matter)]),
+        *too_small.sentences(answer, unheard),
     ]
     return Diagnosis(
         verdict=verdict,
@@ -262,7 +266,7 @@ def conclude(
                 elsewhere=elsewhere,
                 contradicting=contradicting,
                 ignored=options.relevance if shaped else None,
-                structured=structured,
+                structured=structured or bool(tiny),
                 chosen=bool(options.only or options.without),
                 complete=complete,
             )
@@ -284,7 +288,7 @@ def conclude(
         noise=_noise(final),
         comparison=final,
         location=locate(final, report),
-        indistinguishable=(tuple(different),) if different else (),
+        indistinguishable=tuple(filter(None, (tuple(different), tiny if tiny[1:] else ()))),
         next_experiment=found.experiment,
         no_experiment=found.no_experiment,
         learned=found.learned,
