@@ -126,6 +126,15 @@ def residuals_of(trajectory: Trajectory, measurement: Measurement) -> dict[str, 
     }
 
 
+def beyond_rounding(errors: Mapping[str, Array], measurement: Measurement) -> dict[str, Array]:
+    """Errors by signal, without what the steps of an encoder that rests hide: thousands of
+    samples there say no more than one, that the joint is somewhere within the step."""
+    return {
+        name: np.sign(error) * np.maximum(np.abs(error) - measurement.rounding.get(name, 0.0), 0.0)
+        for name, error in errors.items()
+    }
+
+
 def sensitivity(
     model: Model,
     measurement: Measurement,

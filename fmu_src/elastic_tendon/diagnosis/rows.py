@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from elastic_tendon.comparison.partition import Integers
-from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.comparison.residuals import Array, beyond_rounding
 from elastic_tendon.diagnosis.block_test import Products
 from elastic_tendon.diagnosis.columns import Term, responses
 from elastic_tendon.diagnosis.motion import Motion
@@ -41,10 +41,12 @@ class Rows:
         """Derivatives and what a term's k columns do to the error, by signal, (n, p + k)."""
         motion = self.motions[index]
         moved = responses(motion, term.acts, term.columns(motion))
-        return {
-            name: np.hstack([own, moved[name] / self.sigmas[index][name]])
-            for name, own in self.derivatives[index].items()
-        }
+        found = {}
+        for name, own in self.derivatives[index].items():
+            shows = self.errors[index][name] != 0.0  # where no encoder's step hides the error
+            change = moved[name] / self.sigmas[index][name] * shows[:, np.newaxis]
+            found[name] = np.hstack([own, change])
+        return found
 
     def _edges(self, index: int) -> list[int]:
         """Where the blocks of a recording begin and end, in samples."""
@@ -127,7 +129,8 @@ def rows_of(result: FitResult, motions: Sequence[Motion]) -> Rows:
             by_name[name] = jacobian[first : first + len(error)]
             first += len(error)
         derivatives.append(by_name)
-        errors.append({name: error / own[name] for name, error in motion.errors.items()})
+        beyond = beyond_rounding(motion.errors, motion.measurement)
+        errors.append({name: error / own[name] for name, error in beyond.items()})
     return Rows(
         motions=tuple(motions),
         names=tuple(dict.fromkeys(name for motion in motions for name in motion.errors)),

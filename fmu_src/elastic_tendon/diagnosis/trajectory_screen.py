@@ -13,6 +13,7 @@ import numpy as np
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import (
     Array,
+    beyond_rounding,
     residuals_of,
     simulate_measurement,
     stack,
@@ -104,7 +105,9 @@ class TrajectoryScreen:
         result = self._result
         try:
             errors = [
-                residuals_of(simulate_measurement(model, part, initial, TOLERANCE), part)
+                beyond_rounding(
+                    residuals_of(simulate_measurement(model, part, initial, TOLERANCE), part), part
+                )
                 for part, initial in zip(
                     result.problem.measurements, result.initial_states, strict=True
                 )

@@ -17,6 +17,7 @@ from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import (
     Array,
     InitialState,
+    beyond_rounding,
     effective_sigma,
     noise_floors,
     residuals_of,
@@ -100,7 +101,8 @@ class Problem:
         return [InitialState.of(self.kind, row) for row in states]
 
     def errors(self, vector: Array) -> list[dict[str, Array]]:
-        """For each recording, signal -> (n,) simulated less measured, the signal's unit.
+        """For each recording, signal -> (n,) simulated less measured, the signal's unit, see
+        `beyond_rounding`.
 
         Raises
         ------
@@ -108,10 +110,11 @@ class Problem:
         """
         model = self.model(vector)
         pairs = zip(self.measurements, self.initial_states(vector), strict=True)
-        return [
-            residuals_of(simulate_measurement(model, part, initial, self.tolerance), part)
-            for part, initial in pairs
-        ]
+        found = []
+        for part, initial in pairs:
+            trajectory = simulate_measurement(model, part, initial, self.tolerance)
+            found.append(beyond_rounding(residuals_of(trajectory, part), part))
+        return found
 
     def sigmas(self, vector: Array, *, independent: bool = False) -> Sigmas:
         """Weights that the errors at this vector call for, see `effective_sigma`.
@@ -184,6 +187,9 @@ class Problem:
         for index, measurement in enumerate(self.measurements):
             found = sensitivity(model, measurement, states[index], paths, self.tolerance)
             own = stack([found.derivatives], [sigmas[index]])
+            if measurement.rounding:
+                beyond = beyond_rounding(found.residuals, measurement)
+                own[stack([beyond], [sigmas[index]]) == 0.0] = 0.0
             block = np.zeros((len(own), count + self.states * len(self.measurements)))
             block[:, :count] = own[:, :count]
             first = count + self.states * index

@@ -38,6 +38,8 @@ _SETTLED = 0.98
 _BLOCK, _MOST_BLOCKS = 400, 40
 # steps of a quantised signal agree with whole counts up to the rounding of the file
 _COUNT_TOLERANCE = 0.05
+# samples in which a signal rests at least, and times the median of such stretches
+_LONG, _FAR_LONGER = 50, 10.0
 # finest spacing that a sensor can show, relative to its range: below it levels differ by rounding
 _ROUNDING = 1e-9
 # what is left of a number after a few operations, relative to it
@@ -249,6 +251,13 @@ def _noise_of_order(time: Array, signal: Array, order: int) -> float:
     weights = 1.0 / np.prod(apart, axis=1)
     weights /= np.linalg.norm(weights, axis=0)
     return float(np.sqrt(np.mean(np.sum(weights * values, axis=0) ** 2)))
+
+
+def rests(signal: Array) -> NDArray[np.bool_]:
+    """Which samples (n,) belong to stretches of one value that are far longer than is usual."""
+    edges = np.flatnonzero(np.diff(signal, prepend=np.nan, append=np.nan))
+    lengths = np.diff(edges)
+    return np.repeat(lengths > max(_LONG, _FAR_LONGER * float(np.median(lengths))), lengths)
 
 
 def quantisation_step(signal: Array) -> float:

@@ -12,7 +12,13 @@ from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.between import interpolation_of
-from elastic_tendon.measurement.noise import NoiseFloor, noise_floors, rounding_noise
+from elastic_tendon.measurement.noise import (
+    NoiseFloor,
+    noise_floors,
+    quantisation_step,
+    rests,
+    rounding_noise,
+)
 from elastic_tendon.measurement.noise_text import (
     COMPARED_AS,
     check_size,
@@ -290,6 +296,17 @@ class Measurement(Result):
             for name, sigma in self.given_noise.items()
         }
         return floors | given
+
+    @cached_property
+    def rounding(self) -> Mapping[str, Array]:
+        """How far each sample of a signal may err, in its unit, where an encoder that counts steps
+        rests: half a step, (n,); 0 elsewhere. Only signals that rest somewhere are named."""
+        found: dict[str, Array] = {}
+        for name, floor in self.noise.items():
+            if floor.kind == "quantised" and (resting := rests(self.signals[name])).any():
+                half = 0.5 * quantisation_step(self.signals[name])
+                found[name] = np.where(resting, half, 0.0)
+        return found
 
     @property
     def noise_notes(self) -> tuple[str, ...]:
