@@ -49,6 +49,7 @@ FEWEST = 8  # evaluations of a descent where each is dear
 # share of the mean square, from which a refit begins at other parameters of what was refitted; how
 # many of these at once, and how often
 BEYOND, KEPT_HILLS, MOST_HILLS = 0.97, 2, 6
+NEAR = 100.0  # mean square above which more is missing than another minimum
 LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
 mean_square = attrgetter("mean_square")
@@ -172,7 +173,8 @@ class Refits:
         affordable = effort.scouted == EFFORT.scouted
         if smaller and affordable and answer.mean_square < EXPLAINS * self._left(smaller[0]):
             answer = self._at_other_frequencies(answer, effort, check)
-        if smaller and affordable and worth_hearing(self._left(smaller[0]), answer.mean_square):
+        heard = smaller and worth_hearing(self._left(smaller[0]), answer.mean_square)
+        if heard and affordable and answer.mean_square < NEAR:
             answer = self._across_hills(answer, effort, check)
         return answer
 
