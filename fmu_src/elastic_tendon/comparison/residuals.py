@@ -129,10 +129,10 @@ def residuals_of(trajectory: Trajectory, measurement: Measurement) -> dict[str, 
 def beyond_rounding(errors: Mapping[str, Array], measurement: Measurement) -> dict[str, Array]:
     """Errors by signal, without what the steps of an encoder that rests hide: thousands of
     samples there say no more than one, that the joint is somewhere within the step."""
-    return {
-        name: np.sign(error) * np.maximum(np.abs(error) - measurement.rounding.get(name, 0.0), 0.0)
-        for name, error in errors.items()
-    }
+    found = dict(errors)
+    for name, half in measurement.rounding.items():
+        found[name] = np.sign(errors[name]) * np.maximum(np.abs(errors[name]) - half, 0.0)
+    return found
 
 
 def sensitivity(

@@ -18,6 +18,7 @@ from elastic_tendon.diagnosis.confirmation import on_everything
 from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
+    MUCH,
     PLAUSIBLE,
     beside_unknown,
     implausible_values,
@@ -191,7 +192,8 @@ def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
         Rival(name, answer.result)
         for name, answer in zip(_different(answers), answers, strict=True)
     )
-    for rival in rivals[:PAIRS]:
+    # beside much that nothing explains one try is enough: its noise is not what decides there
+    for rival in rivals[: 1 if found.answer.mean_square > MUCH else PAIRS]:
         proposal = next_experiment((first, rival), first.fit.problem.measurements, report)
         if not isinstance(proposal, str):
             found.experiment, found.no_experiment = proposal, ""
