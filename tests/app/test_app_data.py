@@ -119,7 +119,8 @@ def test_noise_and_what_no_column_tells_are_findings(tmp_path: Path) -> None:
     told = findings(known)
     assert told[0].startswith("Noise of the joint position: 0.2")
     assert "There is no measured torque: only the joint position tests the model." in told
-    graph, _ = overview(known, LIGHT)
+    drawn, _ = overview(known, LIGHT)
+    graph, _ = drawn.children
     assert [trace.name for trace in graph.figure.data] == [
         *("motor position", "joint position", "load torque"),
     ]
