@@ -177,11 +177,10 @@ def elsewhere(
             for group in groups
             for factor in (FACTORS if group[0].at_frequency is None else (*FACTORS, *CLOSE))
         ]
-        share = max(
-            abs((own[part.name] - part.null) / (typical_value(model, part) - part.null))
-            for part in strengths
-        )
         if len(strengths) < len(effect.parameters):
+            sizes = [(part, abs(typical_value(model, part) - part.null)) for part in strengths]
+            shares = [abs(own[part.name] - part.null) / size for part, size in sizes if size]
+            share = max(shares, default=1.0)
             changes += starts(model, effect, measurements, [share * by for by in FACTORS[::3]])
         for change in changes:
             with suppress(ModelError):
