@@ -48,6 +48,6 @@ def test_each_number_of_swings_has_a_minimum_and_the_deepest_is_found(decay, tim
     assert abs(np.log(nearer)) < abs(np.log(wrong.values(COULOMB)["torque"] / TORQUE))
 
     search = Search.of(data_of(GIVEN, [decay], [], Options(only=(COULOMB,))), silent)
-    found = search._across_hills(wrong, EFFORT, lambda _share: None)
+    found = search._from_other_minima(wrong, EFFORT, lambda _share: None)
     assert found.mean_square < 1.1
     assert found.values(COULOMB)["torque"] == pytest.approx(TORQUE, rel=0.05)

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -373,7 +374,10 @@ def _figure(seen: Seen, theme: Theme) -> list[Component]:
     margin = {"l": 56, "r": 8, "t": 46, "b": 40}
     figure = preview(first, split=split, theme=theme, height=HEIGHT, margin=margin)
     several = [html.P(f"Shown: {first.name}", className="quiet")] if seen.recordings[1:] else []
-    return [saveable(first.name, PLAIN, figure=figure, style={"height": HEIGHT}), *several]
+    return [
+        saveable(Path(first.name).stem, PLAIN, figure=figure, style={"height": HEIGHT}),
+        *several,
+    ]
 
 
 def _quality(seen: Seen) -> list[Component]:

@@ -135,6 +135,17 @@ def beyond_rounding(errors: Mapping[str, Array], measurement: Measurement) -> di
     return found
 
 
+def slopes_beyond_rounding(
+    slopes: Mapping[str, Array], errors: Mapping[str, Array], measurement: Measurement
+) -> dict[str, Array]:
+    """Derivatives (n, k) by signal of `beyond_rounding`, from those of the errors as they are."""
+    found = dict(slopes)
+    for name, half in measurement.rounding.items():
+        hidden = np.abs(errors[name]) < half
+        found[name] = np.where(hidden[:, np.newaxis], 0.0, slopes[name])
+    return found
+
+
 def sensitivity(
     model: Model,
     measurement: Measurement,

@@ -18,7 +18,7 @@ from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
-from elastic_tendon.diagnosis.evidence import AT_NOISE, DECISIVE, HELDOUT_AT_NOISE
+from elastic_tendon.diagnosis.evidence import AT_NOISE, DECISIVE, HELDOUT_AT_NOISE, misfit
 from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Refits
 from elastic_tendon.diagnosis.resonance import swings
 from elastic_tendon.diagnosis.sets import Set, in_order, model_with, simpler, size_of, told
@@ -156,7 +156,7 @@ class Around(Refits):
         facts = self.evidence.facts([answer])
         more = size_of(added) - size_of(answer.added)
         square = answer.mean_square * max(self.evidence.heldout_square(answer), 1.0)
-        least = log(facts) * more - facts * log(max(square, 1e-12))
+        least = log(facts) * more - facts * misfit(square)
         return least < (DECISIVE if more < 0 else -DECISIVE)
 
     def _lead_back(self) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.initial_state import residuals_from_beginning
-from elastic_tendon.comparison.residuals import noise_floors, stack
+from elastic_tendon.comparison.residuals import beyond_rounding, noise_floors, stack
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.refits import Check
 from elastic_tendon.estimation.fit import QUICK
@@ -65,7 +65,7 @@ def _square(
     """Mean square error on a stretch, predicted from the others."""
     start = answer.result.model
     fitted = refit(given, answer.added, others, [start], ENOUGH, check).result.model
-    residuals = residuals_from_beginning(fitted, left_out)
+    residuals = beyond_rounding(residuals_from_beginning(fitted, left_out), left_out)
     return float(np.mean(stack([residuals], [noise_floors(left_out)]) ** 2))
 
 

@@ -118,7 +118,7 @@ class Evidence:
         first = answers[int(np.argmin(fitted))]
         room = 0.0
         if self.heldout:
-            gain = max(log(self.heldout_square(first) / LESS_THAN_NOISE), 0.0)
+            gain = max(misfit(self.heldout_square(first)) - misfit(LESS_THAN_NOISE), 0.0)
             room = self._judged(first) * gain
         near = [
             answer

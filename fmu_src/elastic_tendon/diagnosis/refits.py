@@ -48,7 +48,7 @@ EXPLAINS = 0.5
 FEWEST = 8  # evaluations of a descent where each is dear
 # share of the mean square, from which a refit begins at other parameters of what was refitted; how
 # many of these at once, and how often
-BEYOND, KEPT_HILLS, MOST_HILLS = 0.97, 2, 6
+OTHER_MINIMUM, KEPT_MINIMA, MOST_MOVES = 0.97, 2, 6
 NEAR = 100.0  # mean square above which more is missing than another minimum
 LITTLE = 0.01  # of a damping's prior, from which a start with hardly any begins
 
@@ -175,22 +175,22 @@ class Refits:
             answer = self._at_other_frequencies(answer, effort, check)
         heard = smaller and worth_hearing(self._left(smaller[0]), answer.mean_square)
         if heard and affordable and answer.mean_square < NEAR:
-            answer = self._across_hills(answer, effort, check)
+            answer = self._from_other_minima(answer, effort, check)
         return answer
 
-    def _across_hills(self, answer: Answer, effort: Effort, check: Check) -> Answer:
+    def _from_other_minima(self, answer: Answer, effort: Effort, check: Check) -> Answer:
         """A refit, or a better one beside it: each number of swings before dry friction holds the
         joint has its minimum, and so has each shape of a law."""
-        for _ in range(MOST_HILLS):
+        for _ in range(MOST_MOVES):
             check(0.0)
             models = elsewhere(answer.result.model, answer.added, self.data.fitted)
             looks = TrajectoryScreen(answer).beside(models)
-            near = [model for share, model in looks[:KEPT_HILLS] if share < BEYOND]
+            near = [model for share, model in looks[:KEPT_MINIMA] if share < OTHER_MINIMUM]
             if not near or enough():
                 break
             again = refit(self.data.given, answer.added, self.data.fitted, near, effort, check)
             before, answer = answer, self.evidence.likeliest([answer, again])
-            if answer.mean_square > BEYOND * before.mean_square:
+            if answer.mean_square > OTHER_MINIMUM * before.mean_square:
                 break
         return answer
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from elastic_tendon.comparison.partition import Integers
-from elastic_tendon.comparison.residuals import Array, beyond_rounding
+from elastic_tendon.comparison.residuals import Array, beyond_rounding, slopes_beyond_rounding
 from elastic_tendon.diagnosis.block_test import Products
 from elastic_tendon.diagnosis.columns import Term, responses
 from elastic_tendon.diagnosis.motion import Motion
@@ -40,13 +40,13 @@ class Rows:
     def columns(self, index: int, term: Term) -> dict[str, Array]:
         """Derivatives and what a term's k columns do to the error, by signal, (n, p + k)."""
         motion = self.motions[index]
-        moved = responses(motion, term.acts, term.columns(motion))
-        found = {}
-        for name, own in self.derivatives[index].items():
-            shows = self.errors[index][name] != 0.0  # where no encoder's step hides the error
-            change = moved[name] / self.sigmas[index][name] * shows[:, np.newaxis]
-            found[name] = np.hstack([own, change])
-        return found
+        moved = slopes_beyond_rounding(
+            responses(motion, term.acts, term.columns(motion)), motion.errors, motion.measurement
+        )
+        return {
+            name: np.hstack([own, moved[name] / self.sigmas[index][name]])
+            for name, own in self.derivatives[index].items()
+        }
 
     def _edges(self, index: int) -> list[int]:
         """Where the blocks of a recording begin and end, in samples."""

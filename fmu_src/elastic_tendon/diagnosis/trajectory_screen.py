@@ -37,6 +37,8 @@ class TrajectoryScreen:
         residuals = result.problem.residuals(result.vector, result.sigmas)
         self._count = len(residuals) - len(result.problem.coordinates.paths)  # no prior
         self._residuals = residuals
+        own = residuals[: self._count]
+        self._before = float(own @ own)
         scale = np.linalg.norm(jacobian, axis=0)
         # what is at a bound does not follow: it might have to go beyond it
         free = result.off_bounds & (scale > 0.0)
@@ -58,12 +60,10 @@ class TrajectoryScreen:
         """
         found: list[tuple[float, Model]] = []
         failures = 0
-        own = self._residuals[: self._count]
-        before = float(own @ own)
         for model in models:
             check(0.0)
             left = self.left(model)
-            found.append((1.0 if left is None else float(left @ left) / before, model))
+            found.append((1.0 if left is None else float(left @ left) / self._before, model))
             failures += left is None
             if failures == MOST_FAILURES or enough():
                 break
@@ -79,14 +79,12 @@ class TrajectoryScreen:
         -------
         share of the answer's mean square that is left once all else has followed, and the model
         """
-        own = self._residuals[: self._count]
-        before = float(own @ own)
         found: list[tuple[float, Model]] = []
         for model in models:
             change = self._changed(model)
             if change is not None and np.isfinite(change).all():
                 left = self._across(self._residuals + change)[: self._count]
-                found.append((float(left @ left) / before, model))
+                found.append((float(left @ left) / self._before, model))
             if enough():
                 break
         return sorted(found, key=itemgetter(0))

@@ -24,6 +24,7 @@ from elastic_tendon.comparison.residuals import (
     rms,
     sensitivity,
     simulate_measurement,
+    slopes_beyond_rounding,
     stack,
 )
 from elastic_tendon.errors import ModelError, SimulationError
@@ -186,10 +187,8 @@ class Problem:
         blocks = []
         for index, measurement in enumerate(self.measurements):
             found = sensitivity(model, measurement, states[index], paths, self.tolerance)
-            own = stack([found.derivatives], [sigmas[index]])
-            if measurement.rounding:
-                beyond = beyond_rounding(found.residuals, measurement)
-                own[stack([beyond], [sigmas[index]]) == 0.0] = 0.0
+            slopes = slopes_beyond_rounding(found.derivatives, found.residuals, measurement)
+            own = stack([slopes], [sigmas[index]])
             block = np.zeros((len(own), count + self.states * len(self.measurements)))
             block[:, :count] = own[:, :count]
             first = count + self.states * index

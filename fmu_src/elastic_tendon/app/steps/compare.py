@@ -17,10 +17,9 @@ from dash import (
 )
 from dash.development.base_component import Component
 
-from elastic_tendon.app import results
+from elastic_tendon.app import figures, results
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
-from elastic_tendon.app.figures import GESTURES as PLAIN
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.readings import (
     FORMULAS,
@@ -55,14 +54,14 @@ from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.reports.comparison_tables import failing_sentence, tolerance_sentence
 from elastic_tendon.reports.interactive.loop import torque_loop, torque_words
 from elastic_tendon.reports.interactive.overlay import overlay
-from elastic_tendon.reports.interactive.theme import CONFIG, THEMES, blank
+from elastic_tendon.reports.interactive.theme import THEMES, blank
 from elastic_tendon.reports.units import Shown, shown
 
 # a double click shows all, as does a button
-GESTURES: Any = PLAIN | {
+GESTURES: Any = figures.GESTURES | {
     "doubleClick": "autosize",
     "showTips": False,
-    "modeBarButtonsToRemove": [*CONFIG["modeBarButtonsToRemove"], "resetScale2d"],
+    "modeBarButtonsToRemove": [*figures.GESTURES["modeBarButtonsToRemove"], "resetScale2d"],
 }
 HEIGHT = 430  # of the curves and of the loop, pixels
 HEAD = 56  # of the curves, whose recording is named above, pixels

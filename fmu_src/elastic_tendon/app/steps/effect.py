@@ -1,6 +1,7 @@
 """Which effect is missing: the ranked list, the page of each, and a try before it is added."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, cast
 
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
@@ -396,7 +397,7 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         candidate = ranking.known(last_round, chosen)
         assert candidate is not None  # else it could not be tried
         words = [html.P(text) for text in ranking.tried_sentences(tried, candidate)]
-        return [title, saveable(f"{file}_with_{chosen}", figure=figure)], words
+        return [title, saveable(f"{Path(file).stem}_with_{chosen}", figure=figure)], words
 
     app.clientside_callback(
         ClientsideFunction("elastic_tendon_effect", "show"),
