@@ -61,12 +61,9 @@ def run(machine: Model, experiment: Experiment, seed: int) -> Measurement:
 
 def rivals_for(
     given: dict[str, tuple[Model, tuple[str, ...]]], data: list[Measurement]
-) -> tuple[Rival, Rival]:
-    """A rival for each of two ids: its model, and the numbers that it leaves free."""
-    first, second = (
-        Rival(name, fit(model, data, free=free)) for name, (model, free) in given.items()
-    )
-    return first, second
+) -> tuple[Rival, ...]:
+    """A rival for each id: its model, and the numbers that it leaves free."""
+    return tuple(Rival(name, fit(model, data, free=free)) for name, (model, free) in given.items())
 
 
 def bic(result: FitResult) -> float:
@@ -76,7 +73,7 @@ def bic(result: FitResult) -> float:
     return squares + result.findings.effective * float(np.log(sum(map(len, errors))))
 
 
-def lead_of_first(rivals: tuple[Rival, Rival]) -> float:
+def lead_of_first(rivals: tuple[Rival, ...]) -> float:
     """By how much the first of two rivals has the lower BIC."""
     return bic(rivals[1].fit) - bic(rivals[0].fit)
 
@@ -116,7 +113,7 @@ CASES = {"damping": damping_case, "backlash": backlash_case}
 
 
 @cache
-def proposed(case: str) -> tuple[tuple[Rival, Rival], Experiment]:
+def proposed(case: str) -> tuple[tuple[Rival, ...], Experiment]:
     """The rivals on the data at hand, and what is proposed."""
     _, data, given = CASES[case]()
     rivals = rivals_for(given, data)
@@ -188,7 +185,7 @@ def test_the_same_call_gives_the_same_answer() -> None:
 
 
 @cache
-def offsets() -> tuple[tuple[Rival, Rival], list[Measurement]]:
+def offsets() -> tuple[tuple[Rival, ...], list[Measurement]]:
     machine = BELIEVED.with_effect("joint_encoder_offset", {"offset": 0.02})
     data = [record_truth(machine, multisine(9, Limits(0.3, 2.0, 3.0), 4.0), 9)]
     models = [
@@ -205,6 +202,19 @@ def test_aliases_are_called_undecidable_with_the_reason() -> None:
     assert isinstance(answer, str)
     assert "joint_encoder_offset and motor_encoder_offset apart" in answer
     assert "the same wherever nothing depends on the angle itself" in answer
+
+
+def test_one_experiment_is_for_all_answers_and_says_which_it_leaves_open() -> None:
+    """Gravity is told from both offsets at once, which nothing tells from each other."""
+    rivals, data = offsets()
+    model = BELIEVED.with_effect("gravity_load", {"torque": 0.3, "angle": 0.5})
+    third = rivals_for({"gravity_load": (model, free_parameters(model))}, data)
+    answer = next_experiment((*rivals, *third), data)
+    assert isinstance(answer, Experiment)
+    assert answer.power > 0.95
+    assert "gravity_load, either refitted to the other" in answer.text
+    assert "Other pairs of answers are told apart more surely." in answer.text
+    assert "It does not tell joint_encoder_offset from motor_encoder_offset." in answer.text
 
 
 def test_where_nothing_near_decides_it_goes_farther() -> None:

@@ -338,7 +338,9 @@ def undecided(results: Sequence[Result]) -> list[Figure]:
         if one.family == "effect" and one.noise in PLAIN and identifiable(one)
     ]
     pairs = [one for one in single if len(undecidable(one)) > 1]
-    asked = [one for one in pairs if called_undecided(one) and undecidable(one) - aliases(one)]
+    # nothing is proposed for what is called too small to matter
+    told = [one for one in pairs if called_undecided(one) and one.added]
+    asked = [one for one in told if undecidable(one) - aliases(one)]
     clear = [one for one in single if len(undecidable(one)) == 1]
     return [
         share("undecidable pairs called so", pairs, called_undecided, 95.0),

@@ -73,7 +73,7 @@ LEFT_OPEN = (
     "The parameters as fitted do not explain {}, which was held out; fitted to all recordings they "
     "do: the fitted ones leave them open. Fit both together before you use them."
 )
-PAIRS = 3  # of answers for which an experiment is sought, until there is one
+RIVALS = 5  # answers at most that one experiment is to tell apart
 
 
 @dataclass
@@ -188,17 +188,17 @@ def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
         )
         return
     answers = [found.confirmed.get(part.added, part) for part in found.alike]
-    first, *rivals = (
+    rivals = [
         Rival(name, answer.result)
         for name, answer in zip(_different(answers), answers, strict=True)
-    )
-    # beside much that nothing explains one try is enough: its noise is not what decides there
-    for rival in rivals[: 1 if found.answer.mean_square > MUCH else PAIRS]:
-        proposal = next_experiment((first, rival), first.fit.problem.measurements, report)
-        if not isinstance(proposal, str):
-            found.experiment, found.no_experiment = proposal, ""
-            return
-        found.no_experiment = found.no_experiment or proposal
+    ]
+    # beside much that nothing explains two are enough: its noise is not what decides there
+    rivals = rivals[: 2 if found.answer.mean_square > MUCH else RIVALS]
+    proposal = next_experiment(rivals, rivals[0].fit.problem.measurements, report)
+    if isinstance(proposal, str):
+        found.no_experiment = proposal
+    else:
+        found.experiment = proposal
 
 
 def conclude(

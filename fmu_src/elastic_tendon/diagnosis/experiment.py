@@ -1,12 +1,14 @@
-"""The experiment that tells two rival answers apart.
+"""The experiment that tells rival answers apart.
 
 Motions are drawn at random among a few forms, the best of them improved, and the best of all
-checked by full refits. An experiment is as good as it separates the two whichever of them is right.
+checked by full refits. An experiment is as good as it separates each two of the rivals, whichever
+of them is right (Atkinson & Fedorov 1975, "several models").
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import combinations
 from math import sqrt
 from operator import attrgetter
 from typing import TYPE_CHECKING
@@ -45,15 +47,17 @@ KEPT = 4  # so many motions are improved
 DISTANCE = 0.2  # over which the parameters of a motion are first changed
 SEARCH_SAMPLES = 2500  # enough to judge a motion by
 ROUNDS_TO_FIT = 4  # in which a motion is made smaller until the springs bear it
-# a drawn motion that tells the rivals apart by less than this, or a full refit with less power, is
-# not proposed
+# rivals that a drawn motion tells apart by less than this, or a full refit with less power, count
+# as not told apart
 SEPARABLE = 1.0
 WORTH_IT = 0.8
 # the experiment is repeated until it decides so surely, at most so often
 SURE = 0.95
-REPEATS = (2, 3, 5, 8)
+REPEATS = (1, 2, 3, 5, 8)
+ENOUGH = 37.0  # noncentrality that decides with about that power
 WORDS = "searching the experiment that decides"
-EITHER = ((0, 1), (1, 0))  # index of the rival that is right and of the one that is wrong
+
+Pair = tuple[int, int]  # places of two rivals
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,7 @@ class _Search:
     """
 
     limits: Limits
-    rivals: tuple[Known, Known]
+    rivals: tuple[Known, ...]
     sigmas: dict[str, float]
     time: Array
     thinner: float
@@ -77,25 +81,36 @@ class _Search:
 
 @dataclass(frozen=True)
 class _Judged:
-    """A proposal, and what a linear refit leaves of the difference, whichever rival is right."""
+    """A proposal, and for each two rivals what a linear refit leaves of their difference, whichever
+    of them is right."""
 
     proposal: Proposal
-    left: float
+    left: Mapping[Pair, float]
+
+    @property
+    def worth(self) -> float:
+        """About how many pairs it decides."""
+        return sum(left / (left + ENOUGH) for left in self.left.values())
+
+    @property
+    def separable(self) -> list[Pair]:
+        """Rivals that it may tell apart."""
+        return [pair for pair, left in self.left.items() if left > SEPARABLE]
 
 
 def next_experiment(
-    rivals: tuple[Rival, Rival],
+    rivals: Sequence[Rival],
     measurements: Sequence[Measurement],
     progress: Progress = silent,
 ) -> Experiment | str:
-    """Propose the motion of motor and load that best tells two rival answers apart.
+    """Propose the motion of motor and load that best tells rival answers apart.
 
-    It stays near what was recorded; where nothing there decides, it goes as far as the springs
-    bear.
+    It stays near what was recorded; where that leaves rivals undecided, it goes as far as the
+    springs bear if that decides more.
 
     Parameters
     ----------
-    rivals : fitted to the same recordings
+    rivals : two or more, fitted to the same recordings
     measurements : these recordings; they set range, speed, load and sampling rate
     progress : called with words and the share of the work done, 0 to 1
 
@@ -107,15 +122,22 @@ def next_experiment(
     ------
     SimulationError : a rival cannot be simulated at rest
     """
-    ids = rivals[0].id, rivals[1].id
+    ids = [rival.id for rival in rivals]
     models = [rival.fit.model for rival in rivals]
     limits = limits_of(models, measurements)
+    found: tuple[_Search, _Checked] | None = None
     for done, allowed in enumerate((limits, limits.widened())):
         search = _prepare(rivals, allowed)
         best = _best(search, partial(_tell, progress, done))
-        if best is not None:
-            return _answer(search, best, ids)
-    return undecidable_text(ids, models)
+        if best is not None and (found is None or len(best.told) > len(found[1].told)):
+            found = search, best
+        if best is not None and len(best.told) == len(_pairs(rivals)):
+            break
+    return undecidable_text(ids, models) if found is None else _answer(*found, ids)
+
+
+def _pairs(rivals: Sequence[object]) -> list[Pair]:
+    return list(combinations(range(len(rivals)), 2))
 
 
 def _tell(progress: Progress, done: int, share: float) -> None:
@@ -140,14 +162,14 @@ def experiment_table(experiment: Experiment) -> "pd.DataFrame":
     )
 
 
-def _prepare(rivals: tuple[Rival, Rival], limits: Limits) -> _Search:
+def _prepare(rivals: Sequence[Rival], limits: Limits) -> _Search:
     samples = len(limits.sample_times())
     time = np.linspace(0.0, limits.duration, min(samples, SEARCH_SAMPLES))
     thinner = sqrt(len(time) / samples)
     sigmas = {name: thinner * sigma for name, sigma in noise(rivals).items()}
     rest = _measurement(time, np.full_like(time, limits.motor.start), np.zeros_like(time), sigmas)
-    both = known(rivals[0], rest), known(rivals[1], rest)
-    return _Search(limits, both, sigmas, time, thinner)
+    all_known = tuple(known(rival, rest) for rival in rivals)
+    return _Search(limits, all_known, sigmas, time, thinner)
 
 
 def _measurement(
@@ -168,15 +190,13 @@ def _measurement(
 def _best(search: _Search, progress: ShareProgress) -> "_Checked | None":
     """The proposal that decides most, as often as it takes; None if it is not worth it."""
     judged = _judge_many(search, lambda share: progress(0.8 * share))
-    best = max(judged, key=attrgetter("left"), default=None)
-    if best is None or best.left <= SEPARABLE:
+    best = max(judged, key=attrgetter("worth"), default=None)
+    if best is None or not best.separable:
         return None
     progress(0.8)
-    once = _checked(search, best.proposal)
-    progress(0.95)
-    repeated = _repeated(search, once)
+    checked = _as_often_as_it_takes(search, best)
     progress(1.0)
-    return repeated if repeated.power >= WORTH_IT else None
+    return checked if checked.told else None
 
 
 def _judge_many(search: _Search, progress: ShareProgress) -> list[_Judged]:
@@ -186,15 +206,15 @@ def _judge_many(search: _Search, progress: ShareProgress) -> list[_Judged]:
     for index in range(DRAWN):
         progress(index / SEARCH)
         judged += _judge(search, random_proposal(rng, search.limits))
-    best = sorted(judged, key=attrgetter("left"), reverse=True)[:KEPT]
-    if not best or best[0].left <= SEPARABLE:
+    best = sorted(judged, key=attrgetter("worth"), reverse=True)[:KEPT]
+    if not best or not best[0].separable:
         return judged
     for distance in DISTANCE * 0.5 ** np.linspace(0.0, 3.0, (SEARCH - DRAWN) // KEPT):
         progress(len(judged) / SEARCH)
         for place, kept in enumerate(best):
             for tried in _judge(search, neighbour(kept.proposal, rng, distance)):
                 judged.append(tried)
-                if tried.left > kept.left:
+                if tried.worth > kept.worth:
                     best[place] = tried
     return judged
 
@@ -209,11 +229,12 @@ def _judge(search: _Search, proposal: Proposal) -> list[_Judged]:
         predictions = [predict(rival, experiment, search.sigmas) for rival in search.rivals]
     except (ModelError, SimulationError):
         return []
-    left = (
-        left_over(predictions[right].signals, predictions[wrong], search.rivals[wrong])
-        for right, wrong in EITHER
-    )
-    return [_Judged(fitted, min(left))]
+
+    def left(right: int, wrong: int) -> float:
+        return left_over(predictions[right].signals, predictions[wrong], search.rivals[wrong])
+
+    least = {pair: min(left(*pair), left(*pair[::-1])) for pair in _pairs(predictions)}
+    return [_Judged(fitted, least)]
 
 
 def _fitted(search: _Search, proposal: Proposal) -> Proposal | None:
@@ -243,50 +264,64 @@ def _share_of_deflection(search: _Search, proposal: Proposal) -> float:
 
 
 @dataclass(frozen=True)
-class _Checked:
-    """A proposal, made `repeats` times in one run, what the lesser of both full refits leaves, and
-    the predicted probability that it decides, whichever rival is right."""
+class _Told:
+    """Two rivals told apart: what the lesser of both full refits leaves, and the predicted
+    probability that it decides, whichever of them is right."""
 
-    proposal: Proposal
-    repeats: int
+    pair: Pair
     left: Refit
     power: float
 
 
-def _checked(search: _Search, proposal: Proposal, repeats: int = 1) -> _Checked:
-    experiment = search.measurement(proposal)
+@dataclass(frozen=True)
+class _Checked:
+    """A proposal, made `repeats` times in one run, and the rivals that it tells apart."""
+
+    proposal: Proposal
+    repeats: int
+    told: tuple[_Told, ...]
+
+    @property
+    def hardest(self) -> _Told:
+        """The two that are told apart least surely."""
+        return min(self.told, key=lambda told: (told.power, told.left.noncentrality))
+
+
+def _as_often_as_it_takes(search: _Search, best: _Judged) -> _Checked:
+    """The proposal, repeated until it decides; it ends as it begins, so it can follow on itself."""
+    reachable = {pair for pair in best.separable if best.left[pair] * REPEATS[-1] > ENOUGH}
+    for repeats in REPEATS:
+        if repeats < REPEATS[-1] and any(best.left[pair] * repeats < ENOUGH for pair in reachable):
+            continue
+        checked = _checked(search, best, repeats)
+        if reachable <= {told.pair for told in checked.told if told.power >= SURE}:
+            break
+    return checked
+
+
+def _checked(search: _Search, best: _Judged, repeats: int) -> _Checked:
+    experiment = search.measurement(best.proposal)
     sigmas = {name: sigma / sqrt(repeats) for name, sigma in search.sigmas.items()}
     predictions = [predict(rival, experiment, sigmas) for rival in search.rivals]
     expected = [plausible(rival, experiment, sigmas) for rival in search.rivals]
-    refits = [
-        refit(predictions[right], search.rivals[wrong], experiment, sigmas)
-        for right, wrong in EITHER
-    ]
-    powers = [
-        expected_power(
-            expected[right],
-            predictions[right].signals,
-            predictions[wrong],
-            search.rivals[wrong],
-            left.noncentrality,
-        )
-        for (right, wrong), left in zip(EITHER, refits, strict=True)
-    ]
-    least = min(refits, key=attrgetter("noncentrality"))
-    return _Checked(proposal, repeats, least, min(powers))
+
+    def held_against(right: int, wrong: int) -> tuple[Refit, float]:
+        left = refit(predictions[right], search.rivals[wrong], experiment, sigmas)
+        signals, known_of_wrong = predictions[right].signals, search.rivals[wrong]
+        full = left.noncentrality
+        power = expected_power(expected[right], signals, predictions[wrong], known_of_wrong, full)
+        return left, power
+
+    told = []
+    for pair in best.separable:
+        (left, power), (other_left, other_power) = held_against(*pair), held_against(*pair[::-1])
+        least = min(left, other_left, key=attrgetter("noncentrality"))
+        told.append(_Told(pair, least, min(power, other_power)))
+    worth_it = tuple(pair for pair in told if pair.power >= WORTH_IT)
+    return _Checked(best.proposal, repeats, worth_it)
 
 
-def _repeated(search: _Search, once: _Checked) -> _Checked:
-    """The proposal as often as it takes; it ends as it begins, so it can follow on itself."""
-    best = once
-    for repeats in REPEATS:
-        if best.power >= SURE:
-            break
-        best = _checked(search, once.proposal, repeats)
-    return best
-
-
-def _answer(search: _Search, best: _Checked, ids: tuple[str, str]) -> Experiment:
+def _answer(search: _Search, best: _Checked, ids: Sequence[str]) -> Experiment:
     limits = search.limits
     once = best.proposal.inputs(limits.sample_times(), limits)
     # the last sample of one run is the first of the next
@@ -297,23 +332,28 @@ def _answer(search: _Search, best: _Checked, ids: tuple[str, str]) -> Experiment
         time=np.asarray(limits.step * np.arange(len(inputs[0]))),
         motor_position=inputs[0],
         load_torque=inputs[1],
-        power=best.power,
+        power=best.hardest.power,
     )
 
 
-def _separated(search: _Search, best: _Checked, ids: tuple[str, str]) -> Separated:
-    signals = best.left.difference.reshape(len(search.sigmas), -1)
-    told = int(np.argmax(np.sum(signals**2, axis=1)))
-    name = list(search.sigmas)[told]
+def _separated(search: _Search, best: _Checked, ids: Sequence[str]) -> Separated:
+    hardest = best.hardest
+    signals = hardest.left.difference.reshape(len(search.sigmas), -1)
+    shows = int(np.argmax(np.sum(signals**2, axis=1)))
+    name = list(search.sigmas)[shows]
     # back from the noise of the thinned and repeated samples
-    differences = signals[told] * search.sigmas[name] / sqrt(best.repeats)
+    differences = signals[shows] * search.sigmas[name] / sqrt(best.repeats)
     largest = int(np.argmax(np.abs(differences)))
+    apart = {told.pair for told in best.told}
+    left_open = [pair for pair in _pairs(ids) if pair not in apart]
     return Separated(
-        ids=ids,
+        ids=(ids[hardest.pair[0]], ids[hardest.pair[1]]),
+        easier=len(best.told) - 1,
+        left_open=tuple((ids[one], ids[two]) for one, two in left_open),
         signal=name,
         largest=float(abs(differences[largest])),
         at=float(search.time[largest]),
         noise=search.sigmas[name] / search.thinner,
-        together=sqrt(best.left.noncentrality),
-        power=best.power,
+        together=sqrt(hardest.left.noncentrality),
+        power=hardest.power,
     )

@@ -12,14 +12,17 @@ from elastic_tendon.diagnosis.proposals import SINES, Form, Input, Proposal
 
 @dataclass(frozen=True)
 class Separated:
-    """Two answers that the experiment tells apart.
+    """The two answers that the experiment tells apart least surely.
 
+    `easier` : number of other pairs that it tells apart; `left_open` : pairs that it does not.
     `signal` : the one that tells most; `largest` : what a refit leaves of its difference, where it
     is largest, and `noise` of one sample, both in its unit; `at` s. `together` : what is left in
     all samples, over what noise alone makes of them. `power` : 0 to 1.
     """
 
     ids: tuple[str, str]
+    easier: int
+    left_open: tuple[tuple[str, str], ...]
     signal: str
     largest: float
     at: float
@@ -35,7 +38,7 @@ def experiment_text(
     inputs: tuple[Array, Array],
     separated: Separated,
 ) -> str:
-    """Say what is done, for how long, and by how much it tells two answers apart.
+    """Say what is done, for how long, and by how much it tells answers apart.
 
     Parameters
     ----------
@@ -43,7 +46,7 @@ def experiment_text(
     proposal : Proposal
     repeats : how often it is made in one run
     inputs : motor position (n,) rad and load torque (n,) N·m of one of them
-    separated : the answers, and by how much
+    separated : which answers, and by how much
     """
     time = limits.sample_times()
     sentences = [
@@ -69,9 +72,10 @@ def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
     ids : of the answers
     models : fitted with them
     """
+    *most, last = ids
     sentences = [
-        f"No motion within the limits of the actuator tells {' and '.join(ids)} apart by clearly "
-        "more than the noise: with other parameters either explains what the other predicts."
+        f"No motion within the limits of the actuator tells {', '.join(most)} and {last} apart by "
+        "clearly more than the noise: with other parameters each explains what another predicts."
     ]
     reasons = {
         alias.when
@@ -123,10 +127,15 @@ def _cautions(limits: Limits, inputs: tuple[Array, Array]) -> list[str]:
 
 def _separation(found: Separated) -> str:
     unit = "rad" if found.signal.endswith("position") else "N·m"
-    return (
-        f"{found.ids[0]} and {found.ids[1]}, either refitted to the other, then differ in "
+    one, two = found.ids
+    sentences = [
+        f"{one} and {two}, either refitted to the other, then differ in "
         f"{found.signal.replace('_', ' ')} by up to {found.largest:.2g} {unit}, most at "
         f"{found.at:.3g} s; that is {found.largest / found.noise:.2g} times the noise of one "
         f"sample and, over all samples together, {found.together:.2g} times what noise does: a "
         f"chance of {100.0 * found.power:.0f} % that the experiment decides."
-    )
+    ]
+    if found.easier:
+        sentences.append("Other pairs of answers are told apart more surely.")
+    sentences += [f"It does not tell {one} from {two}." for one, two in found.left_open]
+    return " ".join(sentences)
