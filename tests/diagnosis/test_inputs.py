@@ -43,6 +43,27 @@ def test_a_motion_without_noise_is_kept(make) -> None:
     assert rms(smoothed(clean).motor_position - clean.motor_position) < 2e-6
 
 
+def with_jerk(clean: Measurement) -> Measurement:
+    """The motor moves on by some counts from one sample to the next."""
+    later = np.where(clean.time > 5.003, 5.0 * COUNT, 0.0)
+    return replace(clean, motor_position=clean.motor_position + later)
+
+
+def test_a_jerk_is_no_noise() -> None:
+    jerky = with_jerk(recording(multisine(8, LIMITS)))
+    taken = smoothed(jerky).motor_position - jerky.motor_position
+    assert np.max(np.abs(taken)) < 1e-5
+
+
+def test_noise_beside_a_jerk_is_taken_away() -> None:
+    clean = with_jerk(recording(multisine(8, LIMITS)))
+    noise = NOISE / 5.0 * np.random.default_rng(8).standard_normal(len(clean.time))
+    noisy = replace(clean, motor_position=clean.motor_position + noise)
+    left = smoothed(noisy).motor_position - clean.motor_position
+    assert np.max(np.abs(left)) < 5.0 * NOISE / 5.0
+    assert rms(left) < 0.6 * rms(noise)
+
+
 def test_static_curves_short_and_uneven_recordings_come_back_as_they_are() -> None:
     clean = recording(multisine(9, LIMITS))
     static = replace(clean, static=True)

@@ -2,17 +2,19 @@
 
 The simulation would follow it: at high speed, with springs that lose energy at every small turn,
 and with more steps; a rotor would integrate that of its torque. The motor itself moves smoothly, so
-its noise is what stands alone at high frequencies, and a Wiener filter takes it away.
+its noise is what stands alone at high frequencies, and a Wiener filter takes it away; but for
+moments where that would take away far more than noise, as at a jerk.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import noise_floors
 
@@ -20,6 +22,9 @@ NOISY = 0.5  # from this share of the highest frequency on the motor does not mo
 NEIGHBOURS = 25  # frequencies over which power is averaged
 FLAT = 3.0  # ratio of powers up to which noise may still be called white
 SURELY = 2.0  # times the noise that power must have to be motion
+# times the RMS of what is taken away elsewhere: at one moment that is no noise, nor are so many
+# samples beside it; unless it comes in more than this share of them
+JERK, BESIDE, RARE, MOST_ROUNDS = 5.0, 25, 0.2, 10
 FEWEST = 100  # samples, below which there is no spectrum
 
 
@@ -88,4 +93,20 @@ def _filtered(values: Array) -> Array:
     noise = float(np.mean([lower.mean(), upper.mean()]))
     share = np.clip(1.0 - noise / np.maximum(power, 1e-300), 0.0, 1.0)
     share[power < SURELY * noise] = 0.0
-    return trend + np.asarray(np.fft.irfft(share * spectrum, 2 * len(values) - 2))[: len(values)]
+    motion = trend + np.asarray(np.fft.irfft(share * spectrum, 2 * len(values) - 2))[: len(values)]
+    return np.where(_jerks(values - motion), values, motion)
+
+
+def _jerks(taken: Array) -> NDArray[np.bool_]:
+    """Whether far more than elsewhere is taken away near a moment; nowhere, if that is no rare
+    thing. (n,) array."""
+    near = maximum_filter1d(np.abs(taken), 2 * BESIDE + 1)
+    found = np.zeros(len(taken), bool)
+    for _ in range(MOST_ROUNDS):
+        more = near > JERK * rms(taken[~found])
+        if np.mean(more) > RARE:
+            return np.zeros(len(taken), bool)
+        if not np.any(more & ~found):
+            break
+        found |= more
+    return found

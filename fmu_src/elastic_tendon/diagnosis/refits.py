@@ -163,10 +163,12 @@ class Refits:
         library_path((*given.effect_ids, *added), given.kind)
         starts = list(self._starts(added))
         smaller = sorted(self._smaller(added), key=self._left)[:1]
-        nothing = [self._with_nothing(added, part) for part in smaller]
+        # a mass of nothing would swing endlessly fast
+        begun = [part for part in smaller if not any(map(swings, set(added) - set(part)))]
+        nothing = [self._with_nothing(added, part) for part in begun]
         effort = self._effort([*starts, *nothing])
         answer = refit(given, added, fitted, starts, effort, check)
-        if smaller and answer.mean_square > self._left(smaller[0]):
+        if nothing and answer.mean_square > self._left(smaller[0]):
             # misled by its starts: it begins where nothing of it is there
             again = refit(given, added, fitted, nothing, effort, check)
             answer = self.evidence.likeliest([answer, again])

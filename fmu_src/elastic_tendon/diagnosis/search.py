@@ -61,6 +61,7 @@ EQUALS = 2  # ... and those that promise about as much with no more parameters
 ABOUT = 100.0  # evidence by which these may seem worse on the screen
 LONG = 2e8  # multiplications after which a search that is not at the noise has lasted long
 WHITE = 0.9  # share of the samples that are independent facts, of noise alone
+SMALL = 25.0  # mean square of an error that is hardly larger than noise: torques hide it
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 MOST_ROUNDS, MOST_REFITS = 8, 20
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
@@ -404,11 +405,14 @@ class Search(Doubts):
         if self._tired or answer is self._other_laws.get(answer.added):
             return False
         self._other_laws[answer.added] = answer
-        white = self.evidence.facts([answer]) > WHITE * len(answer.floored)
-        if white or answer.mean_square < 1.0 + AUDIBLE**2:
+        if self._white(answer) or answer.mean_square < 1.0 + AUDIBLE**2:
             return False
         self._take_beside(answer, list(richer(answer.added)), "trying other laws")
         return self.answer.added != answer.added
+
+    def _white(self, answer: Answer) -> bool:
+        """Whether what an answer leaves does not hang together in time, as noise alone does not."""
+        return self.evidence.facts([answer]) > WHITE * len(answer.floored)
 
     def _better_addition(self) -> bool:
         """Where much is left: additions, the likeliest first, whatever the torque screen says, but
@@ -534,7 +538,7 @@ class Search(Doubts):
             return {**shares, **self._looks(added, filterfalse(swings, unlooked))}
         # what is as small as noise shows in trajectories, or else in torques
         quick = list(filterfalse(swings, self.data.candidates))
-        looks = self._looks(added, quick)
+        looks = {} if self._white(self.answers[added]) else self._looks(added, quick)
         left = self._left(added)
         heard = any(worth_hearing(left, share * left) for share in looks.values())
         shares = {**shares, **looks} if heard else {**looks, **shares}
@@ -542,11 +546,11 @@ class Search(Doubts):
 
     def _exchanges(self, added: Set, effect_ids: Sequence[str]) -> dict[Set, float]:
         """Share of the mean square that sets with one other effect would leave, as trajectories
-        have it; only where what they have in common was refitted."""
+        have it; only where what they have in common was refitted, and leaves little."""
         shares: dict[Set, float] = {}
         for effect_id in added:
             less = without(added, effect_id)
-            if less in self.answers:
+            if less in self.answers and self._left(less) < SMALL:
                 looks = self._looks(less, effect_ids)
                 # looks from far away promise too little: alike of rivals and of what they rival
                 own = looks.pop(added, self._left(added) / self._left(less))
