@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -47,6 +48,21 @@ def test_two_processes_that_build_at_once_both_succeed_and_leave_one_library(cac
     assert [process.returncode for process in processes] == [0, 0]
     assert answers[0] == answers[1]
     assert len(list(cache.iterdir())) == 1
+
+
+def test_threads_that_want_the_same_library_build_it_once(cache, monkeypatch):
+    built = []
+    build = library._build
+
+    def counted(*arguments):
+        built.append(arguments)
+        return build(*arguments)
+
+    monkeypatch.setattr(library, "_build", counted)
+    with ThreadPoolExecutor(2) as pool:
+        first, second = pool.map(library.library_path, [("gravity_load",)] * 2)
+    assert first == second
+    assert len(built) == len(list(cache.iterdir())) == 1
 
 
 def test_a_cached_library_is_used_without_casadi(cache):

@@ -465,15 +465,20 @@ class Search(Doubts):
 
     def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
         """Share of the mean square that additions would leave, by the trajectory screen."""
-        screen = TrajectoryScreen(self.answers[added])
         sets = {
             in_order((*added, effect_id)): effect_id
             for effect_id in effect_ids
             if effect_id not in added
         }
         possible = [near for near in sets if self.screen.goes(near)]
+        screen = TrajectoryScreen(self.answers[added])
+        together = self._in_one_library(added, [sets[near] for near in possible])
+        screens = dict.fromkeys(together, screen.with_nulls_of(together))
         work = [
-            (told("looking at additions", near), partial(self._look, screen, added, sets[near]))
+            (
+                told("looking at additions", near),
+                partial(self._look, screens.get(sets[near], screen), added, sets[near]),
+            )
             for near in possible
         ]
         found = {}
@@ -482,12 +487,24 @@ class Search(Doubts):
             found[near] = min(share for share, _ in best)
         return found
 
+    def _in_one_library(self, added: Set, effect_ids: Iterable[str]) -> Set:
+        """Effects of these that one library has beside a set, so that looks compile once: those
+        which are no dearer to simulate for each other."""
+        together: Set = ()
+        for effect_id in effect_ids:
+            effect = effects.BY_ID[effect_id]
+            light = not (effect.states or effect.relations or effect.law_of)
+            if light and self.screen.goes(in_order((*added, *together, effect_id))):
+                together = (*together, effect_id)
+        return together
+
     def _look(
         self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
     ) -> list[tuple[float, Model]]:
         """The best starts of one more effect, and what share of the mean square each leaves."""
         near = in_order((*added, effect_id))
-        library_path((*self.data.given.effect_ids, *near), self.data.given.kind)
+        built = in_order((*near, *screen.nulls))
+        library_path((*self.data.given.effect_ids, *built), self.data.given.kind)
         answer = self.answers[added]
         if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
             return found

@@ -6,6 +6,7 @@ swinging of a spring's own mass, and costs a simulation a start.
 """
 
 from collections.abc import Callable, Iterable
+from copy import copy
 from operator import itemgetter
 
 import numpy as np
@@ -18,7 +19,8 @@ from elastic_tendon.comparison.residuals import (
     simulate_measurement,
     stack,
 )
-from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.answer import Answer, with_nulls
+from elastic_tendon.diagnosis.sets import Set
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.simulation.work import enough
@@ -28,7 +30,11 @@ MOST_FAILURES = 3  # simulations, after which no further one would come to an en
 
 
 class TrajectoryScreen:
-    """An answer with its derivatives, to score what may come in beside it."""
+    """An answer with its derivatives, to score what may come in beside it.
+
+    `nulls` : effects that are simulated too, at their nulls, so that models with any of them share
+    a library.
+    """
 
     def __init__(self, answer: Answer) -> None:
         result = answer.result
@@ -43,6 +49,13 @@ class TrajectoryScreen:
         # what is at a bound does not follow: it might have to go beyond it
         free = result.off_bounds & (scale > 0.0)
         self._directions = np.linalg.qr(jacobian[:, free] / scale[free])[0]
+        self.nulls: Set = ()
+
+    def with_nulls_of(self, effect_ids: Set) -> "TrajectoryScreen":
+        """The same with these effects at their nulls."""
+        shared = copy(self)
+        shared.nulls = effect_ids
+        return shared
 
     def best(
         self, models: Iterable[Model], check: Callable[[float], None]
@@ -101,6 +114,7 @@ class TrajectoryScreen:
     def _changed(self, model: Model) -> Array | None:
         """Residuals of a model less those of the answer, None where the simulation fails."""
         result = self._result
+        model = with_nulls(model, [added for added in self.nulls if added not in model.effects])
         try:
             errors = [
                 beyond_rounding(

@@ -10,8 +10,9 @@ import hashlib
 import os
 import shutil
 import tempfile
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
+from threading import Lock
 
 import platformdirs
 
@@ -161,7 +162,13 @@ def _path_for(
     progress: Progress,
 ) -> Path:
     key = _key_for(structure_key(effect_ids, kind), target)
-    return _cached(f"{key}-*") or _build(effect_ids, kind, target, key, progress)
+    with _lock(key):  # whoever wants it while it is built waits for it
+        return _cached(f"{key}-*") or _build(effect_ids, kind, target, key, progress)
+
+
+@cache
+def _lock(_key: str) -> Lock:
+    return Lock()
 
 
 @lru_cache
