@@ -122,7 +122,8 @@ def test_an_effect_that_does_nothing_leaves_all(sticking, effect_id, values) -> 
 
 @pytest.mark.parametrize("effect_id", [GRAVITY, DRAG, "spring_hardening", "measurement_delay"])
 def test_what_shares_a_library_leaves_as_much_as_alone(dragging, effect_id) -> None:
-    shared = dragging.screen.with_nulls_of((GRAVITY, DRAG, "spring_hardening", "measurement_delay"))
+    light = (GRAVITY, DRAG, "spring_hardening", "measurement_delay")
+    shared = TrajectoryScreen(dragging.answer, light)
     alone = dragging.screen.best(dragging.models(effect_id), unchecked)
     together = shared.best(dragging.models(effect_id), unchecked)
     assert [left for left, _ in together] == pytest.approx([left for left, _ in alone], rel=1e-6)

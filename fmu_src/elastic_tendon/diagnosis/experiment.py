@@ -349,7 +349,7 @@ def _separated(search: _Search, best: _Checked, ids: Sequence[str]) -> Separated
     return Separated(
         ids=(ids[hardest.pair[0]], ids[hardest.pair[1]]),
         easier=len(best.told) - 1,
-        left_open=tuple((ids[one], ids[two]) for one, two in left_open),
+        left_open=tuple((ids[first], ids[second]) for first, second in left_open),
         signal=name,
         largest=float(abs(differences[largest])),
         at=float(search.time[largest]),

@@ -127,9 +127,9 @@ def _cautions(limits: Limits, inputs: tuple[Array, Array]) -> list[str]:
 
 def _separation(found: Separated) -> str:
     unit = "rad" if found.signal.endswith("position") else "N·m"
-    one, two = found.ids
+    first, second = found.ids
     sentences = [
-        f"{one} and {two}, either refitted to the other, then differ in "
+        f"{first} and {second}, either refitted to the other, then differ in "
         f"{found.signal.replace('_', ' ')} by up to {found.largest:.2g} {unit}, most at "
         f"{found.at:.3g} s; that is {found.largest / found.noise:.2g} times the noise of one "
         f"sample and, over all samples together, {found.together:.2g} times what noise does: a "
@@ -137,5 +137,5 @@ def _separation(found: Separated) -> str:
     ]
     if found.easier:
         sentences.append("Other pairs of answers are told apart more surely.")
-    sentences += [f"It does not tell {one} from {two}." for one, two in found.left_open]
+    sentences += [f"It does not tell {a} from {b}." for a, b in found.left_open]
     return " ".join(sentences)

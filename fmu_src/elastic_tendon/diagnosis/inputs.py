@@ -22,9 +22,10 @@ NOISY = 0.5  # from this share of the highest frequency on the motor does not mo
 NEIGHBOURS = 25  # frequencies over which power is averaged
 FLAT = 3.0  # ratio of powers up to which noise may still be called white
 SURELY = 2.0  # times the noise that power must have to be motion
-# times the RMS of what is taken away elsewhere: at one moment that is no noise, nor are so many
-# samples beside it; unless it comes in more than this share of them
-JERK, BESIDE, RARE, MOST_ROUNDS = 5.0, 25, 0.2, 10
+JERK = 5.0  # times the RMS of what is taken away elsewhere, which no noise has at one moment ...
+BESIDE = 25  # ... nor so many samples beside it, where the filter rings
+RARE = 0.2  # share of the samples up to which that is rare; else noise comes and goes
+MOST_ROUNDS = 10  # in which large jerks no longer hide smaller ones
 FEWEST = 100  # samples, below which there is no spectrum
 
 
@@ -98,8 +99,8 @@ def _filtered(values: Array) -> Array:
 
 
 def _jerks(taken: Array) -> NDArray[np.bool_]:
-    """Whether far more than elsewhere is taken away near a moment; nowhere, if that is no rare
-    thing. (n,) array."""
+    """Whether far more than elsewhere is taken away near a sample, (n,) array; nowhere, unless
+    that is rare."""
     near = maximum_filter1d(np.abs(taken), 2 * BESIDE + 1)
     found = np.zeros(len(taken), bool)
     for _ in range(MOST_ROUNDS):

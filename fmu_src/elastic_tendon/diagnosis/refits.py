@@ -11,11 +11,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.comparison.residuals import simulate_measurement
-from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.answer import Answer, refit, with_nulls
 from elastic_tendon.diagnosis.candidates import elsewhere
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import AT_NOISE, Evidence, worth_hearing
@@ -163,9 +162,12 @@ class Refits:
         library_path((*given.effect_ids, *added), given.kind)
         starts = list(self._starts(added))
         smaller = sorted(self._smaller(added), key=self._left)[:1]
-        # a mass of nothing would swing endlessly fast
-        begun = [part for part in smaller if not any(map(swings, set(added) - set(part)))]
-        nothing = [self._with_nothing(added, part) for part in begun]
+        nothing = [
+            with_nulls(self.answers[part].result.model, came)
+            for part in smaller
+            for came in [[effect_id for effect_id in added if effect_id not in part]]
+            if not any(map(swings, came))  # a mass of nothing would swing endlessly fast
+        ]
         effort = self._effort([*starts, *nothing])
         answer = refit(given, added, fitted, starts, effort, check)
         if nothing and answer.mean_square > self._left(smaller[0]):
@@ -242,17 +244,6 @@ class Refits:
             columns = len(free_parameters(model)) * len(interface(*model.structure).states)
             return _evaluations(model, base) * (1.0 + columns)
         return 0.0
-
-    def _with_nothing(self, added: Set, smaller: Set) -> Model:
-        """The refit of fewer effects beside nulls of what else comes in."""
-        nothing = {
-            f"effects.{effect_id}.{parameter.name}": parameter.null
-            for effect_id in added
-            if effect_id not in smaller
-            for parameter in effects.BY_ID[effect_id].parameters
-        }
-        values = self.answers[smaller].result.model.values()
-        return model_with(self.data.given, added, {**values, **nothing})
 
     def _starts(self, added: Set) -> Iterator[Model]:
         """Where the refit of a set begins: what the screens estimate, also with hardly any damping;

@@ -411,7 +411,7 @@ class Search(Doubts):
         return self.answer.added != answer.added
 
     def _white(self, answer: Answer) -> bool:
-        """Whether what an answer leaves does not hang together in time, as noise alone does not."""
+        """Whether what an answer leaves is independent from sample to sample, as noise alone is."""
         return self.evidence.facts([answer]) > WHITE * len(answer.floored)
 
     def _better_addition(self) -> bool:
@@ -471,13 +471,13 @@ class Search(Doubts):
             if effect_id not in added
         }
         possible = [near for near in sets if self.screen.goes(near)]
-        screen = TrajectoryScreen(self.answers[added])
+        alone = TrajectoryScreen(self.answers[added])
         together = self._in_one_library(added, [sets[near] for near in possible])
-        screens = dict.fromkeys(together, screen.with_nulls_of(together))
+        shared = dict.fromkeys(together, TrajectoryScreen(self.answers[added], together))
         work = [
             (
                 told("looking at additions", near),
-                partial(self._look, screens.get(sets[near], screen), added, sets[near]),
+                partial(self._look, shared.get(sets[near], alone), added, sets[near]),
             )
             for near in possible
         ]
@@ -488,8 +488,8 @@ class Search(Doubts):
         return found
 
     def _in_one_library(self, added: Set, effect_ids: Iterable[str]) -> Set:
-        """Effects of these that one library has beside a set, so that looks compile once: those
-        which are no dearer to simulate for each other."""
+        """Those of some effects that one library has beside a set, so that looks at them compile
+        once: what has memory, or switches, would make all of them dear to simulate."""
         together: Set = ()
         for effect_id in effect_ids:
             effect = effects.BY_ID[effect_id]

@@ -6,7 +6,6 @@ swinging of a spring's own mass, and costs a simulation a start.
 """
 
 from collections.abc import Callable, Iterable
-from copy import copy
 from operator import itemgetter
 
 import numpy as np
@@ -36,7 +35,8 @@ class TrajectoryScreen:
     a library.
     """
 
-    def __init__(self, answer: Answer) -> None:
+    def __init__(self, answer: Answer, nulls: Set = ()) -> None:
+        self.nulls = nulls
         result = answer.result
         self._result = result
         jacobian = result.derivatives
@@ -49,13 +49,6 @@ class TrajectoryScreen:
         # what is at a bound does not follow: it might have to go beyond it
         free = result.off_bounds & (scale > 0.0)
         self._directions = np.linalg.qr(jacobian[:, free] / scale[free])[0]
-        self.nulls: Set = ()
-
-    def with_nulls_of(self, effect_ids: Set) -> "TrajectoryScreen":
-        """The same with these effects at their nulls."""
-        shared = copy(self)
-        shared.nulls = effect_ids
-        return shared
 
     def best(
         self, models: Iterable[Model], check: Callable[[float], None]
