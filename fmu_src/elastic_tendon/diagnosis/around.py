@@ -6,7 +6,7 @@ beside the best of them ends in another.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import count, islice
 from math import log
@@ -45,6 +45,9 @@ HOPPING = Effort(
     tolerance=1e-3,
     most=AFFORDABLE,
 )
+# places where one more effect is tried, its share of the typical strength there, and evaluations
+SPREAD, MODERATE = 8, 0.3
+SCOUTING = replace(HOPPING, scouting=6)
 # sets besides, and how many times the answer's mean square they may leave
 DISPUTED, POOR = 2, 10.0
 WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all, have to leave
@@ -277,6 +280,16 @@ class Around(Refits):
 
     def _from(self, added: Set, start: Model, check: Check) -> Answer:
         return refit(self.data.given, added, self.data.fitted, [start], HOPPING, check)
+
+    def _scouted(self, answer: Answer, added: Set, effect_id: str, check: Check) -> Answer:
+        """A short refit of an answer with one more effect, begun in many places: where a joint
+        sticks, hardly any of them leads to the best minimum, and none looks like it."""
+        law, fitted = effects.BY_ID[effect_id], self.data.fitted
+        values = list(starts(self.data.given, law, fitted, (MODERATE,)))
+        spread = values[:: -(-len(values) // SPREAD)]
+        models = [*self._starts(added), *self._models_beside(answer, added, effect_id, spread)]
+        effort = replace(SCOUTING, scouted=len(models))
+        return refit(self.data.given, added, fitted, models, effort, check)
 
     def _models_beside(
         self, answer: Answer, added: Set, effect_id: str, values: Iterable[Mapping[str, float]]
