@@ -66,7 +66,7 @@ def _validator(refuses: Judge) -> Any:
     return model_validator(mode="after")(judge)
 
 
-def exclusion(present: tuple[Effect, ...]) -> str:
+def exclusion(present: Iterable[Effect]) -> str:
     """Sentence for the first law that several of these effects claim to be, or nothing."""
     laws: dict[str, list[str]] = {}
     for effect in present:
@@ -81,13 +81,16 @@ def exclusion(present: tuple[Effect, ...]) -> str:
 
 
 @lru_cache
-def effects_schema(present: tuple[Effect, ...]) -> type[BaseModel]:
-    """Schema of the table [effects] that names these effects."""
+def effects_schema(catalogue: tuple[Effect, ...]) -> type[BaseModel]:
+    """Schema of the table [effects]; None stands for an effect that it does not name."""
     fields: dict[str, tuple[Any, Any]] = {
-        effect.id: (_effect_schema(effect), {}) for effect in present
+        effect.id: (_effect_schema(effect), {"default": None}) for effect in catalogue
     }
-    sentence = exclusion(present)
-    return closed_schema("effects", fields, lambda _tree: sentence)
+
+    def refuses(numbers: Mapping[str, Any]) -> str:
+        return exclusion([effect for effect in catalogue if numbers[effect.id] is not None])
+
+    return closed_schema("effects", fields, refuses)
 
 
 @lru_cache

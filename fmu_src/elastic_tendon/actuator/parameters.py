@@ -11,7 +11,7 @@ import math
 import tomllib
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import chain
 from numbers import Real
 from pathlib import Path
@@ -119,8 +119,8 @@ class Model(BaseModel):
         listed = value if isinstance(value, Mapping) else ()
         for effect_id in listed:
             effects.BY_ID.find(effect_id)  # imports that of an installed package
-        present = tuple(effect for effect in effects.BY_ID.values() if effect.id in listed)
-        return effects_schema(present).model_validate(value).model_dump(by_alias=True)
+        schema = effects_schema(tuple(effects.BY_ID.values()))
+        return schema.model_validate(value).model_dump(by_alias=True, exclude_none=True)
 
     @field_validator("effects")
     @classmethod
@@ -157,9 +157,10 @@ class Model(BaseModel):
         # with broken effects every declared path is let pass: their own problem is reported
         effect_ids = info.data.get("effects", effects.BY_ID)
         kind = _kind_of(info.data)
-        paths = tuple(quantity.path for quantity in quantities(effect_ids, kind))
-        listed = _uncertainty_schema(paths).model_validate(value)
-        return listed.model_dump(by_alias=True, exclude_unset=True)
+        given = value if isinstance(value, Mapping) else ()
+        declared = (quantity.path for quantity in quantities(effect_ids, kind))
+        listed = _uncertainty_schema(tuple(path for path in declared if path in given))
+        return listed.model_validate(value).model_dump(by_alias=True)
 
     @property
     def effect_ids(self) -> tuple[str, ...]:
@@ -244,6 +245,10 @@ class Model(BaseModel):
 
     def values(self) -> dict[str, float]:
         """Run-time numbers by dotted path (SI), in the order of `quantities`."""
+        return dict(self._values)
+
+    @cached_property
+    def _values(self) -> Mapping[str, float]:
         tree = self.model_dump()
         return {
             quantity.path: float(_descend(tree, quantity.path)) for quantity in self.quantities()
@@ -307,7 +312,7 @@ class Model(BaseModel):
         damping ratio of 0.3 in state III.
         """
         quantity = {known.path: known for known in self.quantities()}[path]
-        value = self.values()[path]
+        value = self._values[path]
         if path in self.uncertainty:
             return self.uncertainty[path] * (abs(value) if value else 1.0)
         if path.startswith("effects."):
