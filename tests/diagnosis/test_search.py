@@ -35,6 +35,7 @@ from smooth_motion import DURATION, GIVEN, played, typical_model
 
 FEW = Options(only=(*COULOMB, *GRAVITY, *DRAG))
 MASS, ECCENTRICITY = ("spring_mass",), ("pulley_eccentricity",)
+STOP = ("joint_stop",)
 THREE = ("gear_backlash", "joint_encoder_offset", "constant_torque")
 
 
@@ -453,6 +454,33 @@ def test_where_only_a_disturbance_is_left_nothing_else_is_tried(monkeypatch) -> 
     assert not search._exhausted  # no addition was tried
     assert search.answer.added == ()
     assert not disturbed(typical_model(*COULOMB))._disturbed()
+
+
+def test_what_is_expected_to_do_better_is_no_disturbance() -> None:
+    search = disturbed(GIVEN)
+    search.neighbours[()] = {GRAVITY: -50.0, DRAG: -20.0}
+    assert not search._disturbed()
+    search.failures[GRAVITY] = "the likeliest was tried, and did not do better"
+    assert search._disturbed()
+
+
+def test_additions_race_from_many_places() -> None:
+    search = begun(typical_model(*STOP), *STOP, *GRAVITY, *DRAG)
+    search.estimates.clear()  # as where a joint sticks, and torques tell nothing
+    (best, *others), base = search._raced(search.answer, [*GRAVITY, *STOP]), search.answer
+    assert best == STOP
+    assert set(others) <= {GRAVITY}
+    (start,) = search.starts[STOP]
+    scouted = refit(search.data.given, STOP, search.data.fitted, [start], around.SCOUTING)
+    assert scouted.mean_square < 0.1 * base.mean_square
+
+
+def test_where_simulations_are_dear_no_additions_race(monkeypatch) -> None:
+    search = begun(typical_model(*DRAG), *GRAVITY, *DRAG)
+    monkeypatch.setattr(search, "_raced", None)
+    monkeypatch.setattr(search, "_dear", lambda _: True)
+    assert search._better_addition()
+    assert search.answer.added == DRAG
 
 
 def test_where_nothing_is_left_only_fewer_parameters_could_win(ended, monkeypatch) -> None:
