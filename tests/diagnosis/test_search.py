@@ -537,8 +537,8 @@ def test_an_exchange_begins_at_the_best_answer() -> None:
     assert not list(search._exchanged(DRAG))  # that is no exchange
 
 
-@pytest.mark.parametrize("blind", [False, True])
-def test_looks_at_what_swings_come_last(blind, monkeypatch) -> None:
+@pytest.mark.parametrize(("blind", "promises"), [(False, False), (True, False), (True, True)])
+def test_looks_at_what_swings_come_last(blind, promises, monkeypatch) -> None:
     search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
     tried = []
 
@@ -546,15 +546,17 @@ def test_looks_at_what_swings_come_last(blind, monkeypatch) -> None:
         monkeypatch.setattr(search, name, lambda *_: tried.append(name) or result)
 
     monkeypatch.setattr(search, "_blind", lambda _: blind)
+    monkeypatch.setattr(search, "_promises", lambda _: promises)
     trying("_half_gone", result=False)
     trying("_promised", result=False)
     trying("_affordable_addition", result=False)
     trying("_swinging", result={})
     search._follow_neighbours()
-    # what the torque screen promises is worth little where it errs far more than the trajectory
-    first = (
-        ["_affordable_addition", "_promised"] if blind else ["_promised", "_affordable_addition"]
-    )
+    # a little that the torque screen promises is worth nothing where it errs far more than the
+    # trajectory
+    unscreened_first = blind and not promises
+    first = ["_promised", "_affordable_addition"]
+    first = first[::-1] if unscreened_first else first
     assert tried == ["_half_gone", *first, "_swinging", "_promised"]
 
 

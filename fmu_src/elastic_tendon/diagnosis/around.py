@@ -45,8 +45,9 @@ HOPPING = Effort(
     tolerance=1e-3,
     most=AFFORDABLE,
 )
-# places where one more effect is tried, its share of the typical strength there, and evaluations
-SPREAD, MODERATE = 8, 0.3
+# places where one more effect is tried, its share of the typical strength there, and places that
+# the screens propose
+SPREAD, MODERATE, OWN = 8, 0.3, 3
 SCOUTING = replace(HOPPING, scouting=6)
 # sets besides, and how many times the answer's mean square they may leave
 DISPUTED, POOR = 2, 10.0
@@ -287,7 +288,8 @@ class Around(Refits):
         law, fitted = effects.BY_ID[effect_id], self.data.fitted
         values = list(starts(self.data.given, law, fitted, (MODERATE,)))
         spread = values[:: -(-len(values) // SPREAD)]
-        models = [*self._starts(added), *self._models_beside(answer, added, effect_id, spread)]
+        own = islice(self._starts(added), OWN)
+        models = [*own, *self._models_beside(answer, added, effect_id, spread)]
         effort = replace(SCOUTING, scouted=len(models))
         return refit(self.data.given, added, fitted, models, effort, check)
 

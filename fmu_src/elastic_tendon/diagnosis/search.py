@@ -235,7 +235,8 @@ class Search(Doubts):
                 continue
             screened = partial(self._promised, added, shares, most)
             unscreened = partial(self._better_ringing, added), self._affordable_addition
-            tries = (*unscreened, screened) if self._blind(added) else (screened, *unscreened)
+            misled = self._blind(added) and not self._promises(added)
+            tries = (*unscreened, screened) if misled else (screened, *unscreened)
             if any(better() for better in tries):
                 continue
             if not self._promised(added, shares | self._swinging(added), most):
@@ -245,6 +246,14 @@ class Search(Doubts):
         """Whether the torque screen errs so much more than the trajectory that what it promises is
         worth little."""
         return self._own(added).square > BLIND * self.answer.mean_square
+
+    def _promises(self, added: Set) -> bool:
+        """Whether the likeliest neighbour of a set is expected to do surely better, and was not
+        refitted."""
+        for near, expected in self.neighbours.get(added, {}).items():
+            untried = near not in self.answers and near not in self.failures
+            return untried and expected is not None and expected < -DECISIVE
+        return False
 
     def _affordable_addition(self) -> bool:
         """A better addition, where refits do not take so long that they are cut short."""
@@ -270,7 +279,7 @@ class Search(Doubts):
         ringing = [
             effect_id
             for effect_id in filter(swings, self.data.candidates)
-            if frequencies(effect_id, answer) or (may_hide(answer) and not added)
+            if frequencies(effect_id, answer) or may_hide(answer)
         ]
         looks = self._looks(added, ringing)
         return [near for near, share in looks.items() if share < WORTH]
@@ -348,8 +357,7 @@ class Search(Doubts):
         timed = not any(recording.static for recording in self.data.fitted)
         if not (timed and AT_NOISE < answer.mean_square < OVERWHELMING**2):
             return False
-        likeliest, expected = next(iter(self.neighbours.get(answer.added, {}).items()), ((), None))
-        if (expected or 0.0) < -DECISIVE and likeliest not in {*self.answers, *self.failures}:
+        if self._promises(answer.added):
             return False  # what remembers depends on more than the state
         alone = self.regressed(answer).found
         return _shapeless(alone) and _shapeless(self.lack_of_fit(answer))
