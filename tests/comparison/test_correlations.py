@@ -13,19 +13,24 @@ from elastic_tendon.simulation.simulate import Trajectory
 
 RATE = 200.0  # Hz
 SAMPLES = 4000
+RECORDINGS = 30
 # of values outside 99 % bounds; a run has some hundred lags, of which neighbours are alike
 ALLOWED = 0.03
 
 
-def compared(error, motion, load, *, noise: float = 0.0, time=None) -> FileComparison:
-    """A recording of which the simulation is off by `error`."""
+def compared(
+    error, motion, load, *, noise: float = 0.0, time=None, measured=None, step: float = 0.0
+) -> FileComparison:
+    """A recording of which the simulation is off by `error`; by a sensor that shows steps."""
     time = np.arange(len(error)) / RATE if time is None else time
-    nothing = np.zeros(len(error))
-    measurement = Measurement(time, motion, {"joint_position": nothing}, load, name="made up")
-    outputs = np.stack([error], axis=1)
+    measured = np.zeros(len(error)) if measured is None else measured
+    measurement = Measurement(time, motion, {"joint_position": measured}, load, name="made up")
+    outputs = np.stack([measured + error], axis=1)
     names = ("joint_position",)
     trajectory = Trajectory(time, outputs[:, :0], outputs, (), names, np.array([]), {})
     floor = NoiseFloor(1.0, "coloured" if noise else "white", "high frequencies", noise)
+    if step:
+        floor = NoiseFloor(step / np.sqrt(12.0), "quantised")
     figures = SignalError(1.0, 1.0, 0.0, None, 1.0, len(error), floor, MappingProxyType({}))
     return FileComparison(
         measurement, InitialState(0.0, 0.0), trajectory, {"joint_position": figures}
@@ -48,20 +53,73 @@ def smooth(rng):
     )
 
 
-def outside(found) -> float:
-    return float(np.mean(np.abs(found.values - found.expected) > found.bound))
+NAMES = {"", "motor_position", "motor_velocity", "motor_acceleration", "load_torque"}
+
+
+def judged(errors, *, noise: float = 0.0) -> tuple[dict[str, float], dict[str, int]]:
+    """Share of values beyond their bounds, and in how many recordings any surely is, by input."""
+    shares, alarms = dict.fromkeys(NAMES, 0.0), dict.fromkeys(NAMES, 0)
+    for seed in range(RECORDINGS):
+        rng = np.random.default_rng(seed)
+        file = compared(errors(rng), smooth(rng), coloured(rng, 0.9), noise=noise)
+        for found in correlations(file, "joint_position"):
+            shares[found.signal] += float(np.mean(found.beyond)) / RECORDINGS
+            alarms[found.signal] += int(found.surely_beyond.any())
+    return shares, alarms
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.6, 0.9])
 def test_noise_stays_within_its_bounds(memory: float) -> None:
-    shares: dict[str, list[float]] = {}
-    for seed in range(30):
-        rng = np.random.default_rng(seed)
-        file = compared(coloured(rng, memory), smooth(rng), smooth(rng), noise=memory)
-        for found in correlations(file, "joint_position"):
-            shares.setdefault(found.signal, []).append(outside(found))
-    assert set(shares) == {"", "motor_velocity", "motor_acceleration", "load_torque"}
-    assert all(np.mean(values) < ALLOWED for values in shares.values()), shares
+    shares, alarms = judged(lambda rng: coloured(rng, memory), noise=memory)
+    assert max(shares.values()) < ALLOWED, shares
+    assert max(alarms.values()) <= 1, alarms
+
+
+def test_an_error_that_hangs_together_follows_no_input_for_that() -> None:
+    """Bounds of white noise would call every smooth input guilty of any smooth error."""
+    shares, alarms = judged(lambda rng: coloured(rng, 0.95))
+    assert alarms.pop("") == RECORDINGS
+    assert max(alarms.values()) <= 1, alarms
+    assert max(share for name, share in shares.items() if name) < ALLOWED, shares
+
+
+def test_bounds_of_autoregressive_noise_are_bartletts() -> None:
+    rng = np.random.default_rng(4)
+    own, *_ = correlations(
+        compared(coloured(rng, 0.8), smooth(rng), None, noise=0.8), "joint_position"
+    )
+    lags = RATE * own.lag
+    squared = 0.8 ** (2.0 * lags)
+    variance = (1.0 + 0.64) * (1.0 - squared) / (1.0 - 0.64) - 2.0 * lags * squared
+    assert own.expected == pytest.approx(0.8**lags)
+    # those of the first lags are no narrower than those of white noise
+    expected = 2.576 * np.sqrt(np.maximum(variance, 1.0) / SAMPLES)
+    assert own.bound == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_steps_of_an_encoder_are_no_residual_that_hangs_together() -> None:
+    rng = np.random.default_rng(5)
+    true = smooth(rng)
+    # a step that the motion takes a tenth of a second to pass, so that its rounding is no noise
+    step = 0.1 * float(np.max(np.abs(np.diff(true)))) * RATE
+    measured = step * np.rint(true / step)
+    error = true - measured
+    as_noise, *_ = correlations(compared(error, true, None), "joint_position")
+    of_steps, *others = correlations(
+        compared(error, true, None, measured=measured, step=step), "joint_position"
+    )
+    assert as_noise.surely_beyond.any()
+    assert not of_steps.surely_beyond.any()
+    assert not any(found.surely_beyond.any() for found in others)
+
+
+def test_how_many_lags_chance_puts_beyond_is_told() -> None:
+    rng = np.random.default_rng(6)
+    own, *_ = correlations(
+        compared(rng.standard_normal(SAMPLES), smooth(rng), None), "joint_position"
+    )
+    assert own.beyond_by_chance == pytest.approx(0.01 * len(own.lag))
+    assert own.beyond[own.strongest] == own.beyond.any()
 
 
 def test_an_error_that_follows_the_load_is_found_with_its_lag() -> None:
@@ -76,8 +134,11 @@ def test_an_error_that_follows_the_load_is_found_with_its_lag() -> None:
     peak = int(np.argmax(with_load.values))
     assert with_load.lag[peak] == pytest.approx(6 / RATE)
     assert with_load.values[peak] > 0.9
-    # an error that is no noise must not widen the band until nothing leaves it
-    assert np.max(with_load.bound) < 0.1
+    # the residual's own memory widens the band, but not until nothing leaves it
+    assert np.max(with_load.bound) < 0.12
+    assert with_load.strongest == peak
+    assert with_load.surely_beyond[peak]
+    assert not found["motor_velocity"].surely_beyond.any()
 
 
 def test_uneven_sampling_is_made_even_and_still_inputs_are_left_out() -> None:

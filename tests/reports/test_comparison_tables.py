@@ -68,7 +68,7 @@ def location(count: int) -> FileLocation:
         for index, share in enumerate(shares)
     )
     missing = MissingTorque(NOTHING, NOTHING, (), (), found=True)
-    return FileLocation({"joint_position": bins}, {}, missing, {}, {}, file_comparison())
+    return FileLocation({"joint_position": bins}, {}, missing, {}, {}, file_comparison(), {})
 
 
 def test_error_table_has_every_figure_at_80_columns() -> None:

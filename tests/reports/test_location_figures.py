@@ -157,12 +157,15 @@ def test_missing_torque_has_a_panel_for_each_curve(series: Compared) -> None:
 
 
 def test_correlation_shows_itself_and_the_inputs(series: Compared) -> None:
-    figure = residual_correlation(series[0].files[0], "joint_position")
+    location = series[1].files[0]
+    figure = residual_correlation(series[0].files[0], location, "joint_position")
     titles = [axes.get_title() for axes in figure.axes]
     assert titles == [
-        *("with itself", "with the motor velocity", "with the motor acceleration"),
-        "with the load torque",
+        *("with itself", "with the motor position", "with the load torque"),
+        *("with the motor velocity", "with the motor acceleration", ""),
     ]
+    for axes, found in zip(figure.axes, location.correlations["joint_position"], strict=False):
+        assert axes.lines[-1].get_ydata() == pytest.approx(found.values)
 
 
 def test_static_curves_are_drawn_as_torque_over_deflection(static: Compared) -> None:

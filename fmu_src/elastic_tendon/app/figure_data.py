@@ -16,6 +16,7 @@ from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.interactive.candidates import candidates
 from elastic_tendon.reports.interactive.characteristic import characteristic
+from elastic_tendon.reports.interactive.correlation import residual_correlation
 from elastic_tendon.reports.interactive.data import figure_table
 from elastic_tendon.reports.interactive.ladder import ladder
 from elastic_tendon.reports.interactive.loop import torque_loop
@@ -69,6 +70,9 @@ def figures(
             yield _table(f"{name}_error_maps", partial(error_maps, file, location))
         for signal in file.signals:
             yield _table(f"{name}_shares_{signal}", partial(shares, file, location, signal))
+        for signal in location.correlations:
+            name_of_table = f"{name}_residual_correlation_{signal}"
+            yield _table(name_of_table, partial(residual_correlation, location, signal))
     static = all(file.measurement.static for file in fitted.files)
     for signal in steps[0].rmse:
         yield _table(f"ladder_{signal}", partial(ladder, steps, signal, static=static))

@@ -84,7 +84,7 @@ def bins_of(
     squares = residual**2
     memory = memory_of(squares - np.mean(squares))
     memory = max(memory, (1.0 + noise.correlation**2) / (1.0 - noise.correlation**2))
-    rounding = _rounding(residual + measured, measured, noise)
+    rounding = rounding_error(residual + measured, measured, noise)
     means = [block_means(samples, stride) for samples in (residual, squares, rounding**2)]
     bins = [unjudged for part in parts.values() for unjudged in _split(part, means, memory, noise)]
     if not static:
@@ -92,8 +92,18 @@ def bins_of(
     return _assessed(bins, FLOOR_ERROR[noise.kind])
 
 
-def _rounding(simulated: Array, measured: Array, noise: NoiseFloor) -> Array:
-    """What a sensor of the measured steps would do to the simulated signal; 0 without steps."""
+def rounding_error(simulated: Array, measured: Array, noise: NoiseFloor) -> Array:
+    """What a sensor of the measured steps would do to the simulated signal; 0 without steps.
+
+    Parameters
+    ----------
+    simulated, measured : (n,) arrays, the signal
+    noise : NoiseFloor of the signal
+
+    Returns
+    -------
+    (n,) array, the signal's unit
+    """
     if noise.kind != "quantised":
         return np.zeros(len(simulated))
     step = np.sqrt(12.0) * noise.sigma

@@ -1,21 +1,22 @@
-"""What is left in the error: its correlation with itself and with what drives the joint.
+"""Tests of the residual: its correlation with itself and with what drives the joint.
 
-An error that is only noise follows neither its own past nor the inputs. How far estimates stray
+A residual that is only noise follows neither its own past nor the inputs. How far estimates stray
 from that by chance depends on how smooth both series are, so the bounds are Bartlett's and not
 the usual ones of white noise: those call every smooth input guilty.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.signal import savgol_filter
+from numpy.typing import NDArray
 
+from elastic_tendon.comparison.bins import rounding_error
 from elastic_tendon.comparison.compare import FileComparison
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.measurement import Measurement
 
-# quantile of the normal distribution: of an error that is only noise, 99 % lies within
-BOUND = 2.576
+# share of the values at one lag that lies beyond its bound by chance
+CHANCE = 0.01
 # lags go on for this many autocorrelation times, where the recording is long enough
 _TIMES = 5.0
 _MINIMUM_LAGS = 25
@@ -26,11 +27,12 @@ _EVEN = 0.01  # relative deviation of a step below which sampling counts as even
 
 @dataclass(frozen=True)
 class Correlation:
-    """Correlation of an error with its past or with an input.
+    """Correlation of a residual with its past or with an input.
 
-    `signal` names the input, "" for the error itself; `lag` (k,) s, positive where the error comes
-    later; `values` (k,) between -1 and 1; `expected` (k,) and `bound` (k,): of an error that is
-    only noise, 99 % of the values at one lag lie within `expected` ± `bound`.
+    `signal` names the input, "" for the residual itself; `lag` (k,) s, positive where the residual
+    comes later; `values` (k,) between -1 and 1; `expected` (k,) and `bound` (k,): where there is
+    nothing but chance, 99 % of the values at one lag lie within `expected` ± `bound`.
+    `independent`: as many lags, independent of each other, would stray by chance as far.
     """
 
     signal: str
@@ -38,13 +40,46 @@ class Correlation:
     values: Array
     expected: Array
     bound: Array
+    independent: float
+
+    @property
+    def beyond(self) -> NDArray[np.bool_]:
+        """Which values lie beyond the bound at their lag, (k,)."""
+        return np.asarray(np.abs(self.values - self.expected) > self.bound)
+
+    @property
+    def beyond_by_chance(self) -> float:
+        """How many values lie beyond their bounds by chance, on average."""
+        return CHANCE * len(self.lag)
+
+    @property
+    def surely_beyond(self) -> NDArray[np.bool_]:
+        """Which values lie so far off, (k,), as by chance any of all does in 1 % of recordings."""
+        wider = _quantile(CHANCE / self.independent) / _quantile(CHANCE)
+        return np.asarray(np.abs(self.values - self.expected) > wider * self.bound)
+
+    @property
+    def strongest(self) -> int:
+        """Number of the lag, from 0, whose value lies farthest off for its bound."""
+        return int(np.argmax(np.abs(self.values - self.expected) / self.bound))
+
+
+def _quantile(chance: float) -> float:
+    """Standard deviations beyond which a normal value lies, to either side, by this chance."""
+    from scipy.special import ndtri
+
+    return -float(ndtri(0.5 * chance))
 
 
 def correlations(file: FileComparison, signal: str) -> tuple[Correlation, ...]:
-    """Autocorrelation of an error, and its correlation with motor velocity, acceleration, load.
+    """Autocorrelation of a residual, simulated less measured, and its correlation with the inputs.
 
-    The error is brought to even steps where it is not evenly sampled. Bounds: M. S. Bartlett, On
-    the theoretical specification and sampling properties of autocorrelated time-series, 1946.
+    Where the motor position is an input, so are its velocity and acceleration. A recording that is
+    not evenly sampled is brought to even steps. Chance is what noise of the sensor does, as it is
+    known from its floor, in the autocorrelation; and in the correlation with an input, what a
+    residual does that hangs together as this one and has nothing to do with that input. Bounds:
+    M. S. Bartlett, On the theoretical specification and sampling properties of autocorrelated
+    time-series, 1946; L. Ljung, System Identification, 1999, chapter 16.6.
 
     Parameters
     ----------
@@ -53,74 +88,105 @@ def correlations(file: FileComparison, signal: str) -> tuple[Correlation, ...]:
 
     Returns
     -------
-    tuple of Correlation, that of the error with itself first; inputs that never change are left out
+    tuple of Correlation, that of the residual with itself first; inputs that never change are left
+    out
     """
     measurement = file.measurement
-    error = file.trajectory[file.trajectory.measured(signal)] - measurement.signals[signal]
+    measured = measurement.signals[signal]
+    simulated = file.trajectory[file.trajectory.measured(signal)]
+    noise = file.signals[signal].noise
+    series = {
+        "": simulated - measured,
+        "rounding": rounding_error(simulated, measured, noise),
+        **_inputs(measurement),
+    }
     time = measurement.time
     even = np.linspace(time[0], time[-1], len(time))
-    series = {"": error, **_inputs(measurement)}
-    if np.max(np.abs(time - even)) > _EVEN * (even[1] - even[0]):
-        series = {name: np.interp(even, time, values) for name, values in series.items()}
-    error = series.pop("")
-    error = error - np.mean(error)
-    length = _number_of_lags(error)
     step = float(even[1] - even[0])
-    noise = file.signals[signal].noise.correlation
-    own = _autocorrelation(error, length, step, noise)
-    with_inputs = (
-        _cross_correlation(name, error, values - np.mean(values), length, step, noise)
+    if np.max(np.abs(time - even)) > _EVEN * step:
+        series = {name: np.interp(even, time, values) for name, values in series.items()}
+    series = {name: values - np.mean(values) for name, values in series.items()}
+    residual, rounding = series.pop(""), series.pop("rounding")
+    length = _number_of_lags(residual)
+    memory = _noise_memory(rounding, noise.correlation)
+    every = [_autocorrelation(residual, memory, length)]
+    every += [
+        _cross_correlation(name, residual, values, length)
         for name, values in series.items()
         if np.ptp(values) > 0.0
-    )
-    return (own, *with_inputs)
+    ]
+    return tuple(replace(found, lag=step * found.lag) for found in every)
 
 
 def _inputs(measurement: Measurement) -> dict[str, Array]:
-    step = float(np.ptp(measurement.time)) / (len(measurement.time) - 1)
-    position = measurement.motor_position
-    inputs = {
-        name: np.asarray(savgol_filter(position, _SMOOTHED, 3, deriv=order, delta=step))
-        for name, order in (("motor_velocity", 1), ("motor_acceleration", 2))
-    }
-    if measurement.load_torque is not None:
-        inputs["load_torque"] = measurement.load_torque
+    inputs = dict(measurement.inputs)
+    if "motor_position" in inputs:
+        inputs |= {
+            name: motor_derivative(measurement, order)
+            for order, name in ((1, "motor_velocity"), (2, "motor_acceleration"))
+        }
     return inputs
 
 
-def _number_of_lags(error: Array) -> int:
-    wanted = max(_MINIMUM_LAGS, int(_TIMES * autocorrelation_time(error)))
-    return max(1, min(wanted, int(_LARGEST_PART * len(error))))
+def motor_derivative(measurement: Measurement, order: int) -> Array:
+    """Derivative of the motor position as measured, (n,), rad/s or rad/s²; order 1 or 2."""
+    from scipy.signal import savgol_filter
+
+    step = float(np.ptp(measurement.time)) / (len(measurement.time) - 1)
+    position = measurement.motor_position
+    return np.asarray(savgol_filter(position, _SMOOTHED, 3, deriv=order, delta=step))
 
 
-def _autocorrelation(error: Array, length: int, step: float, noise: float) -> Correlation:
-    """`noise`: correlation of the noise from one sample to the next."""
-    lags = np.arange(1.0, length + 1.0)
-    values = _correlate(error, error, length)[length + 1 :]
-    expected = noise**lags
-    squared = expected**2
-    # variance of the estimates for a first-order autoregression, 1/n where it is white
-    variance = (1.0 + noise**2) * (1.0 - squared) / (1.0 - noise**2) - 2.0 * lags * squared
-    bound = BOUND * np.sqrt(np.maximum(variance, 0.0) / len(error))
-    return Correlation("", step * lags, values, expected, bound)
+def _number_of_lags(residual: Array) -> int:
+    wanted = max(_MINIMUM_LAGS, int(_TIMES * autocorrelation_time(residual)))
+    return max(1, min(wanted, int(_LARGEST_PART * len(residual))))
 
 
-def _cross_correlation(
-    name: str, error: Array, signal: Array, length: int, step: float, noise: float
-) -> Correlation:
-    """`noise` as in `_autocorrelation`; an error that is no noise must not widen its own bound."""
-    n = len(error)
-    apart = np.abs(np.arange(-(n // 4), n // 4 + 1))
-    both = noise**apart * _correlate(signal, signal, n // 4)
+def _noise_memory(rounding: Array, correlation: float) -> Array:
+    """Autocorrelation of a sensor's noise at the lags 0 to n // 2; of steps that of rounding."""
+    n = len(rounding)
+    if not rounding.any():
+        return np.asarray(correlation ** np.arange(n // 2 + 1.0))
+    return _correlate(rounding, rounding, n // 2)[n // 2 :]
+
+
+def _autocorrelation(residual: Array, memory: Array, length: int) -> Correlation:
+    """With itself at the lags 1 to `length`, in samples; `memory` as of `_noise_memory`."""
+    n = len(residual)
+    lags = np.arange(1, length + 1)
+    # sums of products of the noise's autocorrelation, at all lags, with itself shifted
+    both_sides = np.concatenate([memory[:0:-1], memory])
+    spectrum = np.abs(np.fft.rfft(both_sides, 2 * len(both_sides))) ** 2
+    products = np.fft.irfft(spectrum)[: 2 * length + 1]
+    expected = memory[lags]
+    variance = products[0] * (1.0 + 2.0 * expected**2)
+    variance += products[2 * lags] - 4.0 * expected * products[lags]
+    # no less than that of white noise: how the noise hangs together is itself an estimate
+    bound = _quantile(CHANCE) * np.sqrt(np.maximum(variance, 1.0) / n)
+    return Correlation(
+        signal="",
+        lag=lags.astype(np.float64),
+        values=_correlate(residual, residual, length)[length + 1 :],
+        expected=expected,
+        bound=bound,
+        independent=1.0 + length / max(1.0, float(products[0])),
+    )
+
+
+def _cross_correlation(name: str, residual: Array, values: Array, length: int) -> Correlation:
+    """With an input at the lags -`length` to `length`, in samples."""
+    n = len(residual)
+    both = _correlate(residual, residual, n // 4) * _correlate(values, values, n // 4)
     # of two independent series: the sum over all lags of the product of their autocorrelations
-    variance = max(1.0, float(np.sum(both))) / n
+    alike = max(1.0, float(np.sum(both)))
     lags = np.arange(-float(length), length + 1.0)
     return Correlation(
         signal=name,
-        lag=step * lags,
-        values=_correlate(error, signal, length),
+        lag=lags,
+        values=_correlate(residual, values, length),
         expected=np.zeros(len(lags)),
-        bound=np.full(len(lags), min(1.0, BOUND * np.sqrt(variance))),
+        bound=np.full(len(lags), min(1.0, _quantile(CHANCE) * np.sqrt(alike / n))),
+        independent=1.0 + len(lags) / alike,
     )
 
 

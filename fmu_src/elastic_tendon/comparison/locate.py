@@ -11,6 +11,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.averaging import block_means, spread, stride_of
 from elastic_tendon.comparison.bins import Bin, bins_of
 from elastic_tendon.comparison.compare import Comparison, FileComparison, compare
+from elastic_tendon.comparison.correlations import Correlation, correlations
 from elastic_tendon.comparison.in_words import in_words
 from elastic_tendon.comparison.missing_torque import MissingTorque, missing_torque
 from elastic_tendon.comparison.partition import Partition
@@ -34,7 +35,8 @@ class FileLocation:
     ``joint_torque``, which the tendons exert (N·m), ``slack_state`` of the measured deflection, see
     `compare.slack_states_measured`; the rest of the model moved as measured, by the missing
     torque. Neighbouring samples of a long recording share their values, see `averaging`. `parts`
-    are the samples of such a recording, or blocks of them, sorted into the bins.
+    are the samples of such a recording, or blocks of them, sorted into the bins. `correlations` of
+    each signal's residual, with itself first; none of a static curve, which has no lags.
     """
 
     bins: Mapping[str, tuple[Bin, ...]]
@@ -43,6 +45,7 @@ class FileLocation:
     variables: Mapping[str, Array]
     parts: Mapping[str, Partition]
     comparison: FileComparison
+    correlations: Mapping[str, tuple[Correlation, ...]]
 
     def samples_of(self, by: str, words: str) -> NDArray[np.bool_]:
         """Which samples a bin holds, (n,); none where the bin is one of the frequency.
@@ -184,4 +187,7 @@ def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileL
         },
         parts=parts,
         comparison=file,
+        correlations={}
+        if measurement.static
+        else {name: correlations(file, name) for name in file.signals},
     )

@@ -12,6 +12,7 @@ from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.places import by_concentration
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.comparison.tolerance import ToleranceCheck
+from elastic_tendon.reports.residual_tests import residual_sentences
 from elastic_tendon.reports.units import (
     Shown,
     noise_in_words,
@@ -80,9 +81,10 @@ def noise_sentence(file: FileComparison) -> str:
 
 
 def sentences(file: FileComparison, location: FileLocation) -> list[str]:
-    """How large the noise is, how each signal fails, and what was hard to find out."""
+    """How large the noise is, how each signal fails, what is left of it, what was hard to find."""
     failing = [failing_sentence(file, location, name) for name in location.in_words]
-    return [noise_sentence(file), *failing, *location.missing_torque.notes]
+    left = residual_sentences(location)
+    return [noise_sentence(file), *failing, *left, *location.missing_torque.notes]
 
 
 def failing_sentence(file: FileComparison, location: FileLocation, signal: str) -> str:

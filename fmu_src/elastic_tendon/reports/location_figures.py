@@ -17,7 +17,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.comparison.bins import Bin
 from elastic_tendon.comparison.compare import Comparison, FileComparison
-from elastic_tendon.comparison.correlations import Correlation, correlations
+from elastic_tendon.comparison.correlations import Correlation
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.comparison.maps import CellMap
 from elastic_tendon.comparison.maps import error_maps as maps_of
@@ -37,6 +37,7 @@ from elastic_tendon.reports.comparison_figures import (
 from elastic_tendon.reports.comparison_tables import STATES, sample_shares
 from elastic_tendon.reports.loops import measured_loop, springs_over
 from elastic_tendon.reports.names import shortened
+from elastic_tendon.reports.residual_tests import BAND, CORRELATION, LAG, partner
 from elastic_tendon.reports.thinning import envelope, path, some
 from elastic_tendon.reports.units import shown, with_unit
 
@@ -78,7 +79,7 @@ def _of_one_file(
         return  # it has no velocity and no time to draw maps and correlations over
     yield f"{name}_error_maps", partial(error_maps, file, location)
     for signal in file.signals:
-        yield f"{name}_{signal}_correlation", partial(residual_correlation, file, signal)
+        yield f"{name}_{signal}_correlation", partial(residual_correlation, file, location, signal)
 
 
 def file_names(recordings: Sequence[str]) -> list[str]:
@@ -328,27 +329,28 @@ def _draw_curve(axes: Axes, curve: TorqueCurve) -> None:
 # ---- correlation ---------------------------------------------------------------------------
 
 
-def residual_correlation(file: FileComparison, signal: str) -> Figure:
-    """Correlation of an error with its own past and with the inputs, beside honest bounds.
+def residual_correlation(file: FileComparison, location: FileLocation, signal: str) -> Figure:
+    """Correlation of a residual with its own past and with the inputs, beside honest bounds.
 
     Parameters
     ----------
     file : FileComparison of a time series
+    location : FileLocation of the same recording
     signal : name of a compared signal
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    every = correlations(file, signal)
+    every = location.correlations[signal]
     figure = Figure(figsize=_size(len(every), columns=2), layout="constrained")
     panels = _panels(figure, len(every), columns=2)
     for axes, correlation in zip(panels, every, strict=True):
         _draw_correlation(axes, correlation)
     quantity = shown(signal)
     name = shortened(file.measurement.name)
-    figure.suptitle(f"{name}: does the {quantity.words} error follow anything?")
-    band = Patch(color="0.85", label="99 % of the values of an error that is only noise")
+    figure.suptitle(f"{name}: does the residual of the {quantity.words} follow anything?")
+    band = Patch(color="0.85", label=BAND)
     figure.legend(handles=[band], loc="outside lower center", frameon=False)
     return figure
 
@@ -358,10 +360,9 @@ def _draw_correlation(axes: Axes, correlation: Correlation) -> None:
     axes.fill_between(correlation.lag, *ends, color="0.85", linewidth=0)
     axes.axhline(0.0, color="0.5", linewidth=0.8)
     axes.plot(*envelope(correlation.lag, correlation.values), color=BLUE, linewidth=1.2)
-    signal = correlation.signal.replace("_", " ")
-    axes.set_title(f"with the {signal}" if signal else "with itself", fontsize="medium")
-    axes.set_xlabel("lag of the error (s)")
-    axes.set_ylabel("correlation (1)")
+    axes.set_title(partner(correlation), fontsize="medium")
+    axes.set_xlabel(LAG)
+    axes.set_ylabel(CORRELATION)
     tidy(axes)
 
 

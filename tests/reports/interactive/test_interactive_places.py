@@ -13,6 +13,7 @@ from elastic_tendon.comparison.compare import Comparison, compare
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
 from elastic_tendon.demo import DATA
 from elastic_tendon.measurement import Measurement, read_measurement
+from elastic_tendon.reports.interactive.correlation import residual_correlation
 from elastic_tendon.reports.interactive.data import figure_table
 from elastic_tendon.reports.interactive.loop import DOTS, torque_loop, torque_words
 from elastic_tendon.reports.interactive.overlay import Run, overlay
@@ -274,3 +275,30 @@ def test_table_of_a_figure_whose_ticks_are_numbers():
     table = figure_table(figure)
     assert list(table["probability (%)"]) == [50, 7]
     assert list(table["name"]) == ["friction", "none"]
+
+
+# ---- correlation of the residual -----------------------------------------------------------
+
+
+@themes
+def test_every_correlation_of_the_residual_is_drawn_in_its_band(
+    demo: Compared, theme: Theme
+) -> None:
+    location = demo[1].files[0]
+    every = location.correlations[SIGNAL]
+    figure = residual_correlation(location, SIGNAL, theme=theme)
+    expect_titles(figure)
+    bands, curves = figure.data[::2], figure.data[1::2]
+    for found, band, curve in zip(every, bands, curves, strict=True):
+        assert curve.y == pytest.approx(found.values)
+        low, high = np.split(np.asarray(band.y), 2)
+        assert low == pytest.approx(found.expected - found.bound)
+        assert high[::-1] == pytest.approx(found.expected + found.bound)
+    headings = [one.text for one in figure.layout.annotations]
+    assert headings[:2] == ["with itself", "with the motor position"]
+    # what is saved tells the curves apart
+    assert set(headings) < set(figure_table(figure)["curve"])
+
+
+def test_a_static_curve_has_no_correlations(static: Compared) -> None:
+    assert static[1].files[0].correlations == {}

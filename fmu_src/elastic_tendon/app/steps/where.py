@@ -41,10 +41,12 @@ from elastic_tendon.app.view import (
 from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares, sentences
+from elastic_tendon.reports.interactive.correlation import residual_correlation
 from elastic_tendon.reports.interactive.overlay import overlay
 from elastic_tendon.reports.interactive.places import Mark, error_maps, shares
 from elastic_tendon.reports.interactive.theme import THEMES, blank
 from elastic_tendon.reports.interactive.torque import missing_torque
+from elastic_tendon.reports.residual_tests import HEADS, residual_rows
 from elastic_tendon.reports.units import shown
 
 HEIGHT, HEAD, FOOT = 190, 24, 38  # of the curves, which stay in sight, and around them, pixels
@@ -53,6 +55,11 @@ NO_SAMPLES = "A band of frequencies has no samples of its own that could be show
 BARS = (
     "A coloured bar: more error than the noise explains. The line across: the bin's share of the "
     "samples; where the bar reaches above it, the error is denser than on average."
+)
+RESIDUALS = (
+    "The residual, simulated less measured, is only noise where the model misses nothing: it "
+    "follows neither its own past nor the inputs. Neighbouring lags are alike, so that several lie "
+    "beyond their bounds at once: more than chance is told of all lags together, with 1 % risk."
 )
 UNDONE = "The zoom was reset, for none of these samples lay in it."
 HINT = "Choose a bin of the table, click a bar or a cell of a map: its samples are marked here."
@@ -84,6 +91,7 @@ def _layout() -> Sequence[Component]:
                 ),
                 html.H3("Missing torque"),
                 saveable("missing_torque", GESTURES, id="where-torque"),
+                _residual_tests(),
             ],
             id="where-body",
             hidden=True,
@@ -105,6 +113,18 @@ def _curves() -> Component:
             ),
         ],
         className="where-curves",
+    )
+
+
+def _residual_tests() -> Component:
+    return html.Div(
+        [
+            html.H3("Residual tests"),
+            html.P(RESIDUALS, className="quiet"),
+            html.Div(id="where-residual-table", className="where-bins"),
+            saveable("residual_tests", GESTURES, id="where-residual"),
+        ],
+        id="where-residual-part",
     )
 
 
@@ -145,24 +165,28 @@ def _register_words(app: Dash, workspace: Workspace) -> None:
         Output("where-waiting", "children"),
         Output("where-sentences", "children"),
         Output("where-bins", "children"),
+        Output("where-residual-table", "children"),
         Input("session", "data"),
         Input("open", "data"),
         Input("compare-view", "data"),
     )
     def tell(stored: Any, opened: str, view: Any) -> Any:
         if not stored or opened != "where":
-            return (no_update,) * 4
+            return (no_update,) * 5
         session = workspace.open(stored)
         seen = _seen(session, view)
         comparison = compared_now(session)
         if seen is None or comparison is None:
             rests_on = _needs(session.document, session.files)
-            return True, while_waiting(session, rests_on, "Finding where the model fails…"), [], []
+            words = while_waiting(session, rests_on, "Finding where the model fails…")
+            return True, words, [], [], []
         chosen, location = seen
         file = recordings(comparison)[chosen.recording]
         items = [html.Li(sentence) for sentence in sentences(file, location)]
         static = file.measurement.static
-        return False, "", items, _bin_table(location, chosen.signal, static=static)
+        bins = _bin_table(location, chosen.signal, static=static)
+        tests = residual_rows(location.correlations.get(chosen.signal, ()))
+        return False, "", items, bins, table(HEADS, tests)
 
 
 def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Component:
@@ -302,10 +326,13 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         Output("where-shares", "figure"),
         Output("where-maps", "figure"),
         Output("where-torque", "figure"),
+        Output("where-residual", "figure"),
         Output("where-shares", "style"),
         Output("where-maps", "style"),
         Output("where-torque", "style"),
+        Output("where-residual", "style"),
         Output("where-maps-part", "hidden"),
+        Output("where-residual-part", "hidden"),
         Output("where-drawn", "data"),
         Input("session", "data"),
         Input("open", "data"),
@@ -315,24 +342,27 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
     )
     def draw(stored: Any, opened: str, theme_name: str, view: Any, drawn: Any) -> Any:
         if not stored or opened != "where":
-            return (no_update,) * 8
+            return (no_update,) * 11
         session = workspace.open(stored)
         seen, compared = _seen(session, view), compared_now(session)
         if seen is None or compared is None:
-            return (*(no_update,) * 7, None)
+            return (*(no_update,) * 10, None)
         chosen, location = seen
         rests_on = _needs(session.document, session.files)
         now = fingerprint(session, rests_on, theme_name, chosen)
         if now == drawn:
-            return (no_update,) * 8
+            return (no_update,) * 11
         file, theme = recordings(compared)[chosen.recording], THEMES[theme_name]
         static = file.measurement.static
         maps = blank(theme) if static else clickable(error_maps(file, location, theme=theme))
         bars = shares(file, location, chosen.signal, theme=theme)
         torque = missing_torque(file, location, theme=theme)
-        figures = [_untitled(figure) for figure in (bars, maps, torque)]
+        tests = (
+            blank(theme) if static else residual_correlation(location, chosen.signal, theme=theme)
+        )
+        figures = [_untitled(figure) for figure in (bars, maps, torque, tests)]
         heights = [{"height": figure.layout.height} for figure in figures]
-        return *figures, *heights, static, now
+        return *figures, *heights, static, static, now
 
 
 def _untitled(figure: go.Figure) -> go.Figure:
