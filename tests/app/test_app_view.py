@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from elastic_tendon import demo
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Source, Version, new_document
+from elastic_tendon.app.filters import conditions
 from elastic_tendon.app.readings import (
     NO_CURSORS,
     beyond,
@@ -40,8 +42,10 @@ from elastic_tendon.app.view import (
     while_waiting,
 )
 from elastic_tendon.app.workspace import Failure, Session
+from elastic_tendon.comparison.conditions import parse_condition
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.maps import CELLS
+from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares
 from elastic_tendon.reports.interactive.overlay import Run
 from elastic_tendon.reports.units import shown
@@ -126,6 +130,37 @@ def test_the_model_as_given_stands_before_the_current_version(
     alone = runs_of(session, replace(view_of(None, found), before=False))
     assert [run.label for run in alone] == ["heavier"]
     assert alone[0].colour == runs[1].colour != runs[0].colour
+
+
+@pytest.mark.parametrize(
+    ("asked", "follows"),
+    [
+        ((None, None, None, None, None), []),
+        (
+            ("slack_state=I", "joint_velocity>0", None, 3.0, 5.0),
+            ["slack_state=I", "joint_velocity>0"],
+        ),
+        ((None, None, "time", 3.0, 5), ["time=3..5"]),
+        ((None, None, "deflection", -0.1, ""), ["deflection>=-0.1"]),
+        ((None, None, "deflection", None, 1e-3), ["deflection<=0.001"]),
+    ],
+)
+def test_conditions_follow_from_the_fields(asked: tuple[Any, ...], follows: list[str]) -> None:
+    assert conditions(*asked) == follows
+    assert [parse_condition(text).text for text in follows] == follows
+
+
+def test_all_models_are_compared_over_the_same_samples(session: Session, found: Compared) -> None:
+    """Each would put the ends of the slack states elsewhere."""
+    chosen = runs_of(session, view_of(None, found), ["slack_state=III", "time<3"])
+    selections = [run.file.selection for run in chosen]
+    assert len(selections) == 2
+    assert selections[0] is selections[1]
+    counts = {run.file.signals[SIGNAL].count for run in chosen}
+    assert len(counts) == 1
+    assert 0 < counts.pop() < len(chosen[0].file.measurement.time)
+    with pytest.raises(MeasurementError, match=r"no sample of fit\.csv"):
+        runs_of(session, view_of(None, found), ["time>99"])
 
 
 def test_a_model_as_given_has_nothing_before_it(session: Session) -> None:

@@ -349,6 +349,46 @@ def test_a_tolerance_is_told_drawn_and_kept(compare: Walk) -> None:
     assert compare.faults == []
 
 
+def test_errors_are_told_where_conditions_hold_and_kept(compare: Walk) -> None:
+    words = compare.page.locator("#compare-filters-words")
+    samples = compare.page.locator("#compare-errors tbody td").first
+    whole = int(samples.inner_text())
+    compare.choose("Only slack state", "III, both taut")
+    compare.choose("Only a range of", "time (s)")
+    type_in(compare, "#compare-low", "2")
+    type_in(compare, "#compare-high", "5")
+    told = words.inner_text()
+    assert told.startswith("Only where slack_state=III and time=2..5: ")
+    assert 0 < int(samples.inner_text()) < whole
+    compare.page.reload()
+    compare.heading("Compare").wait_for()
+    compare.settle()
+    assert words.inner_text() == told
+    type_in(compare, "#compare-high", "1")
+    fault = compare.page.locator("#compare-filters-fault")
+    assert "a range goes from its lower end to its upper end. All samples" in fault.inner_text()
+    assert int(samples.inner_text()) == whole
+    for field in ("Only slack state", "Only a range of"):
+        label = compare.page.locator("label", has_text=field)
+        label.get_by_role("button", name="Clear").click()
+        compare.settle()
+    for field in ("#compare-low", "#compare-high"):
+        type_in(compare, field, "")
+    assert words.inner_text() == fault.inner_text() == ""
+    assert compare.faults == []
+
+
+def test_the_residual_is_tested_where_the_model_fails(compare: Walk) -> None:
+    part = compare.step("Where").locator("#where-residual-part")
+    compare.settle()
+    part.get_by_role("rowheader", name="the motor velocity").wait_for()
+    assert part.get_by_text("with the motor velocity").count() == 1
+    assert part.get_by_role("rowheader").first.inner_text() == "itself"
+    assert "What is left of the joint position is not white" in compare.page.inner_text(
+        "#where-sentences"
+    )
+
+
 @pytest.mark.parametrize("late", ["**/async-graph*", CALLS])
 def test_a_zoom_survives_a_reload_whatever_comes_last(compare: Walk, late: str) -> None:
     """Figures come after the last answer of the server, or all answers come late."""

@@ -335,3 +335,32 @@ def test_an_interface_that_there_is_not_is_refused(run, driven_by_torque: str) -
     refused = run("compare", MODEL, driven_by_torque, "--interface", "tork")
     assert refused.exit_code == 1
     assert "should be 'position', 'torque', 'joint', 'torque_joint' or 'load'" in refused.stderr
+
+
+def test_errors_are_told_where_conditions_hold(run, recording: str) -> None:
+    options = ("--where", "joint_velocity>0", "--where", "time=0.5..1.5", "--json", "c.json")
+    result = run("compare", MODEL, recording, *options, "--plot", "c.png")
+    assert result.exit_code == 0, result.output
+    (file,) = json.loads(Path("c.json").read_text())["files"]
+    count = file["signals"]["joint_position"]["count"]
+    assert 0 < count < file["samples"]
+    words = " ".join(result.stdout.split())
+    told = f"only where joint_velocity>0 and time=0.5..1.5: {count} of {file['samples']} samples"
+    assert told in words
+    assert "What is left of the joint position is" in words
+
+
+@pytest.mark.parametrize(
+    ("condition", "status", "says"),
+    [
+        ("slack_state=5", 2, "a slack state is one of slack_state=I"),
+        ("time>99", 1, "no sample of run.csv meets time>99"),
+        ("load_torque>0", 1, "run.csv has no load_torque; it has time, slack_state"),
+    ],
+)
+def test_a_condition_that_cannot_hold_is_refused(
+    run, recording: str, condition: str, status: int, says: str
+) -> None:
+    result = run("compare", MODEL, recording, "--where", condition, columns="300")
+    assert result.exit_code == status
+    assert says in result.stderr

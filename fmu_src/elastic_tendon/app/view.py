@@ -11,6 +11,7 @@ from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Cache, Failure, Result, Session
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
+from elastic_tendon.comparison.selection import at, only_where
 from elastic_tendon.progress import Progress
 from elastic_tendon.reports.interactive.overlay import Run
 from elastic_tendon.reports.units import shown
@@ -122,11 +123,16 @@ def compared_now(session: Session) -> Compared | None:
     return comparison if isinstance(comparison, Compared) else None
 
 
-def runs_of(session: Session, view: View) -> tuple[Run, ...]:
+def runs_of(session: Session, view: View, where: Sequence[str] = ()) -> tuple[Run, ...]:
     """The models beside the recording that is looked at, the current version last.
 
     Empty where this one was not compared yet; the model as given is left out until it was. It has
-    one colour, what was made from it another, wherever they are drawn.
+    one colour, what was made from it another, wherever they are drawn. All are compared over the
+    samples for which the conditions hold as the current version takes them.
+
+    Raises
+    ------
+    MeasurementError : a condition cannot be read, or holds for no sample
     """
     comparison = compared_now(session)
     if comparison is None:
@@ -134,12 +140,15 @@ def runs_of(session: Session, view: View) -> tuple[Run, ...]:
     document = session.document
     root = before_of(document)
     file = recordings(comparison)[view.recording]
+    (file,) = only_where(Comparison(comparison.fitted.model, (file,)), where).files
     runs: tuple[Run, ...] = (Run(document.version.title, file, AS_GIVEN if root is None else MADE),)
     if view.before and root is not None:
         start = session.cache.find(results.compared(document, root, session.files))
         if isinstance(start, Compared):
             title = root.title if root.title != document.version.title else f"{root.title}, before"
-            runs = (Run(title, recordings(start)[view.recording], AS_GIVEN), *runs)
+            beside = recordings(start)[view.recording]
+            beside = at(start.fitted.model, beside, file.selection)
+            runs = (Run(title, beside, AS_GIVEN), *runs)
     return runs
 
 

@@ -10,6 +10,7 @@ import elastic_tendon as et
 from elastic_tendon.cli.reading import (
     DataArgument,
     ValidateOption,
+    check_conditions,
     read_all,
     read_motion,
     reading,
@@ -106,6 +107,15 @@ def compare(
             "sample lies beyond it; repeatable.",
         ),
     ] = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--where",
+            metavar="CONDITION",
+            help='Only samples where it holds, e.g. "slack_state=I", "joint_velocity>0", '
+            '"deflection<5deg" or "time=3..5"; repeatable, and all must hold.',
+        ),
+    ] = None,
     all_bins: Annotated[
         bool, typer.Option("--all-bins", help="Show the error in all bins, not the worst only.")
     ] = False,
@@ -122,6 +132,7 @@ def compare(
     from elastic_tendon.comparison.comparison_json import comparison_json
 
     tolerances = sizes_by_signal("tolerance", tolerance)
+    check_conditions(where or ())
     check_page(page)
     check_outputs(json_file, page, picture=plot, force=force, read=[model, *data])
     if figures is not None:
@@ -129,7 +140,7 @@ def compare(
     loaded = load(model, own_effects, interface)
     with progress_bar() as progress:
         measurements = read_all(loaded, data, options, progress)
-        comparison = _compared(loaded, measurements, progress)
+        comparison = _only_where(_compared(loaded, measurements, progress), where or ())
         checks = comparison.within(tolerances)
         location = et.locate(comparison, progress)
         # files first: a reader that closes the pipe must not cost the user a result
@@ -260,11 +271,26 @@ def _compared(
     return et.Comparison(model, tuple(files))
 
 
+def _only_where(comparison: "et.Comparison", where: "Sequence[str]") -> "et.Comparison":
+    """The comparison over the samples for which conditions hold; tells what was left out."""
+    from elastic_tendon.comparison.selection import only_where
+
+    chosen = only_where(comparison, where)
+    kept = [file.measurement for file in chosen.files]
+    for file in comparison.files:
+        if not any(file.measurement is measurement for measurement in kept):
+            told = f"no sample meets {chosen.condition}; it is left out"
+            notice.print(f"note: {file.measurement.name}: {told}", markup=False, soft_wrap=True)
+    return chosen
+
+
 def _show_comparison(comparison: "et.Comparison", location: "et.Location", all_bins: bool) -> None:
     from elastic_tendon.reports import comparison_tables as tables
 
     for file, file_location in zip(comparison.files, location.files, strict=True):
         output.print(tables.error_table(comparison, file))
+        if file.selection is not None:
+            output.print(tables.OVER_ALL, highlight=False)
         for sentence in tables.sentences(file, file_location):
             output.print(sentence, highlight=False, markup=False)
         output.print()

@@ -131,6 +131,17 @@ def sizes_by_signal(kind: str, given: Sequence[str] | None) -> dict[str, float]:
     return dict(parsed)
 
 
+def check_conditions(where: Sequence[str]) -> None:
+    """Refuse conditions of --where that cannot be read, which is wrong usage."""
+    from elastic_tendon.comparison.conditions import parse_condition
+
+    try:
+        for text in where:
+            parse_condition(text)
+    except et.MeasurementError as error:
+        raise typer.BadParameter(str(error), param_hint="--where") from None
+
+
 def words(options: "et.ReadOptions") -> tuple[str, ...]:
     """The options again, as words of a command; those that are left out are defaults."""
     words = [word for item in options.mapping for word in ("--map", item)]

@@ -9,6 +9,7 @@ import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState, slack_boundaries
+from elastic_tendon.comparison.conditions import Selection, in_words
 from elastic_tendon.comparison.initial_state import estimate_initial_state, residuals_from_beginning
 from elastic_tendon.comparison.residuals import (
     Array,
@@ -72,12 +73,13 @@ class SignalError(ErrorFigures):
 
 @dataclass(frozen=True)
 class FileComparison:
-    """One recording beside its simulation."""
+    """One recording beside its simulation; errors over the samples selected, None: over all."""
 
     measurement: Measurement
     initial_state: InitialState
     trajectory: Trajectory
     signals: Mapping[str, SignalError]
+    selection: Selection | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,6 +88,12 @@ class Comparison(Result):
 
     model: Model
     files: tuple[FileComparison, ...]
+
+    @property
+    def condition(self) -> str:
+        """What holds for the samples that were compared; "" where these are all."""
+        selection = self.files[0].selection if self.files else None
+        return in_words(selection.conditions) if selection else ""
 
     def pooled(self, quantity: Callable[[SignalError], float]) -> dict[str, float]:
         """Root mean square over all samples of all files of a per-file figure, by signal.
@@ -107,7 +115,8 @@ class Comparison(Result):
         """Error of each signal over all recordings."""
         ratio = self.noise_ratio()
         count = len(self.files)
-        lines = [f"{self.model.name} beside {count} recording{'' if count == 1 else 's'}"]
+        where = f", where {self.condition}" if self.condition else ""
+        lines = [f"{self.model.name} beside {count} recording{'' if count == 1 else 's'}{where}"]
         for name, rmse in self.rmse().items():
             lines.append(f"  {name}: RMS error {rmse:.4g}, {ratio[name]:.3g} times the noise")
         return "\n".join(lines)
@@ -158,6 +167,7 @@ def compare(
     model: Model,
     measurements: Recordings,
     initial_states: Sequence[InitialState] | None = None,
+    where: Sequence[str] = (),
 ) -> Comparison:
     """Simulate every recording with its own inputs and compare.
 
@@ -167,21 +177,27 @@ def compare(
     measurements : one or several
     initial_states : at the first sample of each, as a fit to it found them; None: estimated on the
         first 0.1 s of each, all else of it unseen
+    where : conditions that all hold for the samples whose errors are told, as ``"slack_state=I"``,
+        ``"joint_velocity>0"``, ``"deflection<5deg"`` or ``"time=3..5"``
 
     Returns
     -------
-    Comparison
+    Comparison; recordings without a sample for which the conditions hold are left out
 
     Raises
     ------
     SimulationError : the solver could not go on
+    MeasurementError : a condition cannot be read, or holds for no sample
     """
+    from elastic_tendon.comparison.selection import only_where
+
     measurements = [part.for_model(model) for part in listed(measurements)]
     if initial_states is None:
         measurements = [_as_inputs_ran(model, part) for part in measurements]
         initial_states = [estimate_initial_state(model, part) for part in measurements]
     pairs = zip(measurements, initial_states, strict=True)
-    return Comparison(model, tuple(_compare_one(model, *pair) for pair in pairs))
+    whole = Comparison(model, tuple(_compare_one(model, *pair) for pair in pairs))
+    return only_where(whole, where)
 
 
 def _as_inputs_ran(model: Model, measurement: Measurement) -> Measurement:
@@ -207,10 +223,22 @@ def _compare_one(model: Model, measurement: Measurement, initial: InitialState) 
         initial_state=initial,
         trajectory=trajectory,
         signals={
-            name: _signal_error(error, measurement.signals[name], states, noise[name])
+            name: signal_error(error, measurement.signals[name], states, noise[name])
             for name, error in errors.items()
         },
     )
+
+
+def deflection_measured(model: Model, trajectory: Trajectory, measurement: Measurement) -> Array:
+    """Deflection that was measured, (n,) rad, of a model with springs.
+
+    Errors of position, taken from the simulated deflection, leave the measured one, whatever
+    offsets the model knows.
+    """
+    errors = residuals_of(trajectory, measurement)
+    ratio = model.transmission.motor_share
+    motor_error = ratio * errors.get("motor_position", 0.0)  # reflected, (10)
+    return np.asarray(trajectory["deflection"] - (errors.get("joint_position", 0.0) - motor_error))
 
 
 def slack_states_measured(model: Model, trajectory: Trajectory, measurement: Measurement) -> Array:
@@ -223,8 +251,7 @@ def slack_states_measured(model: Model, trajectory: Trajectory, measurement: Mea
     ----------
     model : Model
     trajectory : Trajectory of n samples
-    measurement : Measurement; its errors of position, taken from the simulated deflection, leave
-        the measured one, whatever offsets the model knows
+    measurement : Measurement
 
     Returns
     -------
@@ -232,10 +259,7 @@ def slack_states_measured(model: Model, trajectory: Trajectory, measurement: Mea
     """
     if not model.kind.has_springs:
         return np.zeros(len(trajectory.time))
-    errors = residuals_of(trajectory, measurement)
-    ratio = model.transmission.motor_share
-    motor_error = ratio * errors.get("motor_position", 0.0)  # reflected, (10)
-    deflection = trajectory["deflection"] - (errors.get("joint_position", 0.0) - motor_error)
+    deflection = deflection_measured(model, trajectory, measurement)
     lower_end, upper_end = slack_boundaries(model.transmission)
     states = np.full(len(deflection), float(SlackState.III))
     # beyond its end the upper spring is shorter than at rest, and so on the other side
@@ -274,7 +298,8 @@ def _torque_noise(torque: Array) -> float:
     return float(np.median(differences)) / (NORMAL_MEDIAN * math.sqrt(THIRD_DIFFERENCES))
 
 
-def _signal_error(error: Array, measured: Array, states: Array, noise: NoiseFloor) -> SignalError:
+def signal_error(error: Array, measured: Array, states: Array, noise: NoiseFloor) -> SignalError:
+    """Figures of error of one signal, over all samples given and by slack state; (n,) arrays."""
     masks = {name: states == number for number, name in SLACK_STATES.items()}
     return SignalError(
         **vars(_figures(error, measured, noise)),

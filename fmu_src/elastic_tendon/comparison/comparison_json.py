@@ -55,6 +55,7 @@ def _file(
         "notes": list(measurement.notes),
         "static": measurement.static,
         "preparation": measurement.preparation.model_dump(mode="json", exclude_none=True),
+        **_selected(compared),
         "initial_state": compared.initial_state.as_dict(measurement.kind),
         "missing_torque": _missing_torque(located.missing_torque),
         "signals": {
@@ -67,6 +68,14 @@ def _file(
             for name, error in compared.signals.items()
         },
     }
+
+
+def _selected(compared: FileComparison) -> dict[str, Any]:
+    """Over which samples the figures of the signals are; all else is of the whole recording."""
+    if compared.selection is None:
+        return {}
+    conditions = [condition.text for condition in compared.selection.conditions]
+    return {"only_where": conditions, "samples": len(compared.measurement.time)}
 
 
 def _tolerance(check: ToleranceCheck) -> dict[str, Any]:

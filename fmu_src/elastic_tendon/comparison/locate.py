@@ -17,6 +17,7 @@ from elastic_tendon.comparison.missing_torque import MissingTorque, missing_torq
 from elastic_tendon.comparison.partition import Partition
 from elastic_tendon.comparison.patterns import Evidence
 from elastic_tendon.comparison.residuals import Array, residuals_of
+from elastic_tendon.comparison.selection import at
 from elastic_tendon.progress import Progress, silent
 from elastic_tendon.result import Result, plain
 
@@ -114,7 +115,7 @@ class Location(Result):
 
 
 def locate(comparison: Comparison, progress: Progress = silent) -> Location:
-    """Find where the error of a comparison lies.
+    """Find where the error of a comparison lies, of all samples whatever conditions they meet.
 
     Parameters
     ----------
@@ -144,6 +145,7 @@ def _seen_from_joint(model: Model, file: FileComparison) -> tuple[Model, FileCom
 
 
 def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileLocation:
+    file = at(model, file, None)
     measurement = file.measurement
     missing, variables, parts = missing_torque(*_seen_from_joint(model, file), progress)
     progress("where the error lies", 0.9)

@@ -279,6 +279,25 @@ def _spectrum(values: Array) -> Array:
     return np.asarray(np.mean(power, axis=0) / np.sum(window**2))
 
 
+def joint_velocity_measured(file: FileComparison) -> Array:
+    """Velocity with which the joint was measured to move, (n,) rad/s.
+
+    That of the simulation less the rate of the smoothed error: nothing is smoothed that the model
+    explains.
+
+    Parameters
+    ----------
+    file : FileComparison of a time series; its measurement holds ``joint_position``
+    """
+    time = file.measurement.time
+    error = _error(file.trajectory, file.measurement)
+    grid = _even(time)
+    even = _onto(grid, time, error)
+    noise = file.measurement.noise["joint_position"]
+    smooth = smoother_for(even, noise, grid[1] - grid[0]).smooth(even)
+    return file.trajectory["joint_velocity"] - np.gradient(_onto(time, grid, smooth), time)
+
+
 def _even(time: Array) -> Array:
     """A grid of even steps with as many samples over the same time; the samples' own if even."""
     grid = np.linspace(time[0], time[-1], len(time))

@@ -61,8 +61,9 @@ def check_tolerances(
     checks = []
     for file in comparison.files:
         errors = residuals_of(file.trajectory, file.measurement)
+        chosen = slice(None) if file.selection is None else file.selection.chosen
         for name in filter(errors.__contains__, tolerances):
-            error = np.abs(errors[name])
+            error = np.abs(errors[name])[chosen]
             worst = int(error.argmax())
             checks.append(
                 ToleranceCheck(
@@ -71,7 +72,7 @@ def check_tolerances(
                     signal=name,
                     tolerance=tolerances[name],
                     largest=float(error[worst]),
-                    time=float(file.measurement.time[worst]),
+                    time=float(file.measurement.time[chosen][worst]),
                     share_beyond=float(np.mean(error > tolerances[name])),
                 )
             )

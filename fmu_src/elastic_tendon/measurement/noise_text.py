@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.noise import NoiseFloor
 from elastic_tendon.measurement.preparation import DIMENSIONS
-from elastic_tendon.measurement.units import EXAMPLES, USUAL, parse_unit
+from elastic_tendon.measurement.units import factor_of
 
 # what is compared with a model, and so has a noise floor
 COMPARED = ("joint_position", "joint_torque", "motor_torque")
@@ -49,7 +49,9 @@ def parse_size(text: str, kind: str = "noise") -> tuple[str, float]:
             f"{kind} {text!r}: {signal} is not compared with a model; give that of "
             f"{', '.join(COMPARED[:-1])} or {COMPARED[-1]}"
         )
-    size = float(match["size"]) * _factor(match["unit"], signal, f"{kind} {text!r}")
+    size = float(match["size"]) * factor_of(
+        match["unit"], DIMENSIONS[signal], signal, f"{kind} {text!r}"
+    )
     check_size(size, f"{kind} {text!r}")
     return signal, size
 
@@ -63,19 +65,6 @@ def check_size(size: float, called: str) -> None:
     """
     if not 0.0 < size < float("inf"):
         raise MeasurementError(f"{called}: it has to be positive and finite, not {size:g}")
-
-
-def _factor(unit: str, signal: str, called: str) -> float:
-    dimension = DIMENSIONS[signal]
-    parsed = parse_unit(unit) if unit else None
-    if not unit:
-        return next(iter(USUAL[dimension].values()))
-    if parsed is None or parsed.dimension != dimension:
-        raise MeasurementError(
-            f"{called}: {unit} is no unit of {dimension}; {signal} needs one such as "
-            f"{EXAMPLES[dimension]}"
-        )
-    return parsed.factor
 
 
 def _size(sigma: float, signal: str) -> str:

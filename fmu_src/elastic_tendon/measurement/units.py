@@ -11,6 +11,8 @@ from functools import lru_cache
 from math import pi
 from typing import TYPE_CHECKING, Any
 
+from elastic_tendon.errors import MeasurementError
+
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
@@ -99,6 +101,30 @@ def parse_unit(text: str) -> Unit | None:
         if plain in factors:
             return Unit(dimension, factors[plain])
     return _ask_pint(text.strip())
+
+
+def factor_of(unit: str, dimension: str, quantity: str, called: str) -> float:
+    """Factor to SI of the unit that a user gives of a quantity; "" is its SI unit.
+
+    Parameters
+    ----------
+    unit : as of `parse_unit`
+    dimension : of `USUAL`, what the quantity's unit measures
+    quantity, called : its name, and how a sentence about it begins
+
+    Raises
+    ------
+    MeasurementError : it is no unit of this dimension
+    """
+    if not unit:
+        return next(iter(USUAL[dimension].values()))
+    parsed = parse_unit(unit)
+    if parsed is None or parsed.dimension != dimension:
+        raise MeasurementError(
+            f"{called}: {unit} is no unit of {dimension}; {quantity} needs one such as "
+            f"{EXAMPLES[dimension]}"
+        )
+    return parsed.factor
 
 
 def usual_name(text: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import FuncFormatter, NullFormatter
+from numpy.typing import NDArray
 
 from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.residuals import Array
@@ -16,13 +17,14 @@ from elastic_tendon.estimation.ladder import FittedStep, Step
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.output import OutputError
 from elastic_tendon.reports.names import shortened, verbatim
-from elastic_tendon.reports.thinning import envelope, path, some
+from elastic_tendon.reports.thinning import envelope, path, some, stretches
 from elastic_tendon.reports.units import shown, times_noise
 
 # Okabe and Ito: distinguished with every kind of colour vision
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
+FAINT = 0.25  # of samples that are not selected, opacity
 VISIBLE = 0.02  # share of an axis below which a band needs no legend
 SOFTWARE = "elastic-tendon"  # in the metadata of a PNG
 PICTURES = (".png", ".svg", ".pdf")
@@ -35,7 +37,8 @@ STEP_COLOURS = (SKY, ORANGE, GREEN, PURPLE, VERMILLION)
 def overlay(comparison: Comparison, tolerances: Mapping[str, float] | None = None) -> Figure:
     """Measured and simulated signals over time, the residual below each.
 
-    A static curve is drawn as torque over deflection.
+    A static curve is drawn as torque over deflection. Samples that are not selected are drawn
+    faint.
 
     Parameters
     ----------
@@ -101,6 +104,16 @@ def _draw_series(upper: Axes, lower: Axes, file: FileComparison, name: str) -> N
     error = quantity.small * (simulated - measured)
     lower.plot(*envelope(time, error), color=BLUE, linewidth=0.9)
     lower.set_xlabel("time (s)")
+    if file.selection is not None:
+        for axes in (upper, lower):
+            _veil(axes, time, ~file.selection.chosen)
+
+
+def _veil(axes: Axes, time: Array, left_out: NDArray[np.bool_]) -> None:
+    """Let white nearly cover the stretches of samples that are not selected."""
+    spans = [(start, end - start) for start, end in stretches(time, left_out)]
+    look: dict[str, Any] = {"facecolor": "white", "alpha": 1.0 - FAINT, "linewidth": 0}
+    axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), zorder=2.5, **look)
 
 
 def _draw_curves(upper: Axes, lower: Axes, file: FileComparison) -> None:
@@ -111,6 +124,9 @@ def _draw_curves(upper: Axes, lower: Axes, file: FileComparison) -> None:
     simulated = file.trajectory[file.trajectory.measured("joint_position")]
     kept = some(len(torque))
     dots: dict[str, Any] = {"linestyle": "none", "marker": "."}
+    if file.selection is not None:
+        upper.plot(measured[kept], torque[kept], color="0.8", label="left out", **dots)
+        kept = kept[file.selection.chosen[kept]]
     upper.plot(measured[kept], torque[kept], color=BLACK, label="measured", **dots)
     upper.plot(*path(simulated, torque), color=VERMILLION, lw=1.1, label="simulated")
     upper.set_ylabel("joint torque (N·m)")

@@ -30,6 +30,7 @@ DENSER = 1.3
 # of the squared error; torques that are multiples of one another differ less, by rounding
 SAME_SHARE = 1e-3
 NOTHING = "–"
+OVER_ALL = "Where the error lies is told of all samples, whatever conditions they meet:"
 
 FIGURES = (
     "error = simulated − measured; fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %; times noise = RMS / floor"
@@ -38,15 +39,15 @@ FIGURES = (
 
 def error_table(comparison: Comparison, file: FileComparison) -> Table:
     """Error of each signal of one recording, whole and by slack state."""
-    table = _table(f"{file.measurement.name} beside {comparison.model.name}", FIGURES)
+    only = "" if file.selection is None else f"\nonly where {file.selection.words}"
+    table = _table(f"{file.measurement.name} beside {comparison.model.name}{only}", FIGURES)
     table.add_column("error of", overflow="fold", min_width=14)
     for heading in ("samples", "RMS", "largest", "bias", "fit %", "times\nnoise"):
         table.add_column(heading, justify="right", no_wrap=True)
     for name, error in file.signals.items():
         quantity = shown(name, static=file.measurement.static)
-        count = len(file.measurement.time)
         words = f"{quantity.words}, {quantity.small_unit}"
-        table.add_row(f"[bold]{words}[/bold]", str(count), *_figures(error, quantity))
+        table.add_row(f"[bold]{words}[/bold]", str(error.count), *_figures(error, quantity))
         for state, part in error.slack_states.items():
             label = f"  {STATES.get(state, state)}"
             table.add_row(label, str(part.count), *_figures(part, quantity))
@@ -96,6 +97,7 @@ def failing_sentence(file: FileComparison, location: FileLocation, signal: str) 
 def summary_sentences(comparison: Comparison) -> list[str]:
     """How large the error of each signal is over all recordings, beside the noise."""
     static = all(file.measurement.static for file in comparison.files)
+    where = f" where {comparison.condition}" if comparison.condition else ""
     ratios = comparison.noise_ratio()
     sentences = []
     for name, rmse in comparison.rmse().items():
@@ -103,7 +105,8 @@ def summary_sentences(comparison: Comparison) -> list[str]:
         errors = [file.signals[name] for file in comparison.files if name in file.signals]
         fits = [error.fit_percent for error in errors if error.fit_percent is not None]
         text = (
-            f"The {quantity.words} error of {comparison.model.name} is {quantity.error(rmse)} RMS, "
+            f"The {quantity.words} error of {comparison.model.name}{where} is "
+            f"{quantity.error(rmse)} RMS, "
             f"{times_noise(ratios[name])}"
         )
         if fits:

@@ -12,6 +12,7 @@ SHORT, MOVES = (
     100_000,
 )  # samples of a path that is drawn as it is; moves that are judged at once
 POINTS = 20_000
+STRETCHES = 400  # of chosen samples; more are distinguished by zooming in
 
 
 def envelope(horizontal: Array, values: Array, buckets: int = BUCKETS) -> tuple[Array, Array]:
@@ -101,3 +102,32 @@ def some(n: int, points: int = POINTS) -> NDArray[np.intp]:
     if n <= points:
         return np.arange(n)
     return np.sort(np.random.default_rng(0).choice(n, points, replace=False))
+
+
+def stretches(
+    time: Array, chosen: NDArray[np.bool_], most: int = STRETCHES
+) -> list[tuple[float, float]]:
+    """Beginning and end, s, of the stretches of chosen samples; the closest ones are joined.
+
+    Parameters
+    ----------
+    time : (n,) array, s
+    chosen : (n,)
+    most : of stretches, positive
+
+    Returns
+    -------
+    list of at most `most` pairs, in order; a sample reaches half way to its neighbours
+    """
+    if not chosen.any():
+        return []
+    change = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
+    middle = 0.5 * (time[1:] + time[:-1])
+    edges = np.concatenate([time[:1], middle, time[-1:]])
+    start, end = edges[change[::2]], edges[change[1::2]]
+    gaps = start[1:] - end[:-1]
+    if len(gaps) >= most:
+        # those between stretches that stay apart
+        wide = np.sort(np.argsort(gaps)[len(gaps) - most + 1 :])
+        start, end = start[np.append(0, wide + 1)], end[np.append(wide, len(end) - 1)]
+    return list(zip(start.tolist(), end.tolist(), strict=True))

@@ -1,5 +1,6 @@
 """Signals to zoom: nothing of a peak is lost, and nothing that users write becomes markup."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +9,10 @@ import pytest
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.actuator.transmission import characteristic_torque
 from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.conditions import Selection
 from elastic_tendon.demo import DATA
 from elastic_tendon.measurement import Measurement, read_measurement
-from elastic_tendon.reports.interactive.overlay import Run, overlay, stretches, values_at
+from elastic_tendon.reports.interactive.overlay import Run, overlay, values_at
 from elastic_tendon.reports.interactive.theme import (
     CONFIG,
     DARK,
@@ -23,6 +25,7 @@ from elastic_tendon.reports.interactive.theme import (
     place_of,
     plain,
 )
+from elastic_tendon.reports.thinning import stretches
 
 SIGNAL = "joint_position"
 
@@ -265,3 +268,22 @@ def test_a_static_curve_is_torque_over_deflection(curve: Run) -> None:
     assert not figure.layout.annotations
     assert len(figure.data[-1].x) == np.count_nonzero(chosen)
     assert np.array_equal(figure.data[0].y, -curve.file.measurement.load_torque)
+
+
+def test_what_is_not_selected_is_nearly_covered(runs: list[Run]) -> None:
+    file = runs[0].file
+    chosen = (file.measurement.time >= 3.0) & (file.measurement.time <= 5.0)
+    faint = Run("as given", replace(file, selection=Selection((), chosen)))
+    (veil,) = [shape for shape in overlay([faint], SIGNAL).layout.shapes if shape.layer == "above"]
+    edges = [float(edge) for edge in re.findall(r"[MH](-?[\d.]+)", veil.path)]
+    assert edges == pytest.approx([0.0, 3.0, 5.0, 9.998], abs=0.002)
+    assert veil.fillcolor == LIGHT.background
+    assert 0.5 < veil.opacity < 1.0
+
+
+def test_samples_of_a_curve_that_are_not_selected_are_faint(curve: Run) -> None:
+    chosen = np.arange(300) < 100
+    faint = Run("as given", replace(curve.file, selection=Selection((), chosen)))
+    opacity = np.asarray(overlay([faint], SIGNAL).data[0].marker.opacity)
+    assert np.all(opacity[chosen] == 1.0)
+    assert np.all(opacity[~chosen] < 0.5)

@@ -21,6 +21,7 @@ from elastic_tendon.app import figures, results
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.figures import saveable
+from elastic_tendon.app.filters import FIELDS, conditions, filters
 from elastic_tendon.app.readings import (
     FORMULAS,
     NO_CURSORS,
@@ -32,7 +33,7 @@ from elastic_tendon.app.readings import (
     with_cursor,
 )
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import PageStep
+from elastic_tendon.app.step import PageStep, aria
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
     View,
@@ -49,11 +50,12 @@ from elastic_tendon.app.view import (
     view_of,
     while_waiting,
 )
-from elastic_tendon.app.workspace import Result, Workspace
+from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import failing_sentence, tolerance_sentence
 from elastic_tendon.reports.interactive.loop import torque_loop, torque_words
-from elastic_tendon.reports.interactive.overlay import overlay
+from elastic_tendon.reports.interactive.overlay import Run, overlay
 from elastic_tendon.reports.interactive.theme import THEMES, blank
 from elastic_tendon.reports.units import Shown, shown
 
@@ -70,6 +72,7 @@ MODE_BAR = 32  # plotly's own buttons above the loop, pixels
 BELOW = {"font": {"size": 11}, "y": -0.2, "yanchor": "top"}
 BUCKETS, DOTS = 800, 1500  # of curves and loop; more than these panels can distinguish
 EMPTY = (None, "")  # fields of numbers
+FILTERS = [Input(f"compare-{field}", "value") for field in FIELDS]
 SHOW = {"recording": "Recording", "signal": "Signal"}
 
 
@@ -93,6 +96,9 @@ def _layout() -> Sequence[Component]:
         html.Div(
             [
                 html.Div([*choosers("compare"), _before()], className="row"),
+                html.Div(filters("compare"), className="row", id="compare-filters"),
+                html.P(id="compare-filters-fault", className="sentence", role="alert"),
+                html.P(id="compare-filters-words", role="status", **aria(live="polite")),
                 html.P(id="compare-sentence"),
                 html.Div([_curves(), _loop()], className="compare-figures"),
                 html.Div([_errors(), _readings()], className="compare-tables"),
@@ -143,7 +149,7 @@ def _loop() -> Component:
 def _errors() -> Component:
     return html.Div(
         [
-            html.H3("Errors over the whole recording"),
+            html.H3(id="compare-errors-heading"),
             html.Div(id="compare-errors"),
             html.Div(_tolerance(), className="row"),
             html.P(id="compare-tolerance-words"),
@@ -366,11 +372,13 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         Input("compare-view", "data"),
         Input("compare-window", "data"),
         Input("compare-cursors", "data"),
+        *FILTERS,
         State("compare-drawn", "data"),
     )
     def draw(
-        stored: Any, opened: str, theme: str, view: Any, seen: Any, held: Any, drawn: Any
+        stored: Any, opened: str, theme: str, view: Any, seen: Any, held: Any, *others: Any
     ) -> Any:
+        *asked, drawn = others
         if not stored or opened != "compare":
             return (no_update,) * 6
         session = workspace.open(stored)
@@ -380,10 +388,10 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             words = while_waiting(session, rests_on, "Comparing the model with the recordings…")
             return no_update, True, words, True, True, None
         chosen = view_of(view, comparison)
-        now = fingerprint(session, rests_on, theme, chosen, seen, held)
+        now = fingerprint(session, rests_on, theme, chosen, seen, held, asked)
         if now == drawn:
             return (no_update,) * 6
-        runs = runs_of(session, chosen)
+        runs, _ = _runs(session, chosen, asked)
         static = runs[0].file.measurement.static
         figure = overlay(
             runs,
@@ -398,6 +406,14 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         if drawn and list(ctx.triggered_prop_ids) == ["compare-cursors.data"]:
             changed = marks_only(changed)
         return changed, False, "", static, static, now
+
+
+def _runs(session: Session, view: View, asked: Sequence[Any]) -> tuple[tuple[Run, ...], str]:
+    """The models over the samples that are asked for; over all, and why, where there are none."""
+    try:
+        return runs_of(session, view, conditions(*asked)), ""
+    except MeasurementError as fault:
+        return runs_of(session, view), f"{fault}. All samples are shown."
 
 
 def marks_only(figure: Any) -> Patch:
@@ -437,20 +453,32 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
         Output("compare-errors", "children"),
         Output("compare-tolerance-words", "children"),
         Output("compare-readings", "children"),
+        Output("compare-filters-fault", "children"),
+        Output("compare-filters-words", "children"),
+        Output("compare-errors-heading", "children"),
         Input("session", "data"),
         Input("open", "data"),
         Input("compare-view", "data"),
         Input("compare-cursors", "data"),
+        *FILTERS,
     )
-    def tell(stored: Any, opened: str, view: Any, held: Any) -> Any:
+    def tell(stored: Any, opened: str, view: Any, held: Any, *asked: Any) -> Any:
         if not stored or opened != "compare":
-            return (no_update,) * 4
+            return (no_update,) * 7
         session = workspace.open(stored)
         comparison = compared_now(session)
         if comparison is None:
-            return (no_update,) * 4
+            return (no_update,) * 7
         chosen = view_of(view, comparison)
-        runs, located = runs_of(session, chosen), location_of(session, chosen)
+        runs, fault = _runs(session, chosen, asked)
+        located, selection = location_of(session, chosen), runs[-1].file.selection
+        told = (fault, "", "Errors over the whole recording")
+        if selection is not None:
+            told = (
+                "",
+                f"Only where {selection.words}; others are faint.",
+                "Errors where these conditions hold",
+            )
         failing = failing_sentence(runs[-1].file, located, chosen.signal) if located else ""
         quantity = shown(chosen.signal, static=runs[0].file.measurement.static)
         caption = f"By slack state: {runs[-1].label}" if len(runs) > 1 else ""
@@ -461,8 +489,8 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
         cursors = cursor_rows(runs, chosen.signal, cursors_of(held, chosen.recording))
         if not cursors:
             words = "Click in the curves to set A, then B; or type their times."
-            return failing, errors, kept, html.P(words, className="quiet")
-        return failing, errors, kept, table(["", "A", "B", "B − A"], cursors)
+            return failing, errors, kept, html.P(words, className="quiet"), *told
+        return failing, errors, kept, table(["", "A", "B", "B − A"], cursors), *told
 
 
 def _register_loop(app: Dash, workspace: Workspace) -> None:

@@ -10,6 +10,7 @@ from elastic_tendon.comparison.compare import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.measurement.preparation import preparation_json
 from elastic_tendon.reports.comparison_tables import (
+    OVER_ALL,
     bin_tables,
     error_table,
     noise_sentence,
@@ -139,6 +140,8 @@ def places(comparison: Comparison, location: Location, alike: Alike) -> Iterator
         in_words = {name: words for name, words in file_location.in_words.items() if name in alike}
         yield Paragraphs(tuple(sentences(file, replace(file_location, in_words=in_words))))
         yield as_table(error_table(comparison, file))
+        if file.selection is not None:
+            yield Paragraphs((OVER_ALL,))
         yield _maps(file, file_location)
         for table in bin_tables(file, file_location):
             yield as_table(table)

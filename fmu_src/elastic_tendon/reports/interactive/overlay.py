@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 
 from elastic_tendon.comparison.compare import FileComparison
 from elastic_tendon.comparison.residuals import Array
-from elastic_tendon.reports.comparison_figures import static_torque
+from elastic_tendon.reports.comparison_figures import FAINT, static_torque
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain, upright
 from elastic_tendon.reports.names import abridged
-from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some
+from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some, stretches
 from elastic_tendon.reports.units import Shown, shown
 
 UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
 CURSORS = ("A", "B")
-STRETCHES = 400  # of highlighted samples; more are distinguished by zooming in
 # the name stands in `meta`: in the template itself its letters could be taken for commands
 HOVER, HOVER_ERROR = "%{meta}: %{y:.4g} UNIT<extra></extra>", "error: %{y:.3g} UNIT<extra></extra>"
 DASHES = "4px,2px"
@@ -70,7 +69,8 @@ def overlay(
     """One signal of one recording, with the simulations of several models and their errors.
 
     The errors below share the axis of the time, so a zoom moves both. A static curve is drawn as
-    torque over deflection; it has neither window nor cursors.
+    torque over deflection; it has neither window nor cursors. Samples that are not selected are
+    drawn faint.
 
     Parameters
     ----------
@@ -96,6 +96,7 @@ def overlay(
         kept = _kept(measurement.time, window)
         _draw_series(figure, runs, signal, quantity, theme, kept, buckets)
         _mark_samples(figure, measurement.time, window, highlighted, theme)
+        _veil(figure, runs[-1].file, window, theme)
         if window is not None:
             figure.update_xaxes(range=list(window))
         for letter, time in zip(CURSORS, cursors, strict=False):
@@ -241,12 +242,14 @@ def _draw_curves(
     measurement = runs[0].file.measurement
     torque, measured = static_torque(measurement), measurement.signals[signal]
     kept = some(len(torque))
+    selection = runs[-1].file.selection
+    faint = 1.0 if selection is None else np.where(selection.chosen[kept], 1.0, FAINT)
     figure.add_scatter(
         x=measured[kept],
         y=torque[kept],
         mode="markers",
         name="measured",
-        marker={"color": theme.measured, "size": 4},
+        marker={"color": theme.measured, "size": 4, "opacity": faint},
     )
     for index, run in enumerate(runs):
         line = _line(runs, index, theme)
@@ -308,54 +311,39 @@ def _mark_samples(
     theme: Theme,
 ) -> None:
     """Shade the stretches of chosen samples; all of them are one shape, which is drawn fast."""
-    if highlighted is None:
-        return
+    if highlighted is not None:
+        # stretches shorter than a pixel are seen by their outline
+        line = {"color": theme.highlight, "width": 0.7}
+        look = {"fillcolor": theme.highlight, "line": line, "layer": "below"}
+        _shade(figure, time, window, highlighted, name="chosen samples", showlegend=True, **look)
+
+
+def _veil(
+    figure: go.Figure, file: FileComparison, window: tuple[float, float] | None, theme: Theme
+) -> None:
+    """Let the ground of the page nearly cover the stretches that are not selected."""
+    if file.selection is not None:
+        left_out = ~file.selection.chosen
+        look = {"fillcolor": theme.background, "opacity": 1.0 - FAINT, "line": {"width": 0}}
+        time = file.measurement.time
+        _shade(figure, time, window, left_out, layer="above", **look)
+
+
+def _shade(
+    figure: go.Figure,
+    time: Array,
+    window: tuple[float, float] | None,
+    samples: NDArray[np.bool_],
+    **look: Any,
+) -> None:
+    """One shape over all stretches of some samples."""
     kept = _kept(time, window)
     path = "".join(
-        f"M{start:.9g},0V1H{end:.9g}V0Z" for start, end in stretches(time[kept], highlighted[kept])
+        f"M{start:.9g},0V1H{end:.9g}V0Z" for start, end in stretches(time[kept], samples[kept])
     )
     if path:
-        figure.add_shape(
-            type="path",
-            path=path,
-            xref="x",
-            yref="paper",
-            fillcolor=theme.highlight,
-            # stretches shorter than a pixel are seen by their outline
-            line={"color": theme.highlight, "width": 0.7},
-            layer="below",
-            name="chosen samples",
-            showlegend=True,
-        )
-
-
-def stretches(
-    time: Array, chosen: NDArray[np.bool_], most: int = STRETCHES
-) -> list[tuple[float, float]]:
-    """Beginning and end, s, of the stretches of chosen samples; the closest ones are joined.
-
-    Parameters
-    ----------
-    time : (n,) array, s
-    chosen : (n,)
-    most : of stretches, positive
-
-    Returns
-    -------
-    list of at most `most` pairs, in order; a sample reaches half way to its neighbours
-    """
-    if not chosen.any():
-        return []
-    change = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
-    middle = 0.5 * (time[1:] + time[:-1])
-    edges = np.concatenate([time[:1], middle, time[-1:]])
-    start, end = edges[change[::2]], edges[change[1::2]]
-    gaps = start[1:] - end[:-1]
-    if len(gaps) >= most:
-        # those between stretches that stay apart
-        wide = np.sort(np.argsort(gaps)[len(gaps) - most + 1 :])
-        start, end = start[np.append(0, wide + 1)], end[np.append(wide, len(end) - 1)]
-    return list(zip(start.tolist(), end.tolist(), strict=True))
+        place = {"xref": "x", "yref": "paper"}
+        figure.add_shape(type="path", path=path, **place, **look)
 
 
 def _mark_cursor(figure: go.Figure, letter: str, time: float, theme: Theme) -> None:
