@@ -12,7 +12,7 @@ from elastic_tendon import demo
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Source, Version, new_document
-from elastic_tendon.app.filters import conditions
+from elastic_tendon.app.filters import ALL, conditions
 from elastic_tendon.app.readings import (
     NO_CURSORS,
     beyond,
@@ -135,14 +135,14 @@ def test_the_model_as_given_stands_before_the_current_version(
 @pytest.mark.parametrize(
     ("asked", "follows"),
     [
-        ((None, None, None, None, None), []),
+        ((ALL, ALL, ALL, 1.0, None), []),
         (
-            ("slack_state=I", "joint_velocity>0", None, 3.0, 5.0),
+            ("slack_state=I", "joint_velocity>0", ALL, 3.0, 5.0),
             ["slack_state=I", "joint_velocity>0"],
         ),
-        ((None, None, "time", 3.0, 5), ["time=3..5"]),
-        ((None, None, "deflection", -0.1, ""), ["deflection>=-0.1"]),
-        ((None, None, "deflection", None, 1e-3), ["deflection<=0.001"]),
+        ((ALL, ALL, "time", 3.0, 5), ["time=3..5"]),
+        ((ALL, ALL, "deflection", -0.1, ""), ["deflection>=-0.1"]),
+        ((ALL, ALL, "deflection", None, 1e-3), ["deflection<=0.001"]),
     ],
 )
 def test_conditions_follow_from_the_fields(asked: tuple[Any, ...], follows: list[str]) -> None:

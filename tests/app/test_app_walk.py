@@ -369,8 +369,7 @@ def test_errors_are_told_where_conditions_hold_and_kept(compare: Walk) -> None:
     assert "a range goes from its lower end to its upper end. All samples" in fault.inner_text()
     assert int(samples.inner_text()) == whole
     for field in ("Only slack state", "Only a range of"):
-        label = compare.page.locator("label", has_text=field)
-        label.get_by_role("button", name="Clear").click()
+        compare.choose(field, "all samples")
         compare.settle()
     for field in ("#compare-low", "#compare-high"):
         type_in(compare, field, "")

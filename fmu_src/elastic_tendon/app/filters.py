@@ -13,6 +13,7 @@ from elastic_tendon.reports.units import with_unit
 
 # fields by the ends of their ids, in the order of `conditions`
 FIELDS = ("state", "moving", "quantity", "low", "high")
+ALL = "all"  # what is chosen where nothing is asked for
 _KEPT: Any = {"persistence": True, "persistence_type": "session"}  # for a reload
 _STATES = {f"slack_state={state}": words for state, words in STATES.items()}
 _MOVING = {
@@ -37,9 +38,10 @@ def filters(step: str) -> list[Component]:
 
 
 def _choice(component_id: str, words: str, offered: dict[str, str]) -> Component:
-    options = [{"value": value, "label": label} for value, label in offered.items()]
-    look = {"placeholder": "all samples", "searchable": False, "className": "chooser"}
-    return choice(component_id, words, options=options, **look, **_KEPT)
+    labels = {ALL: "all samples", **offered}
+    options = [{"value": value, "label": label} for value, label in labels.items()]
+    look = {"clearable": False, "searchable": False, "className": "chooser"}
+    return choice(component_id, words, options=options, value=ALL, **look, **_KEPT)
 
 
 def _end(component_id: str, words: str) -> Component:
@@ -48,9 +50,9 @@ def _end(component_id: str, words: str) -> Component:
 
 
 def conditions(
-    state: str | None,
-    moving: str | None,
-    quantity: str | None,
+    state: str,
+    moving: str,
+    quantity: str,
     low: float | str | None,
     high: float | str | None,
 ) -> Sequence[str]:
@@ -58,14 +60,14 @@ def conditions(
 
     Parameters
     ----------
-    state, moving : conditions, None where any will do
-    quantity, low, high : a range, SI; an end that is empty is open
+    state, moving : conditions, `ALL` where there is none
+    quantity, low, high : a range, SI, `ALL` where there is none; an end that is empty is open
     """
-    chosen = [condition for condition in (state, moving) if condition]
+    chosen = [condition for condition in (state, moving) if condition != ALL]
     ends = ["" if end in (None, "") else f"{end:.12g}" for end in (low, high)]
-    if quantity and all(ends):
+    if quantity != ALL and all(ends):
         chosen.append(f"{quantity}={ends[0]}..{ends[1]}")
-    elif quantity:
+    elif quantity != ALL:
         chosen += [
             f"{quantity}{sign}{end}" for sign, end in zip((">=", "<="), ends, strict=True) if end
         ]
