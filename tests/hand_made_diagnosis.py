@@ -214,13 +214,15 @@ def friction_found(**changed: object) -> Diagnosis:
 def next_experiment() -> Experiment:
     """Small reversals, which tell bristles from dry friction."""
     time = np.arange(2001) / 500.0
-    window = np.sin(np.pi * time / time[-1]) ** 2
+    motor = 0.02 * np.sin(np.pi * time / time[-1]) ** 2 * np.sin(12.0 * time)
     return Experiment(
         text="Small reversals of the motor for 4 s separate Coulomb friction from LuGre friction.",
         time=time,
-        motor_position=0.02 * window * np.sin(12.0 * time),
+        motor_position=motor,
         load_torque=np.zeros(len(time)),
         power=0.91,
+        signal="joint_position",
+        predictions={COULOMB: 0.9 * motor, "lugre_friction": 0.92 * motor},
     )
 
 

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from elastic_tendon import demo
+from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.by_hand import Ranked, Walked, next_round, ranked
 from elastic_tendon.diagnosis.data import Data, data_of
@@ -11,6 +13,7 @@ from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.rounds import TAKEN
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.ladder import REFIT
+from elastic_tendon.measurement import read_measurement
 from hand_made_diagnosis import friction_found
 from recorded_machines import FRICTION
 
@@ -173,3 +176,55 @@ def test_a_round_tells_what_was_taken_by_hand() -> None:
     other = by_hand.decided(found, second.ids[0])
     assert other.chosen == second.ids
     assert other.candidates[1].reason.startswith(by_hand.BY_HAND)
+
+
+# ---- what is left open ---------------------------------------------------------------------------
+
+GUIDE = "tendon_guide_friction"
+
+
+@pytest.fixture(scope="module")
+def short() -> Data:
+    """A recording so short that it does not tell where friction acts."""
+    recording = read_measurement(str(demo.DATA / "demo_fit.csv")).window(None, 1.0)
+    given = load_model(demo.DATA / "demo_model.toml")
+    return data_of(given, [recording], [], Options(only=(COULOMB, GUIDE)))
+
+
+@pytest.fixture(scope="module")
+def undecided(short) -> list[Walked]:
+    base = by_hand.base(short, silent)
+    return [Walked(REFIT, None, base, next_round(short, base, silent))]
+
+
+def test_what_is_left_open_is_what_the_search_would_take_and_its_rivals(short, undecided) -> None:
+    found = by_hand.left_open(short, undecided, silent)
+    assert set(found.sets) == {(COULOMB,), (GUIDE,)}
+    assert found.sets[0] == undecided[-1].outcome.round.chosen
+    assert found.complete
+    assert found.shared == frozenset()
+    assert set(found.names) == {COULOMB, GUIDE}
+
+
+def test_what_was_refitted_before_the_choice_is_still_a_rival_after_it(short, undecided) -> None:
+    answer = by_hand.with_effect(short, undecided[-1].answer, COULOMB, silent)
+    then = next_round(short, answer, silent)
+    known = dict(then.search.answers)
+    walk = [*undecided, Walked("with friction", COULOMB, answer, then)]
+    assert by_hand.left_open(short, walk, silent).sets == ((COULOMB,), (GUIDE,))
+    assert then.search.answers == known
+    found = by_hand.concluded(short, walk, silent)
+    assert found.indistinguishable == ((COULOMB, GUIDE),)
+    assert found.next_experiment is not None
+
+
+def test_the_experiment_decides_between_what_is_left_open(short, undecided) -> None:
+    found = by_hand.proposed(short, undecided, silent)
+    assert found.reason == ""
+    assert set(found.experiment.predictions) == {COULOMB, GUIDE}
+    assert found.experiment.power > 0.95
+
+
+def test_where_the_data_decide_nothing_is_left_open(data, walk) -> None:
+    found = by_hand.left_open(data, walk, silent)
+    assert (found.sets, found.names, found.complete) == ((), [], True)

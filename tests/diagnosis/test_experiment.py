@@ -8,7 +8,7 @@ import pytest
 
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.comparison.simulated import measured_table
-from elastic_tendon.diagnosis.experiment import experiment_table, next_experiment
+from elastic_tendon.diagnosis.experiment import experiment_csv, next_experiment
 from elastic_tendon.diagnosis.limits import BEYOND_RECORDED, limits_of
 from elastic_tendon.diagnosis.proposals import FORMS, Input, neighbour, random_proposal
 from elastic_tendon.diagnosis.result import Experiment
@@ -16,6 +16,7 @@ from elastic_tendon.diagnosis.separation import Rival, known, left_over, power, 
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.fit import FitResult, fit
 from elastic_tendon.measurement import Measurement, ReadOptions, read_measurement
+from elastic_tendon.simulation.simulate import simulate
 from truth.catalogue import actuator_of, signal_maps_of
 from truth.experiments import Limits, multisine
 from truth.noise import Sensor
@@ -154,7 +155,7 @@ def test_without_a_recorded_load_only_the_motor_moves() -> None:
 
 def test_text_says_what_is_done_and_who_is_told_apart() -> None:
     _, experiment = proposed("backlash")
-    assert "gear_backlash and measurement_delay, either refitted" in experiment.text
+    assert "Gear backlash and Measurement delay, either refitted" in experiment.text
     assert "500 samples per second" in experiment.text
     assert "Load:" not in experiment.text
     _, held = proposed("damping")
@@ -162,15 +163,34 @@ def test_text_says_what_is_done_and_who_is_told_apart() -> None:
     assert "The motor was held in the recordings" in held.text
 
 
-def test_table_is_a_recording_that_can_be_read_and_simulated(tmp_path) -> None:
+def test_its_file_is_a_recording_that_can_be_read_and_simulated(tmp_path) -> None:
     _, experiment = proposed("damping")
-    table = experiment_table(experiment)
-    assert list(table.columns) == ["time_s", "motor_position_rad", "load_torque_Nm"]
     path = tmp_path / "experiment.csv"
-    table.to_csv(path, index=False)
+    path.write_text(experiment_csv(experiment))
+    assert path.read_text().splitlines()[0] == "time_s,motor_position_rad,load_torque_Nm"
     read = read_measurement(str(path), ReadOptions(joint_required=False))
     np.testing.assert_allclose(read.motor_position, experiment.motor_position, atol=1e-12)
     np.testing.assert_allclose(np.diff(read.time), 1.0 / RATE, atol=1e-9)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_predictions_are_those_of_the_fitted_models_from_rest(case: str) -> None:
+    rivals, experiment = proposed(case)
+    assert list(experiment.predictions) == [rival.id for rival in rivals]
+    for rival in rivals:
+        predicted = experiment.predictions[rival.id]
+        motion = simulate(
+            rival.fit.model,
+            *(experiment.time, experiment.motor_position),
+            load_torque=experiment.load_torque,
+            initial_state={"joint_position": float(experiment.motor_position[0])},
+            as_measured=True,
+        )
+        assert experiment.signal == "joint_position"
+        shown = motion[motion.measured("joint_position")]
+        np.testing.assert_allclose(predicted, shown, atol=1e-3 * np.ptp(shown))
+    first, second = experiment.predictions.values()
+    assert np.abs(first - second).max() > NOISE
 
 
 def test_the_same_call_gives_the_same_answer() -> None:
@@ -200,7 +220,7 @@ def test_aliases_are_called_undecidable_with_the_reason() -> None:
     rivals, data = offsets()
     answer = next_experiment(rivals, data)
     assert isinstance(answer, str)
-    assert "joint_encoder_offset and motor_encoder_offset apart" in answer
+    assert "Joint encoder offset and Motor encoder offset apart" in answer
     assert "the same wherever nothing depends on the angle itself" in answer
 
 
@@ -212,9 +232,9 @@ def test_one_experiment_is_for_all_answers_and_says_which_it_leaves_open() -> No
     answer = next_experiment((*rivals, *third), data)
     assert isinstance(answer, Experiment)
     assert answer.power > 0.95
-    assert "gravity_load, either refitted to the other" in answer.text
+    assert "Gravity load, either refitted to the other" in answer.text
     assert "Other pairs of answers are told apart more surely." in answer.text
-    assert "It does not tell joint_encoder_offset from motor_encoder_offset." in answer.text
+    assert "It does not tell Joint encoder offset from Motor encoder offset." in answer.text
 
 
 def test_where_nothing_near_decides_it_goes_farther() -> None:

@@ -114,8 +114,8 @@ def test_a_static_curve_is_drawn_over_deflection() -> None:
 
 
 def test_no_panel_for_a_load_that_is_not_there() -> None:
-    assert len(next_experiment(reversals()).axes) == 1
+    assert len(next_experiment(reversals()).axes) == 3
     loaded = replace(reversals(), load_torque=np.ones(2001))
     figure = next_experiment(loaded)
-    assert len(figure.axes) == 2
+    assert len(figure.axes) == 4
     expect_units(figure)

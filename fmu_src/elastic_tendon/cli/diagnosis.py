@@ -227,10 +227,9 @@ class Outputs:
             learned = str(self.learned)
             write_text(self.learned, diagnosis.learned.source, force=self.force)
         if self.experiment is not None and diagnosis.next_experiment is not None:
-            from elastic_tendon.diagnosis.experiment import experiment_table
+            from elastic_tendon.diagnosis.experiment import experiment_csv
 
-            table = experiment_table(diagnosis.next_experiment)
-            write_text(self.experiment, table.to_csv(index=False), force=self.force)
+            write_text(self.experiment, experiment_csv(diagnosis.next_experiment), force=self.force)
         save_json(diagnosis_json(diagnosis, learned), self.json, self.force)
 
     def draw(

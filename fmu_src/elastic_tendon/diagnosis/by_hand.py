@@ -5,14 +5,21 @@ told before would count them twice.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.diagnosis.answer import Answer, bounded, refit
-from elastic_tendon.diagnosis.conclude import Found, conclude, judge
+from elastic_tendon.diagnosis.conclude import (
+    Found,
+    conclude,
+    different,
+    experiment_between,
+    judge,
+)
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Round
+from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, Round
 from elastic_tendon.diagnosis.rounds import LESSER, TAKEN, answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import in_order
@@ -49,6 +56,35 @@ class Ranked:
     round: Round
     models: Mapping[str, str]
     complete: bool = True
+
+
+@dataclass(frozen=True)
+class LeftOpen:
+    """Sets of effects that these data do not tell apart, the one taken first; none where they do.
+
+    `complete` : of the search that found them.
+    """
+
+    sets: tuple[tuple[str, ...], ...]
+    complete: bool
+
+    @property
+    def names(self) -> list[str]:
+        """What tells them apart; "+" between the ids of a set."""
+        return different(self.sets)
+
+    @property
+    def shared(self) -> frozenset[str]:
+        """Effects that all of them have."""
+        return frozenset.intersection(*map(frozenset, self.sets))
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """What came of seeking an experiment that decides; `reason` : why there is none, else ""."""
+
+    experiment: Experiment | None
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -269,9 +305,7 @@ def concluded(data: Data, walk: Sequence[Walked], progress: Progress) -> Diagnos
     Diagnosis
     """
     last = walk[-1].outcome
-    search = last.search if last is not None else Search.of(data, progress)
-    for step in walk:
-        search.answers[in_order(step.answer.added)] = step.answer
+    search = _whole_search(data, walk, progress)
     found = Found(ladder=[(step.title, step.added, step.answer) for step in walk])
     for step, following in zip(walk, [*walk[1:], None], strict=True):
         if step.outcome is not None:
@@ -282,3 +316,45 @@ def concluded(data: Data, walk: Sequence[Walked], progress: Progress) -> Diagnos
     judge(data, search, found, options, progress)
     complete = last is not None and last.complete and not last.round.chosen
     return conclude(data, search, found, options, progress, complete=complete)
+
+
+def left_open(data: Data, walk: Sequence[Walked], progress: Progress) -> LeftOpen:
+    """What a walk by hand leaves open.
+
+    Parameters
+    ----------
+    data, progress : as of `concluded`
+    walk : as of `concluded`; the search looked on from its last step
+    """
+    alike = _alike(data, walk, progress)
+    last = walk[-1].outcome
+    return LeftOpen(
+        tuple(answer.added for answer in alike), complete=last is not None and last.complete
+    )
+
+
+def proposed(data: Data, walk: Sequence[Walked], progress: Progress) -> Proposed:
+    """The experiment that decides between what a walk by hand leaves open; see `left_open`."""
+    proposal = experiment_between(data, _alike(data, walk, progress), {}, progress)
+    return Proposed(None, proposal) if isinstance(proposal, str) else Proposed(proposal, "")
+
+
+def _alike(data: Data, walk: Sequence[Walked], progress: Progress) -> tuple[Answer, ...]:
+    """Answers that these data do not tell apart: what the search would take from the last step, or
+    where that is nothing the last step itself, before all others that were refitted."""
+    last = walk[-1]
+    answer = last.answer
+    if last.outcome is not None and last.outcome.round.chosen:
+        answer = last.outcome.search.answer
+    return answers_alike(_whole_search(data, walk, progress), answer)
+
+
+def _whole_search(data: Data, walk: Sequence[Walked], progress: Progress) -> Search:
+    """The search from the last step, which knows all that was refitted on the way, too."""
+    outcomes = [step.outcome for step in walk if step.outcome is not None]
+    search = copy(outcomes[-1].search) if outcomes else Search.of(data, progress)
+    search.answers = {
+        added: answer for outcome in outcomes for added, answer in outcome.search.answers.items()
+    }
+    search.answers |= {in_order(step.answer.added): step.answer for step in walk}
+    return search

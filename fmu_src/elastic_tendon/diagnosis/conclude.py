@@ -117,7 +117,12 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
         everything = (*data.fitted, *data.heldout)
         found.contradictions = contradictions(data.given, answer, everything, report)
     found.would_show = _would_show(search, answer)
-    _propose_experiment(data, found, report)
+    if found.alike:
+        proposal = experiment_between(data, found.alike, found.confirmed, report)
+        if isinstance(proposal, str):
+            found.no_experiment = proposal
+        else:
+            found.experiment = proposal
     if data.excerpts:
         title, effect_id, answer = found.ladder[-1]
         whole = found.confirmed.get(answer.added) or on_everything(data, answer, report)
@@ -177,28 +182,29 @@ def _smallest(
     return size
 
 
-def _propose_experiment(data: Data, found: Found, report: Progress) -> None:
-    """One that decides between answers that cannot be told apart; and why none can."""
-    if not found.alike:
-        return
+def experiment_between(
+    data: Data, alike: Sequence[Answer], confirmed: Mapping[Set, Answer], report: Progress
+) -> Experiment | str:
+    """The experiment that decides between answers that cannot be told apart, or why none can.
+
+    Parameters
+    ----------
+    data : Data
+    alike : two or more, the one taken first
+    confirmed : see `Found`
+    report : called with words and the share of the work at hand that is done
+    """
     if data.given.kind is not InterfaceKind.POSITION:
-        found.no_experiment = (
+        return (
             f"No experiment is proposed at interface {data.given.kind}: proposals move the motor's "
             "position."
         )
-        return
-    answers = [found.confirmed.get(part.added, part) for part in found.alike]
-    rivals = [
-        Rival(name, answer.result)
-        for name, answer in zip(_different(answers), answers, strict=True)
-    ]
+    answers = [confirmed.get(part.added, part) for part in alike]
+    names = different([answer.added for answer in answers])
+    rivals = [Rival(name, answer.result) for name, answer in zip(names, answers, strict=True)]
     # beside much that nothing explains two are enough: its noise is not what decides there
-    rivals = rivals[: 2 if found.answer.mean_square > MUCH else RIVALS]
-    proposal = next_experiment(rivals, rivals[0].fit.problem.measurements, report)
-    if isinstance(proposal, str):
-        found.no_experiment = proposal
-    else:
-        found.experiment = proposal
+    rivals = rivals[: 2 if alike[0].mean_square > MUCH else RIVALS]
+    return next_experiment(rivals, rivals[0].fit.problem.measurements, report)
 
 
 def conclude(
@@ -239,7 +245,7 @@ def conclude(
     )
     shaped = no_chance(remaining)
     matter = () if verdict == "adequate" else changed
-    different = _different(found.alike)
+    names = different([part.added for part in found.alike])
     improved = with_estimates(answer.result.model, answer.result.findings.estimates)
     structured = any(part.significant for part in remaining.values())
     explained = (
@@ -261,7 +267,7 @@ def conclude(
                 verdict,
                 answer.added,
                 sure,
-                different[1:],
+                names[1:],
                 matter,
                 given,
                 final,
@@ -290,7 +296,7 @@ def conclude(
         noise=_noise(final),
         comparison=final,
         location=locate(final, report),
-        indistinguishable=tuple(filter(None, (tuple(different), tiny if tiny[1:] else ()))),
+        indistinguishable=tuple(filter(None, (tuple(names), tiny if tiny[1:] else ()))),
         next_experiment=found.experiment,
         no_experiment=found.no_experiment,
         learned=found.learned,
@@ -427,19 +433,14 @@ def _noise(comparison: Comparison) -> dict[str, NoiseFloor]:
     return {name: replace(first[name], sigma=sigma) for name, sigma in sigmas.items()}
 
 
-def _different(answers: Sequence[Answer]) -> list[str]:
-    """What sets answers apart, the one taken first; "+" between ids of a set."""
-    if not answers:
+def different(sets: Sequence[Set]) -> list[str]:
+    """What tells sets of effects apart, that taken first; "+" between the ids of one."""
+    if not sets:
         return []
-    first, *others = answers
-    own = [
-        effect_id
-        for effect_id in first.added
-        if any(effect_id not in part.added for part in others)
-    ]
+    first, *others = sets
+    own = [effect_id for effect_id in first if any(effect_id not in other for other in others)]
     names = ["+".join(own)] if own else []
     names += [
-        "+".join(effect_id for effect_id in part.added if effect_id not in first.added)
-        for part in others
+        "+".join(effect_id for effect_id in other if effect_id not in first) for other in others
     ]
     return names

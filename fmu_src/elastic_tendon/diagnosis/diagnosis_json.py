@@ -8,13 +8,12 @@ from typing import Any
 from elastic_tendon.comparison.bins import Bin
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.diagnosis.evidence import is_plausible
+from elastic_tendon.diagnosis.experiment_text import undisputed_text
 from elastic_tendon.diagnosis.result import Diagnosis, LearnedTerm
 from elastic_tendon.estimation.coordinates import sizes_in
 from elastic_tendon.result import plain
 
 SCHEMA = "elastic-tendon/diagnosis/2"
-NOTHING_TO_DECIDE = "no other answer explains these data equally well, so there is none to rule out"
-NOT_SOUGHT = "none was looked for: the search was stopped before its end"
 
 
 def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dict[str, Any]:
@@ -83,8 +82,7 @@ def _learned(term: LearnedTerm | None, file: str | None) -> dict[str, Any] | Non
 def _next_experiment(diagnosis: Diagnosis) -> dict[str, Any]:
     proposed = diagnosis.next_experiment
     if proposed is None:
-        default = NOTHING_TO_DECIDE if diagnosis.complete else NOT_SOUGHT
-        return {"reason": diagnosis.no_experiment or default}
+        return {"reason": diagnosis.no_experiment or undisputed_text(complete=diagnosis.complete)}
     return {
         "text": proposed.text,
         "power": proposed.power,

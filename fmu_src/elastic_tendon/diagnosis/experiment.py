@@ -6,16 +6,16 @@ of them is right (Atkinson & Fedorov 1975, "several models").
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 from math import sqrt
 from operator import attrgetter
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from elastic_tendon.comparison.residuals import Array, simulate_measurement
+from elastic_tendon.comparison.residuals import Array, residuals_of, simulate_measurement
 from elastic_tendon.diagnosis.experiment_text import Separated, experiment_text, undecidable_text
 from elastic_tendon.diagnosis.limits import Limits, limits_of
 from elastic_tendon.diagnosis.proposals import Proposal, neighbour, random_proposal
@@ -36,9 +36,6 @@ from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.estimation.fit import ShareProgress
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.progress import Progress, silent
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SEED = 20130506
 SEARCH = 60  # simulations of each rival with derivatives
@@ -144,22 +141,23 @@ def _tell(progress: Progress, done: int, share: float) -> None:
     progress(WORDS, 0.5 * (done + share))
 
 
-def experiment_table(experiment: Experiment) -> "pd.DataFrame":
-    """The experiment as a file that `simulate` and a machine can run.
+def experiment_csv(experiment: Experiment) -> str:
+    """Text of the file with the experiment, which `simulate` and a machine can run.
 
     Returns
     -------
-    DataFrame; columns time_s, motor_position_rad, load_torque_Nm
+    str; a row a sample, columns time_s, motor_position_rad, load_torque_Nm
     """
     import pandas as pd
 
-    return pd.DataFrame(
+    table = pd.DataFrame(
         {
             "time_s": experiment.time,
             "motor_position_rad": experiment.motor_position,
             "load_torque_Nm": experiment.load_torque,
         }
     )
+    return str(table.to_csv(index=False))
 
 
 def _prepare(rivals: Sequence[Rival], limits: Limits) -> _Search:
@@ -326,14 +324,28 @@ def _answer(search: _Search, best: _Checked, ids: Sequence[str]) -> Experiment:
     once = best.proposal.inputs(limits.sample_times(), limits)
     # the last sample of one run is the first of the next
     inputs = [np.concatenate([*[values[:-1]] * (best.repeats - 1), values]) for values in once]
+    time = np.asarray(limits.step * np.arange(len(inputs[0])))
     separated = _separated(search, best, ids)
+    whole = _measurement(time, inputs[0], inputs[1], search.sigmas)
     return Experiment(
         text=experiment_text(limits, best.proposal, best.repeats, once, separated),
-        time=np.asarray(limits.step * np.arange(len(inputs[0]))),
+        time=time,
         motor_position=inputs[0],
         load_torque=inputs[1],
         power=best.hardest.power,
+        signal=separated.signal,
+        predictions=_predictions(search, whole, separated.signal),
     )
+
+
+def _predictions(search: _Search, whole: Measurement, signal: str) -> dict[str, Array]:
+    """What the rivals predict of a signal; without any that cannot be simulated so finely."""
+    found = {}
+    for rival in search.rivals:
+        with suppress(SimulationError):
+            trajectory = simulate_measurement(rival.model, whole, rival.initial)
+            found[rival.rival.id] = residuals_of(trajectory, whole)[signal]
+    return found
 
 
 def _separated(search: _Search, best: _Checked, ids: Sequence[str]) -> Separated:

@@ -9,6 +9,8 @@ from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.limits import Limits, Reach
 from elastic_tendon.diagnosis.proposals import SINES, Form, Input, Proposal
 
+ROUNDED = 9  # digits of an angle in rad after which nothing is left
+
 
 @dataclass(frozen=True)
 class Separated:
@@ -51,7 +53,7 @@ def experiment_text(
     time = limits.sample_times()
     sentences = [
         f"Run for {repeats * time[-1]:.3g} s at {1.0 / limits.step:.4g} samples per second, from "
-        f"rest with the motor at {limits.motor.start:.3g} rad"
+        f"rest with the motor at {round(limits.motor.start, ROUNDED) + 0.0:.3g} rad"
         + ("." if limits.load is None else " and without load."),
         _motion("Motor", proposal.motor, proposal.motor.at(time, limits), inputs[0], "rad"),
     ]
@@ -64,6 +66,13 @@ def experiment_text(
     return " ".join([*sentences, *_cautions(limits, inputs), _separation(separated)])
 
 
+def undisputed_text(*, complete: bool) -> str:
+    """Why no experiment is proposed where no other answer was found; `complete` : the search."""
+    if complete:
+        return "no other answer explains these data equally well, so there is none to rule out"
+    return "none was looked for: the search was stopped before its end"
+
+
 def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
     """Say that no experiment was found, and why where the catalogue knows it.
 
@@ -72,7 +81,7 @@ def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
     ids : of the answers
     models : fitted with them
     """
-    *most, last = ids
+    *most, last = map(titled, ids)
     sentences = [
         f"No motion within the limits of the actuator tells {', '.join(most)} and {last} apart by "
         "clearly more than the noise: with other parameters each explains what another predicts."
@@ -87,6 +96,12 @@ def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
     if reasons:
         sentences.append(f"They are the same wherever {'; '.join(sorted(reasons))}.")
     return " ".join(sentences)
+
+
+def titled(answer: str) -> str:
+    """An answer by the titles of its effects; "+" between their ids."""
+    known = effects.BY_ID
+    return " with ".join(known[part].title if part in known else part for part in answer.split("+"))
 
 
 def _motion(what: str, motion: Input, form: Form, values: Array, unit: str) -> str:
@@ -127,7 +142,7 @@ def _cautions(limits: Limits, inputs: tuple[Array, Array]) -> list[str]:
 
 def _separation(found: Separated) -> str:
     unit = "rad" if found.signal.endswith("position") else "N·m"
-    first, second = found.ids
+    first, second = map(titled, found.ids)
     sentences = [
         f"{first} and {second}, either refitted to the other, then differ in "
         f"{found.signal.replace('_', ' ')} by up to {found.largest:.2g} {unit}, most at "
@@ -137,5 +152,5 @@ def _separation(found: Separated) -> str:
     ]
     if found.easier:
         sentences.append("Other pairs of answers are told apart more surely.")
-    sentences += [f"It does not tell {a} from {b}." for a, b in found.left_open]
+    sentences += [f"It does not tell {titled(a)} from {titled(b)}." for a, b in found.left_open]
     return " ".join(sentences)

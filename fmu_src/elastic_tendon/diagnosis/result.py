@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import PlainValidator
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.compare import Comparison
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+# from JSON, as the app keeps results, lists become arrays
+Array = Annotated[NDArray[np.float64], PlainValidator(lambda given: np.asarray(given, float))]
 
 Verdict = Literal["adequate", "wrong_parameter", "missing_effect", "unexplained"]
 Role = Literal["fitted", "validation"]
@@ -150,7 +152,9 @@ class Experiment:
     """A motor motion and load to run on the machine, within what the actuator may do.
 
     `time` (n,) s, `motor_position` (n,) rad, `load_torque` (n,) N·m. `text` : what it is and which
-    answers it separates; `power` : predicted probability that it decides between them.
+    answers it separates; `power` : predicted probability that it decides between them. `signal` :
+    the one that tells most; `predictions` : of it, by the answers as they are fitted now, (n,) in
+    its unit, the answer taken first.
     """
 
     text: str
@@ -158,6 +162,8 @@ class Experiment:
     motor_position: Array
     load_torque: Array
     power: float
+    signal: str
+    predictions: Mapping[str, Array]
 
 
 @dataclass(frozen=True, repr=False)

@@ -14,6 +14,7 @@ from elastic_tendon import effects
 from elastic_tendon.comparison.compare import Comparison
 from elastic_tendon.comparison.residuals import noise_floors
 from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.experiment_text import titled
 from elastic_tendon.diagnosis.lack_of_fit import SIGNIFICANT, LackOfFit
 from elastic_tendon.diagnosis.result import RecordingSummary, Remaining, Verdict
 from elastic_tendon.estimation.determinability import Estimate
@@ -247,10 +248,10 @@ def sentence_of(
         slight = " that matters" if structured else ""
         text = f"No effect{slight} is missing, but {numbers}: refitted, {falls}"
     elif verdict == "missing_effect":
-        text = f"{_missing(added, certainty)}{_or_else(alike)}: {falls}"
+        text = f"{_missing(added, certainty)}{or_else(alike)}: {falls}"
     elif added:
         text = (
-            f"{_missing(added, certainty)}{_or_else(alike)}; beyond "
+            f"{_missing(added, certainty)}{or_else(alike)}; beyond "
             f"{'it' if len(added) == 1 else 'them'} {left} is left that {nothing}"
         )
     elif not complete:
@@ -289,12 +290,9 @@ def _missing(added: Sequence[str], certainty: Mapping[str, float]) -> str:
     return f"Missing: {', '.join(parts)}"
 
 
-def _or_else(alike: Sequence[str]) -> str:
+def or_else(alike: Sequence[str]) -> str:
     """What may be there instead, as ", or else Stribeck friction, which these data ..."."""
-    titles = [
-        " with ".join(effects.BY_ID[effect_id].title for effect_id in name.split("+"))
-        for name in dict.fromkeys(filter(None, alike))
-    ]
+    titles = [titled(name) for name in dict.fromkeys(filter(None, alike))]
     if not titles:
         return ""
     return f", or else {' or '.join(titles)}, which these data do not tell apart"

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from functools import partial
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -23,18 +24,21 @@ from elastic_tendon.reports.comparison_figures import (
     BLUE,
     LEGEND,
     ORANGE,
+    STEP_COLOURS,
     VERMILLION,
     ladder,
     static_torque,
     tidy,
 )
 from elastic_tendon.reports.diagnosis_tables import NONE, called, called_set, none_of_them
+from elastic_tendon.reports.experiment_panels import panels_of, title_of
 from elastic_tendon.reports.location_figures import Drawing, file_names, missing_torque
 from elastic_tendon.reports.names import shortened, verbatim
 from elastic_tendon.reports.thinning import envelope, some
 from elastic_tendon.reports.units import shown, times_noise
 
 BARS = 8  # candidates of a round that are drawn
+LETTERS = 22  # in a line beside a low panel
 
 
 def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
@@ -293,16 +297,19 @@ def _draw_cloud(
 
 
 def next_experiment(experiment: Experiment) -> Figure:
-    """Motor motion and load over time."""
-    columns = [("motor position (rad)", experiment.motor_position, BLUE)]
-    if np.any(experiment.load_torque):
-        columns.append(("load torque (N·m)", experiment.load_torque, VERMILLION))
-    figure = Figure(figsize=(8.0, 0.6 + 2.3 * len(columns)), layout="constrained")
-    panels = figure.subplots(len(columns), 1, sharex=True, squeeze=False).flat
-    for axes, (label, values, colour) in zip(panels, columns, strict=True):
-        axes.plot(*envelope(experiment.time, values), color=colour, linewidth=1.2)
-        axes.set_ylabel(label)
+    """Motor motion, the load where one is to act, and what the answers predict, over time."""
+    panels = list(panels_of(experiment))
+    figure = Figure(figsize=(8.0, 0.6 + 2.3 * len(panels)), layout="constrained")
+    rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False).flat
+    for axes, panel in zip(rows, panels, strict=True):
+        colours = STEP_COLOURS if panel.predicted else (BLACK,)
+        for (name, values), colour in zip(panel.curves.items(), colours, strict=False):
+            curve = envelope(experiment.time, values)
+            axes.plot(*curve, color=colour, linewidth=1.2, label=verbatim(name))
+        axes.set_ylabel(fill(verbatim(panel.label), LETTERS))
         tidy(axes)
+        if panel.predicted:
+            axes.legend(**LEGEND)
     axes.set_xlabel("time (s)")
-    figure.suptitle("The experiment to run next" + ("" if len(columns) > 1 else ", without load"))
+    figure.suptitle(title_of(experiment))
     return figure

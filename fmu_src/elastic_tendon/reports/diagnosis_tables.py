@@ -118,7 +118,7 @@ def doubt_sentences(diagnosis: Diagnosis) -> list[str]:
     and what remains of the error."""
     sentences = []
     for alike in diagnosis.indistinguishable:
-        text = f"These data cannot distinguish: {_listed(alike)}."
+        text = indistinguishable_sentence(alike)
         taken = [answer for answer in alike if set(ids_in(answer)) <= set(diagnosis.added)]
         if taken:
             text += f" {called(taken[0])} was added; the others would do as well."
@@ -163,7 +163,13 @@ def _where(diagnosis: Diagnosis, signal: str) -> Iterator[str]:
             yield f"{file.measurement.name}: {location.in_words[signal]}."
 
 
-def _listed(answers: Sequence[str]) -> str:
+def indistinguishable_sentence(answers: Sequence[str]) -> str:
+    """That data do not tell answers apart; two or more, as of `called`."""
+    return f"These data cannot distinguish: {listed(answers)}."
+
+
+def listed(answers: Sequence[str]) -> str:
+    """Answers for people, two or more, as of `called`."""
     return " and ".join([", ".join(map(called, answers[:-1])), called(answers[-1])])
 
 

@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 import pytest
 
 from elastic_tendon.diagnosis.explained import explained_by_effect
+from elastic_tendon.diagnosis.result import Experiment
 from elastic_tendon.linear.linearise import linearise
 from elastic_tendon.linear.result import Drive, LinearModel
 from elastic_tendon.reports.interactive.bode import bode
@@ -158,12 +159,30 @@ def test_a_state_without_a_model_is_left_out() -> None:
     ]
 
 
-def test_an_experiment_without_load_has_one_panel() -> None:
+def titles_beside(proposed: Experiment) -> list[str]:
+    titles = [axis.title.text for axis in experiment(proposed).select_yaxes()]
+    return [title.replace("<br>", " ") for title in titles]
+
+
+def test_an_experiment_is_drawn_with_its_load_only_where_one_is_to_act() -> None:
+    alone = replace(next_experiment(), predictions={})
+    assert titles_beside(alone) == ["motor position (rad)"]
+    loaded = replace(alone, load_torque=np.sin(alone.time))
+    assert titles_beside(loaded) == ["motor position (rad)", "load torque (N·m)"]
+
+
+def test_an_experiment_shows_what_each_answer_predicts_and_by_how_much_they_differ() -> None:
     proposed = next_experiment()
-    assert len(experiment(proposed).data) == 1
-    loaded = replace(proposed, load_torque=np.sin(proposed.time))
-    titles = [axis.title.text for axis in experiment(loaded).select_yaxes()]
-    assert titles == ["motor position (rad)", "load torque (N·m)"]
+    assert titles_beside(proposed)[1:] == [
+        "predicted joint position (rad)",
+        "difference from Coulomb friction (mrad)",
+    ]
+    figure = experiment(proposed)
+    coulomb, lugre = figure.select_traces({"yaxis": "y3"})
+    assert (coulomb.name, lugre.name) == ("Coulomb friction", "LuGre friction")
+    assert not np.any(coulomb.y)
+    np.testing.assert_allclose(lugre.y, 1e3 * 0.02 * proposed.motor_position)
+    assert [trace.name for trace in figure.data if trace.showlegend] == [coulomb.name, lugre.name]
 
 
 def test_the_error_alone_has_the_noise_behind_it() -> None:
