@@ -7,13 +7,20 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.app import walk
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.mapping import enumerated
+from elastic_tendon.diagnosis.by_hand import LeftOpen, Proposed
+from elastic_tendon.diagnosis.experiment_text import undisputed_text
 from elastic_tendon.diagnosis.result import Candidate, Round
-from elastic_tendon.diagnosis.verdict import LEFT, hedge
+from elastic_tendon.diagnosis.verdict import LEFT, hedge, or_else
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.add import check_welcome
 from elastic_tendon.estimation.ladder import Step
-from elastic_tendon.reports.diagnosis_tables import unsure_sentence
+from elastic_tendon.reports.diagnosis_tables import (
+    indistinguishable_sentence,
+    listed,
+    unsure_sentence,
+)
 from elastic_tendon.reports.first_screen import FirstScreen, first_screen
 from elastic_tendon.reports.tables import fall_sentences
 from elastic_tendon.simulation.signature import Signature
@@ -60,6 +67,7 @@ def screen(
     *,
     button: str = SEARCH,
     static: bool = False,
+    left_open: LeftOpen | None = None,
 ) -> FirstScreen:
     """What heads the step: what is missing, how far the error falls with it, what to do next.
 
@@ -70,6 +78,7 @@ def screen(
     with_it : the error with what the search would take; None where it is not known yet
     button : what the one that searches is called
     static : the errors are those of static curves
+    left_open : what these data do not tell apart, None where that is not known yet
     """
     if search_round is None:
         verdict = "Which effect is missing was not searched from here yet."
@@ -81,15 +90,48 @@ def screen(
         advice = f"add {title}, and search again. The choice is yours."
     elif steps and max(steps[-1].noise_ratio.values()) > LEFT:
         advice = "see in Where what is left of the error, and record the machine in other motions."
-    return first_screen(suggestion(search_round), fall, advice, static=static)
+    if left_open is not None and left_open.sets:
+        rivals = listed(left_open.names)
+        advice = f"see below which experiment decides between {rivals}; or {advice}"
+    return first_screen(suggestion(search_round, left_open), fall, advice, static=static)
 
 
-def suggestion(search_round: Round) -> str:
-    """What the search would do next, and why."""
+def experiment_words(left_open: LeftOpen, found: Proposed | None) -> str:
+    """What is said of an experiment that decides.
+
+    Parameters
+    ----------
+    left_open : what the data do not tell apart
+    found : what came of seeking it, None where it was not sought
+    """
+    if not left_open.sets:
+        return f"None is proposed: {undisputed_text(complete=left_open.complete)}."
+    if found is not None:
+        return found.reason if found.experiment is None else found.experiment.text
+    return (
+        f"{indistinguishable_sentence(left_open.names)} A motion of motor and load may tell them "
+        "apart; it stays near what was recorded, as far as that is enough."
+    )
+
+
+def taken_words(names: Sequence[str]) -> str:
+    """What becomes of recordings of an experiment, "" where there are none."""
+    if not names:
+        return ""
+    fitted = "is fitted" if len(names) == 1 else "are fitted"
+    return (
+        f"{enumerated(names)} {fitted} together with the other recordings from now on. "
+        f"“{SEARCH}” searches in all of them."
+    )
+
+
+def suggestion(search_round: Round, left_open: LeftOpen | None = None) -> str:
+    """What the search would do next, and why; see `screen`."""
     reason = search_round.reason
     if not search_round.chosen:
         return f"The search would add nothing: {reason}. {unsure_sentence(search_round)}".rstrip()
-    return f"{reason}, and is {hedge(_chance(search_round))} there."
+    instead = or_else(left_open.names[1:]) if left_open is not None else ""
+    return f"{reason}, and is {hedge(_chance(search_round))} there{instead}."
 
 
 def _chance(search_round: Round) -> float:

@@ -14,6 +14,7 @@ from pathlib import Path
 from threading import RLock
 from typing import Any, TypeVar
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
 
@@ -86,13 +87,13 @@ class SessionFile:
             return None
 
     def keep(self, key: tuple[str, ...], value: object) -> None:
-        """Keep a result that is a data class of numbers and text.
+        """Keep a result that is a data class of numbers, arrays of them, and text.
 
         Raises
         ------
         OutputError : the disk does not take it
         """
-        text = to_json(value, inf_nan_mode="constants").decode()
+        text = to_json(value, inf_nan_mode="constants", fallback=np.ndarray.tolist).decode()
         self._write("INSERT OR REPLACE INTO results VALUES (?, ?)", _named(key), text)
 
     def drop(self, key: tuple[str, ...]) -> None:

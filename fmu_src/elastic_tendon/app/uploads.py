@@ -4,9 +4,16 @@ import binascii
 import subprocess
 import sys
 from base64 import b64decode
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
+from elastic_tendon.app.document import Document, Source
+from elastic_tendon.app.safety import UPLOAD
+from elastic_tendon.app.workspace import Session, Workspace
 from elastic_tendon.errors import ElasticTendonError, MeasurementError
+
+LONGEST_NAME = 120  # letters of an upload's name
 
 # formats whose libraries are known to crash on some damaged files, by how they begin
 _CRASHING = (b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF\r\n\x1a\n")
@@ -49,6 +56,37 @@ def content_of(sent: str, name: str, most: int) -> bytes:
             f"{name}: it is larger than {size_in_words(most)}; name it on the command line instead"
         )
     return content
+
+
+def add_recordings(
+    workspace: Workspace, session: Session, sent: Sequence[str], names: Sequence[str]
+) -> tuple[list[str], list[str]]:
+    """Let uploads be fitted with what a session has.
+
+    Parameters
+    ----------
+    workspace, session : Workspace and Session
+    sent, names : uploads and what they are called, see `content_of`
+
+    Returns
+    -------
+    names of those that were added, and a sentence for each that was refused
+    """
+    added, refused = [], []
+    for encoded, name in zip(sent, names, strict=True):
+        called = name[-LONGEST_NAME:]
+        try:
+            key = workspace.add_file(content_of(encoded, called, UPLOAD))
+        except ElasticTendonError as error:
+            refused.append(str(error))
+            continue
+        session.change(partial(_with, Source(key=key, name=called)))
+        added.append(called)
+    return added, refused
+
+
+def _with(source: Source, document: Document) -> Document:
+    return document.with_sources([*document.sources, source])
 
 
 def size_in_words(size: int) -> str:

@@ -13,7 +13,7 @@ from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Cache, Change, Result, Session, Work
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.diagnosis.by_hand import Outcome, Ranked, SoFar
+from elastic_tendon.diagnosis.by_hand import LeftOpen, Outcome, Proposed, Ranked, SoFar
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
@@ -23,8 +23,9 @@ from elastic_tendon.progress import Progress
 from elastic_tendon.simulation.signature import Signature, signature
 
 SEARCHING = "finding which effect is missing"
+PROPOSING = "searching the experiment that decides"
 REFITTED_AGAIN = "refitted to other data"
-Kind = Literal["refit", "search", "try", "add"]  # of work that is asked for
+Kind = Literal["refit", "search", "try", "add", "propose"]  # of work that is asked for
 KINDS: tuple[str, ...] = get_args(Kind)
 EXAMPLE = "biorob_x4_joint_3"  # bundled model on which effects are shown
 
@@ -162,26 +163,62 @@ def concluded(document: Document, files: Files) -> Result[et.Diagnosis]:
 
     def compute(cache: Cache, progress: Progress) -> et.Diagnosis:
         data = cache.obtain(given_data(document, path[0], files), progress)
-        walk = [
-            by_hand.Walked(
-                title=version.title,
-                added=version.change,
-                answer=cache.obtain(answer(document, version, files), progress),
-                outcome=cache.obtain(outcome(document, version, files), progress)
-                if was_searched(document, version) or version is path[-1]
-                else None,
-            )
-            for version in path[1:]
-        ]
+        walk = _walked(document, files, cache, progress)
         if not walk:
             first = cache.obtain(answer(document, path[0], files), progress)
             walk.append(by_hand.Walked(REFIT, None, first, None))
         return by_hand.concluded(data, walk, progress)
 
-    texts = [
-        f"{version.title}\n{was_searched(document, version)}\n{version.model}" for version in path
+    titles = (version.title for version in path)
+    key = _key("concluded", document, path[-1], *titles, *_way(document))
+    return Result(key, "concluding", compute)
+
+
+def left_open(document: Document, files: Files) -> Result[LeftOpen]:
+    """What the way to the current version, which was searched from, leaves open."""
+    path = document.path()
+
+    def compute(cache: Cache, progress: Progress) -> LeftOpen:
+        data = cache.obtain(given_data(document, path[0], files), progress)
+        return by_hand.left_open(data, _walked(document, files, cache, progress), progress)
+
+    key = _key("left open", document, path[-1], *_way(document))
+    return Result(key, "asking what is left open", compute, LeftOpen)
+
+
+def proposed(document: Document, files: Files) -> Result[Proposed]:
+    """The experiment that decides between what is left open."""
+    path = document.path()
+
+    def compute(cache: Cache, progress: Progress) -> Proposed:
+        data = cache.obtain(given_data(document, path[0], files), progress)
+        return by_hand.proposed(data, _walked(document, files, cache, progress), progress)
+
+    key = _key("proposed", document, path[-1], *_way(document))
+    return Result(key, PROPOSING, compute, Proposed)
+
+
+def _walked(
+    document: Document, files: Files, cache: Cache, progress: Progress
+) -> list[by_hand.Walked]:
+    """The way to the current version, from which the search looks on."""
+    path = document.path()
+    return [
+        by_hand.Walked(
+            title=version.title,
+            added=version.change,
+            answer=cache.obtain(answer(document, version, files), progress),
+            outcome=cache.obtain(outcome(document, version, files), progress)
+            if was_searched(document, version) or version is path[-1]
+            else None,
+        )
+        for version in path[1:]
     ]
-    return Result(_key("concluded", document, path[-1], *texts), "concluding", compute)
+
+
+def _way(document: Document) -> list[str]:
+    """Changes whenever another way led to the current version, whatever its steps are called."""
+    return [f"{was_searched(document, step)}\n{step.model}" for step in document.path()]
 
 
 def _key(kind: str, document: Document, version: Version, *others: str) -> tuple[str, ...]:
@@ -214,6 +251,29 @@ def _ranked_of(session: Session) -> Ranked | None:
     return found if isinstance(found, Ranked) else None
 
 
+def left_open_of(session: Session) -> LeftOpen | None:
+    """What the current version leaves open, None where it was not searched from, or not yet."""
+    document = session.document
+    if not was_searched(document, document.version):
+        return None
+    found = session.cache.find(left_open(document, session.files))
+    return found if isinstance(found, LeftOpen) else None
+
+
+def proposed_of(session: Session) -> Proposed | None:
+    """What came of seeking an experiment from the current version, None where that was not done."""
+    if left_open_of(session) is None:
+        return None
+    found = session.cache.find(proposed(session.document, session.files))
+    return found if isinstance(found, Proposed) else None
+
+
+def before_the_choice(document: Document, left_open: LeftOpen) -> Document:
+    """Look at the last version on the way that has no more effects than all that is left open."""
+    before = [step for step in document.path() if left_open.shared.issuperset(step.added)]
+    return document.at(before[-1].id)
+
+
 def round_so_far(session: Session) -> Round | None:
     """The round of the search that is under way, as far as it is known."""
     job = session.job
@@ -239,9 +299,10 @@ def begin(session: Session, kind: Kind, effect_id: str = "") -> bool:
         "search": ("effect", SEARCHING, searching),
         "try": ("effect", f"trying {title}", partial(trying, effect_id=effect_id)),
         "add": ("add", f"adding {title}", partial(adding, effect_id=effect_id)),
+        "propose": ("effect", PROPOSING, proposing),
     }
     step, words, make = kinds[kind]
-    may_end = kind != "try"
+    may_end = kind not in ("try", "propose")
     return session.start(step, words, make(session), asked=f"{kind} {effect_id}", may_end=may_end)
 
 
@@ -274,6 +335,8 @@ def searching(session: Session) -> Work:
         if ended_early(session):
             for make in (ranked, outcome):
                 session.cache.forget(make(grown, grown.version, session.files))
+            for conclude in (left_open, proposed):
+                session.cache.forget(conclude(grown, session.files))
         session.cache.obtain(ranked(grown, grown.version, session.files, session.tell), progress)
         if made:
             searched = made[-1].model_copy(update={"searched": data_key})
@@ -293,6 +356,16 @@ def trying(session: Session, effect_id: str) -> Work:
 
     def work(progress: Progress) -> None:
         session.cache.obtain(tried(document, document.version, effect_id, session.files), progress)
+
+    return work
+
+
+def proposing(session: Session) -> Work:
+    """Seek the experiment that decides between what is left open; nothing is added."""
+    document = session.document
+
+    def work(progress: Progress) -> None:
+        session.cache.obtain(proposed(document, session.files), progress)
 
     return work
 

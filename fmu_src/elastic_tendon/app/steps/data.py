@@ -19,12 +19,11 @@ from elastic_tendon.app.results import Files
 from elastic_tendon.app.source_card import Form, Seen, card, dom_id, facts, overview
 from elastic_tendon.app.step import PageStep
 from elastic_tendon.app.upload_field import upload
-from elastic_tendon.app.uploads import content_of, size_in_words
+from elastic_tendon.app.uploads import add_recordings, size_in_words
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
-from elastic_tendon.errors import ElasticTendonError, MeasurementError
+from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.interactive.theme import THEMES, Theme
 
-LONGEST_NAME = 120  # letters of an upload's name
 FITTED_SHARE = 0.7  # of a recording that is newly split
 
 
@@ -297,16 +296,7 @@ def _register_files(app: Dash, workspace: Workspace) -> None:
         if not sent or not names or not stored:
             return no_update, no_update, no_update
         session = workspace.open(stored)
-        refused = []
-        for encoded, name in zip(sent, names, strict=True):
-            called = name[-LONGEST_NAME:]
-            try:
-                key = workspace.add_file(content_of(encoded, called, safety.UPLOAD))
-            except ElasticTendonError as error:
-                refused.append(str(error))
-                continue
-            source = Source(key=key, name=called)
-            session.change(partial(_with, source))
+        _, refused = add_recordings(workspace, session, sent, names)
         # emptied, so that the same file can be chosen again
         return session.stored(), "; ".join(refused), None
 
@@ -327,10 +317,6 @@ def _register_files(app: Dash, workspace: Workspace) -> None:
             )
         )
         return session.stored()
-
-
-def _with(source: Source, document: Document) -> Document:
-    return document.with_sources([*document.sources, source])
 
 
 def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:

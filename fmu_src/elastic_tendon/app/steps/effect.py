@@ -8,7 +8,7 @@ from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, 
 from dash.development.base_component import Component
 
 from elastic_tendon import effects
-from elastic_tendon.app import busy, ranking, results, walk
+from elastic_tendon.app import busy, experiment_section, ranking, results, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.figures import saveable
@@ -64,9 +64,11 @@ def _layout() -> Sequence[Component]:
             className="row",
             id="effect-search-row",
         ),
+        experiment_section.taken(),
         html.P(id="effect-sentence", className="sentence", role="alert"),
         html.Div(id="effect-tried"),
         html.Div([html.Div(id="effect-list"), _page()], id="effect-columns"),
+        experiment_section.section(),
         html.Div(id="effect-evidence"),
     ]
 
@@ -168,6 +170,7 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
     ]
     if walk.was_searched(document, version):
         needed += [make(document, version, files) for make in (walk.ranked, walk.suggested)]
+        needed.append(walk.left_open(document, files))
     return needed
 
 
@@ -181,7 +184,10 @@ def _screen(session: Session) -> FirstScreen | None:
     with_it = tried if isinstance(tried, Step) else None
     button, _ = ranking.search_words(document, ended_early=walk.ended_early(session))
     return ranking.screen(
-        walk.round_of(session), steps, with_it, button=button, static=is_static(now)
+        *(walk.round_of(session), steps, with_it),
+        button=button,
+        static=is_static(now),
+        left_open=walk.left_open_of(session),
     )
 
 
@@ -204,6 +210,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
     _register_figures(app, workspace)
     _register_evidence(app, workspace)
     _register_work(app, workspace)
+    experiment_section.register(app, workspace)
 
 
 def _register_list(app: Dash, workspace: Workspace) -> None:
@@ -428,7 +435,7 @@ def _register_evidence(app: Dash, workspace: Workspace) -> None:
 
 
 def _register_work(app: Dash, workspace: Workspace) -> None:
-    pressed = [Input(f"effect-{name}", "n_clicks") for name in ("search", "try", "add")]
+    pressed = [Input(f"effect-{name}", "n_clicks") for name in ("search", "try", "add", "propose")]
 
     @app.callback(
         Output("pulse", "data", allow_duplicate=True),
@@ -444,7 +451,7 @@ def _register_work(app: Dash, workspace: Workspace) -> None:
         if not stored or not ctx.triggered[0]["value"]:
             return no_update, no_update, ""
         kind = str(ctx.triggered_id).removeprefix("effect-")
-        about = "" if kind == "search" else chosen
+        about = chosen if kind in ("try", "add") else ""
         if not walk.begin(workspace.open(stored), cast(walk.Kind, kind), about):
             return no_update, no_update, busy.WORDS
         return [kind, ctx.triggered[0]["value"]], "add" if kind == "add" else no_update, ""
