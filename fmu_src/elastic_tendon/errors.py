@@ -31,7 +31,14 @@ class ArmError(ElasticTendonError):
 
 
 class EffectError(ElasticTendonError):
-    """An effect of the user's own that cannot be used; the message names file, line, reason."""
+    """An effect of the user's own that cannot be used; the message names file, line, reason.
+
+    `line` : the same line, None where there is none.
+    """
+
+    def __init__(self, message: str, line: int | None = None) -> None:
+        self.line = line
+        super().__init__(message)
 
 
 class LinearisationError(ElasticTendonError):

@@ -218,6 +218,27 @@ def test_same_file_twice_runs_once(tmp_path, runs):
     assert runs() == 1
 
 
+def test_a_text_without_a_file_is_as_good_as_a_file(tmp_path, registry, runs) -> None:
+    content = (RAN + GOOD).encode()
+    effect = effects.load_text(content, "typed")
+    assert effects.load_text(content, "again") is effect
+    assert runs() == 1
+    assert registry.from_texts == {"lagging"}
+    assert registry.own_files(["lagging"]) == (("typed", content),)
+    build(("lagging",), kinds_with(effect.slot)[0])
+    by_file = effects.load(written(tmp_path, GOOD.replace("lagging", "filed")))
+    assert registry.from_texts == {"lagging"}
+    assert registry.loaded_from(GOOD.replace("lagging", "filed").encode()) is by_file
+
+
+def test_a_text_is_blamed_by_its_line_and_what_it_is_called() -> None:
+    text = GOOD.replace("import where", "import wheer")
+    with pytest.raises(EffectError) as caught:
+        effects.load_text(text.encode(), "typed")
+    assert str(caught.value).startswith(f"typed, line {line_with(text, 'wheer')}: ")
+    assert caught.value.line == line_with(text, "wheer")
+
+
 def test_refused_file_leaves_nothing_behind_and_can_be_mended(tmp_path, registry):
     before, modules = dict(registry), set(sys.modules)
     path = written(tmp_path, GOOD + "1 / 0\n")

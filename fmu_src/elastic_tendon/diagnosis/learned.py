@@ -5,9 +5,7 @@ effect file like any user's: friction opposes the motion, springs stay springs, 
 was measured the curve fades away. It says what is missing, not why.
 """
 
-import tempfile
 from operator import itemgetter
-from pathlib import Path
 
 import numpy as np
 
@@ -68,13 +66,7 @@ def learned_effect(term: LearnedTerm) -> Effect:
     ------
     EffectError : its text cannot be used
     """
-    known = effects.BY_ID.get(term.id)
-    if known is not None and effects.BY_ID.content(known) == term.source.encode():
-        return known
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{term.id}.py"
-        path.write_bytes(term.source.encode())
-        return effects.load(path)
+    return effects.load_text(term.source.encode(), f"{term.id}.py")
 
 
 def _within_bounds(found: Regression, index: int) -> tuple[Curve, Array, float]:

@@ -38,3 +38,8 @@ def load(path: str | Path) -> Effect:
         for a file that cannot be used, with the line and the reason
     """
     return BY_ID.load(path)
+
+
+def load_text(content: bytes, name: str) -> Effect:
+    """As `load`, of the text of such a file; see `Registry.load_text`."""
+    return BY_ID.load_text(content, name)

@@ -31,7 +31,8 @@ class Registry(dict[str, Effect]):
         super().__init__((effect.id, effect) for effect in catalogue)
         self._catalogue = tuple(self)
         self._sources: dict[str, Source] = {}
-        self._own: set[str] = set()  # ids of those that the user's files brought
+        self._own: set[str] = set()  # ids of those that the user's files and texts brought
+        self._texts: set[str] = set()  # of those among them that texts brought
 
     def load(self, path: str | Path) -> Effect:
         """Run a Python file and register the effect that it defines as ``EFFECT``.
@@ -57,6 +58,40 @@ class Registry(dict[str, Effect]):
                 if loaded.content != source.content:
                     raise source.error("it changed after it was loaded; start Python anew")
                 return self[effect_id]
+        return self._run(source)
+
+    def load_text(self, content: bytes, name: str) -> Effect:
+        """As `load`, of a text that lies in no file.
+
+        Parameters
+        ----------
+        content : what the file would hold; a text that is loaded already is not run again
+        name : what messages call it
+
+        Raises
+        ------
+        EffectError
+            for a text that cannot be used
+        """
+        if (known := self.loaded_from(content)) is not None:
+            return known
+        effect = self._run(Source(Path(name), name, content))
+        self._texts.add(effect.id)
+        return effect
+
+    def loaded_from(self, content: bytes) -> Effect | None:
+        """The effect that a user's file or text of this content brought, None where none did."""
+        for effect_id in self._own:
+            if self._sources[effect_id].content == content:
+                return self[effect_id]
+        return None
+
+    @property
+    def from_texts(self) -> frozenset[str]:
+        """Ids of the effects that came by `load_text`."""
+        return frozenset(self._texts)
+
+    def _run(self, source: Source) -> Effect:
         effect = _checked(source.run(), source)
         self._check_free(effect.id, source)
         self._own.add(effect.id)

@@ -26,7 +26,7 @@ _CLEARER = (  # part of a message -> in our words; {} is the message itself
 
 @dataclass(frozen=True)
 class Source:
-    """A file of Python as it was read; what runs is `content`, whatever the file holds by then.
+    """Python as it was read or typed; what runs is `content`, whatever its file holds by then.
 
     `path` is what the user calls it, `file` what tracebacks call it.
     """
@@ -38,7 +38,7 @@ class Source:
     def error(self, fault: str, line: int | None = None) -> EffectError:
         """Error that names the file, the line where there is one, and the fault."""
         place = str(self.path) if line is None else f"{self.path}, line {line}"
-        return EffectError(f"{place}: {fault}")
+        return EffectError(f"{place}: {fault}", line)
 
     def blamed(self, error: BaseException, words: str, line: int | None = None) -> EffectError:
         """Error for an exception of the user's code, at the innermost line of this file.
@@ -79,7 +79,8 @@ class Source:
             code = compile(self.content, self.file, "exec", dont_inherit=True)
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise self.blamed(error, "this is not valid Python") from None
-        name = "elastic_tendon_effect_" + hashlib.sha256(self.file.encode()).hexdigest()[:16]
+        digest = hashlib.sha256(self.file.encode() + self.content).hexdigest()
+        name = f"elastic_tendon_effect_{digest[:16]}"
         module = ModuleType(name)
         module.__file__ = self.file
         sys.modules[name] = module  # where dataclasses and pickle look for it

@@ -1,11 +1,9 @@
 """A model as it travels to other processes, with the effects of the user's own."""
 
 import hashlib
-import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model, model_from_toml
@@ -72,15 +70,10 @@ def _unpacked(shipped: ShippedModel) -> Model:
 
 
 def _load(name: str, content: bytes) -> None:
-    if any(content == known for _, known in effects.BY_ID.own_files(effects.BY_ID)):
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / name
-        path.write_bytes(content)
-        try:
-            effects.load(path)
-        except ElasticTendonError as error:
-            raise UnfitError(f"{error} (start the workers anew if {name} has changed)") from None
+    try:
+        effects.load_text(content, name)
+    except ElasticTendonError as error:
+        raise UnfitError(f"{error} (start the workers anew if {name} has changed)") from None
 
 
 def _compare(effect_id: str, digest: str) -> None:
