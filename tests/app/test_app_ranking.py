@@ -92,7 +92,7 @@ def test_an_effect_that_a_model_cannot_take_is_not_offered() -> None:
     model = MODEL.with_effect(COULOMB, None)
     assert "already" in ranking.refusal(model, effects.BY_ID[COULOMB])
     assert "law" in ranking.refusal(model, effects.BY_ID["lugre_friction"])
-    offered = {choice["value"] for choice in ranking.choices(model)}
+    offered = {choice["value"] for choice in ranking.choices(new_document(MODEL), model)}
     assert offered.isdisjoint({COULOMB, "stribeck_friction", "lugre_friction"})
     assert "gear_backlash" in offered
 

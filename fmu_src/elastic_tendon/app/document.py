@@ -70,7 +70,7 @@ class Version(BaseModel):
     given : the same as it was loaded, where parameters were edited by hand since; else ""
     effective : numbers that the data determine, see `estimation.ladder.Step`
     fitted_to : `Document.data_key` of the data that it was fitted to, "" where it was not
-    searched : `Document.data_key` of the data in which more was searched from here, else ""
+    searched : `Document.search_key` with which more was searched from here, else ""
     """
 
     model_config = STRICT
@@ -95,12 +95,30 @@ class Version(BaseModel):
         return model_from_toml(self.given or self.model, self.title)
 
 
+class OwnEffect(BaseModel):
+    """An effect that the user typed on the page: its id, and the text of its Python file.
+
+    It is text like any other here; see `own_effects` for who may have it run.
+    """
+
+    model_config = STRICT
+
+    id: str
+    text: str
+
+    @property
+    def file_name(self) -> str:
+        """What its file is called."""
+        return f"{self.id}.py"
+
+
 class Document(BaseModel):
     """All that a user has chosen and reached; changed by making another one."""
 
     model_config = STRICT
 
     sources: tuple[Source, ...] = ()
+    own_effects: tuple[OwnEffect, ...] = ()
     versions: tuple[Version, ...]
     current: str
 
@@ -147,6 +165,13 @@ class Document(BaseModel):
         )
         return sha256(text.encode()).hexdigest()
 
+    def search_key(self) -> str:
+        """Changes with `data_key`, and whenever other effects are candidates."""
+        if not self.own_effects:
+            return self.data_key()
+        texts = "\n".join(own.model_dump_json() for own in self.own_effects)
+        return sha256(f"{self.data_key()}\n{texts}".encode()).hexdigest()
+
     # ---- changes ---------------------------------------------------------------------------
 
     def with_sources(self, sources: Sequence[Source]) -> "Document":
@@ -163,6 +188,12 @@ class Document(BaseModel):
         return self.with_sources(
             [source.changed(**changes) if source.key == key else source for source in self.sources]
         )
+
+    def with_own_effect(self, own: OwnEffect) -> "Document":
+        """The same with an effect of the user's own, once."""
+        if own in self.own_effects:
+            return self
+        return self.model_copy(update={"own_effects": (*self.own_effects, own)})
 
     def with_model(self, model: Model, title: str = GIVEN) -> "Document":
         """Look at another model as given: in place of one that was left as it was, else beside.
@@ -209,9 +240,9 @@ class Document(BaseModel):
         """The same with another title of a version."""
         return self._replacing(self.find(version_id).model_copy(update={"title": title}))
 
-    def with_search(self, version_id: str, data_key: str) -> "Document":
-        """The same with a note that more was searched from a version, in data of this key."""
-        update = {"searched": data_key}
+    def with_search(self, version_id: str, search_key: str) -> "Document":
+        """The same with a note that more was searched from a version; see `search_key`."""
+        update = {"searched": search_key}
         return self._replacing(self.find(version_id).model_copy(update=update))
 
     def without(self, version_id: str) -> "Document":

@@ -8,6 +8,7 @@ from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.app import walk
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.mapping import enumerated
+from elastic_tendon.app.own_effects import known as known_effects
 from elastic_tendon.diagnosis.by_hand import LeftOpen, Proposed
 from elastic_tendon.diagnosis.experiment_text import undisputed_text
 from elastic_tendon.diagnosis.result import Candidate, Round
@@ -186,11 +187,11 @@ def why_not_tried(search_round: Round | None) -> str:
     return "The search knows no parameters for it on this model; adding it has it fitted."
 
 
-def choices(model: Model | None = None) -> list[dict[str, str]]:
+def choices(document: Document, model: Model | None = None) -> list[dict[str, str]]:
     """Effects as options to choose from; only those that a model can take, where one is given."""
     return [
         {"value": effect.id, "label": effect.title}
-        for effect in effects.BY_ID.values()
+        for effect in known_effects(document)
         if model is None or not refusal(model, effect)
     ]
 

@@ -69,10 +69,11 @@ def listen(
     OutputError : the address or port cannot be used
     """
     listening, token = _place(address, port, kept)
-    workspace = Workspace(start, files, kept)
+    alone = ip_address(address).is_loopback
+    workspace = Workspace(start, files, kept, shared=not alone)
     bound, reached = listening.getsockname()[1], _host(address)
     app = dash_app(workspace, token)
-    names = {reached, "localhost", LOOPBACK} if ip_address(address).is_loopback else {reached}
+    names = {reached, "localhost", LOOPBACK} if alone else {reached}
     safety.protect(app.server, {f"{name}:{bound}" for name in names}, token, app.csp_hashes)
     requests.check(app)
     # that requests wait for each other while a step opens is nothing to tell

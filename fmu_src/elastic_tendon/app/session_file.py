@@ -1,7 +1,8 @@
 """The file of a session: what the user chose, sent and found, on disk after each step.
 
 It is a database of SQLite, for then every change is there whole or not at all, whatever ends the
-server. It holds numbers and text only: nothing of it is ever executed.
+server. It holds numbers and text only; effects that its user typed are run when whoever opens it
+asks for it, see `own_effects`.
 """
 
 import os
@@ -19,6 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
 
 from elastic_tendon.app.document import Document
+from elastic_tendon.app.own_effects import waiting
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.output import OutputError, check_writable, write_file
 
@@ -175,6 +177,8 @@ class SessionFile:
                 )
                 files[new_key] = path
                 self.refer(new_key, path)
+        if waiting(document):
+            notes.append(f"{self.path} brings effects of its own; the page runs them when asked to")
         self.put("document", document.model_dump_json())
         return Reopened(document, files, tuple(notes))
 
@@ -189,6 +193,8 @@ class SessionFile:
     def _document(self, text: str) -> Document:
         try:
             document = Document.model_validate_json(text)
+            if waiting(document):  # without them its models cannot be loaded
+                return document
             for version in document.versions:
                 version.loaded()
         except ValidationError:

@@ -6,7 +6,7 @@ from typing import Any
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
-from elastic_tendon.app import walk
+from elastic_tendon.app import gate, walk
 from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.step import PageStep, aria, section
 from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
@@ -49,6 +49,7 @@ def layout(steps: Sequence[PageStep], session_name: str) -> Component:
                         **_words_for_script(session_name),
                     ),
                     html.P(id="unsaved", className="sentence", role="alert"),
+                    gate.layout(),
                     *(
                         section(step, following, opened=step is steps[0])
                         for step, following in zip(steps, [*steps[1:], None], strict=True)
@@ -133,12 +134,7 @@ def _register_browser(app: Dash) -> None:
 
 
 def _register_session(app: Dash, workspace: Workspace) -> None:
-    @app.callback(Output("session", "data"), Output("open", "data"), Input("remembered", "data"))
-    def begin(remembered: dict[str, Any] | None) -> tuple[Any, Any]:
-        if remembered is None:  # the browser has not looked yet
-            return no_update, no_update
-        session = workspace.open(remembered.get("session"))
-        return session.stored(), remembered.get("open") or session.opened or no_update
+    gate.register(app, workspace)
 
     @app.callback(
         Output("where-we-are", "children"),

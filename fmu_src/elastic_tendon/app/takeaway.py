@@ -122,7 +122,7 @@ def _result(
     way = "\n".join(
         version.model_dump_json(exclude={"id", "parent"}) for version in document.path()
     )
-    key = (kind, document.data_key(), sha256(way.encode()).hexdigest(), *options)
+    key = (kind, document.search_key(), sha256(way.encode()).hexdigest(), *options)
     return Result(key, words, compute)
 
 
@@ -293,6 +293,7 @@ def _command(document: Document) -> str:
     heldout = [source.name for source in document.sources if source.role == "validate"]
     words = ["elastic-tendon", "app", model, *fitted]
     words += [word for name in heldout for word in ("--validate", name)]
+    words += [word for own in document.own_effects for word in ("--effect", own.file_name)]
     then = ", then ".join(step.title for step in steps)
     return f"{shlex.join(words)}  # {model}: as given; on the page: {then}"
 

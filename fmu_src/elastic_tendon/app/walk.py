@@ -9,12 +9,14 @@ import elastic_tendon as et
 from elastic_tendon import effects
 from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
+from elastic_tendon.app.own_effects import of_others
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Cache, Change, Result, Session, Work
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.by_hand import LeftOpen, Outcome, Proposed, Ranked, SoFar
 from elastic_tendon.diagnosis.data import Data, data_of
+from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
 from elastic_tendon.estimation.ladder import REFIT, FittedStep, Step, climb
@@ -45,8 +47,9 @@ def is_fitted(document: Document, version: Version) -> bool:
 
 
 def was_searched(document: Document, version: Version) -> bool:
-    """Whether the search looked on from a version, in the data that are chosen now."""
-    return is_fitted(document, version) and version.searched == document.data_key()
+    """Whether the search looked on from a version, in the data that are chosen now and with the
+    effects that are known now."""
+    return is_fitted(document, version) and version.searched == document.search_key()
 
 
 # ---- results -------------------------------------------------------------------------------
@@ -57,7 +60,10 @@ def given_data(document: Document, version: Version, files: Files) -> Result[Dat
 
     def compute(cache: Cache, progress: Progress) -> Data:
         measurements = cache.obtain(results.data(document.at(version.id), files), progress)
-        return data_of(_root(document, version).loaded(), measurements.fitted, measurements.heldout)
+        return data_of(
+            *(_root(document, version).loaded(), measurements.fitted, measurements.heldout),
+            Options(without=of_others(document)),
+        )
 
     return Result(_key("given data", document, version), "preparing the data", compute)
 
@@ -71,7 +77,8 @@ def answer(document: Document, version: Version, files: Files) -> Result[Answer]
             return by_hand.base(data, progress)
         return by_hand.again(data, version.added, version.loaded(), progress)
 
-    key = _key("answer", document, version, version.model, *version.added)
+    root = _root(document, version).model
+    key = ("answer", document.data_key(), root, version.model, *version.added)
     return Result(key, f"refitting {version.title}", compute)
 
 
@@ -222,8 +229,8 @@ def _way(document: Document) -> list[str]:
 
 
 def _key(kind: str, document: Document, version: Version, *others: str) -> tuple[str, ...]:
-    """Names what follows from data, the model as given, and more."""
-    return (kind, document.data_key(), _root(document, version).model, *others)
+    """Names what follows from data, candidates, the model as given, and more."""
+    return (kind, document.search_key(), _root(document, version).model, *others)
 
 
 def _root(document: Document, version: Version) -> Version:
@@ -326,7 +333,7 @@ def refitting(session: Session) -> Work:
 
 def searching(session: Session) -> Work:
     """Find which effect the current version misses; refit it first where it is not."""
-    document, data_key = session.document, session.document.data_key()
+    document, search_key = session.document, session.document.search_key()
 
     def work(progress: Progress) -> Change:
         made = _fitted(document, session, progress)
@@ -339,10 +346,10 @@ def searching(session: Session) -> Work:
                 session.cache.forget(conclude(grown, session.files))
         session.cache.obtain(ranked(grown, grown.version, session.files, session.tell), progress)
         if made:
-            searched = made[-1].model_copy(update={"searched": data_key})
+            searched = made[-1].model_copy(update={"searched": search_key})
             return _growth(document.current, [searched])
         return lambda latest: (
-            latest.with_search(document.current, data_key)
+            latest.with_search(document.current, search_key)
             if _has(latest, document.current)
             else latest
         )

@@ -357,11 +357,18 @@ class Workspace:
     start : what a new session begins with
     files : key -> path of files named on the command line
     kept : file of the one session that all tabs look at then; None: each tab has its own
+    shared : other machines may use it, so it runs nothing that is typed on the page
     """
 
     def __init__(
-        self, start: Document, files: Mapping[str, Path], kept: SessionFile | None = None
+        self,
+        start: Document,
+        files: Mapping[str, Path],
+        kept: SessionFile | None = None,
+        *,
+        shared: bool = False,
     ) -> None:
+        self.shared = shared
         self._start = start
         self._files = dict(files)
         self._folder = Path(tempfile.mkdtemp(prefix="elastic-tendon-app-"))

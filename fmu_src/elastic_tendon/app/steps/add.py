@@ -234,7 +234,7 @@ def _register_controls(app: Dash, workspace: Workspace) -> None:
             return (no_update,) * 5
         session = workspace.open(stored)
         document = session.document
-        options = ranking.choices(document.version.loaded())
+        options = ranking.choices(document, document.version.loaded())
         values = [option["value"] for option in options]
         last_round = walk.round_of(session)
         words = versions.refit_words(document)

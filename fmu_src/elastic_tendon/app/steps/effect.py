@@ -8,7 +8,7 @@ from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, 
 from dash.development.base_component import Component
 
 from elastic_tendon import effects
-from elastic_tendon.app import busy, experiment_section, ranking, results, walk
+from elastic_tendon.app import busy, experiment_section, own_effect_section, ranking, results, walk
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.figures import saveable
@@ -70,6 +70,7 @@ def _layout() -> Sequence[Component]:
         html.Div([html.Div(id="effect-list"), _page()], id="effect-columns"),
         experiment_section.section(),
         html.Div(id="effect-evidence"),
+        own_effect_section.section(),
     ]
 
 
@@ -79,7 +80,6 @@ def _page() -> Component:
             choice(
                 "effect-choice",
                 "Effect",
-                options=ranking.choices(),
                 clearable=False,
                 placeholder="read about an effect",
             ),
@@ -211,6 +211,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
     _register_evidence(app, workspace)
     _register_work(app, workspace)
     experiment_section.register(app, workspace)
+    own_effect_section.register(app, workspace)
 
 
 def _register_list(app: Dash, workspace: Workspace) -> None:
@@ -252,16 +253,27 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
 
 def _register_choice(app: Dash, workspace: Workspace) -> None:
     @app.callback(
+        Output("effect-choice", "options"), Input("session", "data"), Input("open", "data")
+    )
+    def offer(stored: Any, opened: str) -> Any:
+        if not stored or opened != "effect":
+            return no_update
+        return ranking.choices(workspace.open(stored).document)
+
+    @app.callback(
         Output("effect-choice", "value"),
         Output("effect-seen", "data"),
         Input("session", "data"),
         Input("open", "data"),
         Input({"effect-pick": ALL}, "n_clicks"),
+        Input("own-effect-chosen", "data"),
         State("effect-seen", "data"),
     )
-    def choose(stored: Any, opened: str, _picks: Any, seen: Any) -> tuple[Any, Any]:
+    def choose(stored: Any, opened: str, _picks: Any, own: Any, seen: Any) -> tuple[Any, Any]:
         if not stored or opened != "effect":
             return no_update, no_update
+        if "own-effect-chosen.data" in ctx.triggered_prop_ids:
+            return own[0], no_update
         if isinstance(ctx.triggered_id, dict):
             pressed = bool(ctx.triggered[0]["value"])  # else the list is new
             return ctx.triggered_id["effect-pick"] if pressed else no_update, no_update

@@ -1,0 +1,165 @@
+"""An effect of the user's own, written in the step Which effect: tried, kept, handed out."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
+from dash.development.base_component import Component
+
+from elastic_tendon.app import own_effects
+from elastic_tendon.app.document import Document, OwnEffect
+from elastic_tendon.app.step import aria
+from elastic_tendon.app.workspace import Workspace
+from elastic_tendon.errors import EffectError
+
+ROWS = 24  # of the editor
+WARNING = (
+    "An effect is a Python file: what it is, its parameters, its equations. It runs on this "
+    "machine and may do all that you may: try what you wrote or trust."
+)
+
+
+def section() -> Component:
+    """The editor, which is folded, and below it the effects that the session has."""
+    return html.Details(
+        [
+            html.Summary("Write an effect of your own"),
+            html.P(WARNING),
+            html.Label("The effect, in Python", htmlFor="own-effect-text"),
+            dcc.Textarea(
+                id="own-effect-text",
+                value=own_effects.template(),
+                rows=ROWS,
+                spellCheck=False,
+                persistence=True,
+                persistence_type="session",
+            ),
+            html.Div(
+                [
+                    html.Button("Try it", id="own-effect-try"),
+                    html.Button("Begin with the template", id="own-effect-new", className="plain"),
+                ],
+                className="row",
+            ),
+            html.P(id="own-effect-refusal", className="sentence", role="alert"),
+            html.Pre(id="own-effect-line", **aria(label="The line at fault")),
+            html.P(id="own-effect-told", role="status"),
+            html.Div(id="own-effect-list"),
+            dcc.Download(id="own-effect-file"),
+            dcc.Store(id="own-effect-chosen"),  # the one that is to be looked at, and which try
+        ],
+        id="own-effect",
+    )
+
+
+def _list(document: Document) -> Sequence[Component]:
+    if not document.own_effects:
+        return []
+    return [
+        html.H3("Effects of this session"),
+        *(
+            html.Div(
+                [
+                    html.Span(own.id),
+                    html.Button(
+                        f"Download {own.file_name}",
+                        id={"own-effect-download": own.id},
+                        className="plain",
+                    ),
+                    html.Button(
+                        "Edit",
+                        id={"own-effect-edit": own.id},
+                        className="plain",
+                        **aria(label=f"Edit {own.id}"),
+                    ),
+                ],
+                className="row",
+            )
+            for own in document.own_effects
+        ),
+    ]
+
+
+def _keeping(own: OwnEffect, document: Document) -> Document:
+    return document.with_own_effect(own)
+
+
+# ---- callbacks -----------------------------------------------------------------------------
+
+
+def register(app: Dash, workspace: Workspace) -> None:
+    """Connect its callbacks."""
+    _register_try(app, workspace)
+    _register_list(app, workspace)
+    _register_text(app, workspace)
+
+
+def _register_try(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Output("own-effect-refusal", "children"),
+        Output("own-effect-line", "children"),
+        Output("own-effect-told", "children"),
+        Output("own-effect-chosen", "data"),
+        Input("own-effect-try", "n_clicks"),
+        State("own-effect-text", "value"),
+        State("session", "data"),
+        running=[(Output("own-effect-try", "disabled"), True, False)],
+        prevent_initial_call=True,
+    )
+    def try_it(clicks: int | None, text: str | None, stored: Any) -> tuple[Any, ...]:
+        if not clicks or not stored:
+            return (no_update,) * 5
+        session, written = workspace.open(stored), text or ""
+        try:
+            effect = own_effects.typed(written, shared=workspace.shared)
+        except EffectError as error:
+            return no_update, *own_effects.fault(error, written), "", no_update
+        own = OwnEffect(id=effect.id, text=written)
+        session.change(partial(_keeping, own))
+        return session.stored(), "", "", own_effects.welcome(effect), [effect.id, clicks]
+
+
+def _register_list(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("own-effect-list", "children"),
+        Input("session", "data"),
+        Input("open", "data"),
+    )
+    def show(stored: Any, opened: str) -> Any:
+        if not stored or opened != "effect":
+            return no_update
+        return _list(workspace.open(stored).document)
+
+    @app.callback(
+        Output("own-effect-file", "data"),
+        Input({"own-effect-download": ALL}, "n_clicks"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def download(clicks: list[int | None], stored: Any) -> Any:
+        if not stored or not any(clicks) or not ctx.triggered[0]["value"]:
+            return no_update
+        own = _found(workspace.open(stored).document, ctx.triggered_id["own-effect-download"])
+        return {"content": own.text, "filename": own.file_name, "type": "text/x-python"}
+
+
+def _register_text(app: Dash, workspace: Workspace) -> None:
+    @app.callback(
+        Output("own-effect-text", "value"),
+        Input("own-effect-new", "n_clicks"),
+        Input({"own-effect-edit": ALL}, "n_clicks"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def write(_new: int | None, _edits: list[int | None], stored: Any) -> Any:
+        if not stored or not ctx.triggered[0]["value"]:
+            return no_update
+        if ctx.triggered_id == "own-effect-new":
+            return own_effects.template()
+        return _found(workspace.open(stored).document, ctx.triggered_id["own-effect-edit"]).text
+
+
+def _found(document: Document, effect_id: str) -> OwnEffect:
+    return {own.id: own for own in document.own_effects}[effect_id]
