@@ -152,6 +152,17 @@ def test_what_was_searched_without_it_is_searched_again() -> None:
         assert (keys[0] == keys[1]) is same
 
 
+def test_a_text_that_is_nowhere_else_is_not_overwritten() -> None:
+    document = with_effect(template() + "# mine\n")
+    for text, lost in (
+        ("\n", False),
+        (template(), False),
+        (template() + "# mine", False),
+        (template() + "# changed", True),
+    ):
+        assert own_effects.would_be_lost(text, document) is lost
+
+
 def test_the_command_that_comes_to_the_same_names_its_file() -> None:
     assert "--effect my_effect.py" in takeaway._command(with_effect(template()))
 

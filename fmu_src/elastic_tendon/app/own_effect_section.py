@@ -18,6 +18,9 @@ WARNING = (
     "An effect is a Python file: what it is, its parameters, its equations. It runs on this "
     "machine and may do all that you may: try what you wrote or trust."
 )
+UNKNOWN = (
+    "The editor holds a text that this session does not have; try it, or empty the editor first."
+)
 
 
 def section() -> Component:
@@ -148,17 +151,25 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
 def _register_text(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("own-effect-text", "value"),
+        Output("own-effect-refusal", "children", allow_duplicate=True),
+        Output("own-effect-line", "children", allow_duplicate=True),
         Input("own-effect-new", "n_clicks"),
         Input({"own-effect-edit": ALL}, "n_clicks"),
+        State("own-effect-text", "value"),
         State("session", "data"),
         prevent_initial_call=True,
     )
-    def write(_new: int | None, _edits: list[int | None], stored: Any) -> Any:
+    def write(
+        _new: int | None, _edits: list[int | None], written: str | None, stored: Any
+    ) -> tuple[Any, Any, Any]:
         if not stored or not ctx.triggered[0]["value"]:
-            return no_update
+            return no_update, no_update, no_update
+        document = workspace.open(stored).document
+        if own_effects.would_be_lost(written or "", document):
+            return no_update, UNKNOWN, ""
         if ctx.triggered_id == "own-effect-new":
-            return own_effects.template()
-        return _found(workspace.open(stored).document, ctx.triggered_id["own-effect-edit"]).text
+            return own_effects.template(), "", ""
+        return _found(document, ctx.triggered_id["own-effect-edit"]).text, "", ""
 
 
 def _found(document: Document, effect_id: str) -> OwnEffect:

@@ -125,6 +125,12 @@ def welcome(effect: Effect) -> str:
     return f"{effect.title} is known to this session from now on: it can be added by hand{search}."
 
 
+def would_be_lost(text: str, document: Document) -> bool:
+    """Whether somebody wrote a text that is nowhere else."""
+    kept = {"", template().strip(), *(own.text.strip() for own in document.own_effects)}
+    return text.strip() not in kept
+
+
 def fault(error: EffectError, text: str) -> tuple[str, str]:
     """A sentence on why a text cannot be used, and its line that is at fault, "" where none is."""
     line = error.line or 0
