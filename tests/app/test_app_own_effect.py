@@ -34,6 +34,7 @@ def registry(monkeypatch) -> Registry:
     """The catalogue alone, as in an app that was just started."""
     fresh = Registry(CATALOGUE)
     monkeypatch.setattr(effects, "BY_ID", fresh)
+    monkeypatch.setattr(own_effects, "PATIENCE", 1800.0)  # s; a machine that tests may be busy
     return fresh
 
 

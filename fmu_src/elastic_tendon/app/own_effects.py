@@ -20,7 +20,7 @@ REFUSED = (
     "effects that are typed on the page. Start it with --effect FILE.py, or without "
     "--open-to-the-network"
 )
-PATIENCE = 60.0  # s that a text is given to be loaded
+PATIENCE = 120.0  # s that a text is given to be loaded, on a busy machine too
 _TRY = f"""
 import sys
 from elastic_tendon import effects
