@@ -272,14 +272,14 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
     def choose(stored: Any, opened: str, _picks: Any, own: Any, seen: Any) -> tuple[Any, Any]:
         if not stored or opened != "effect":
             return no_update, no_update
-        if "own-effect-chosen.data" in ctx.triggered_prop_ids:
-            return own[0], no_update
         if isinstance(ctx.triggered_id, dict):
             pressed = bool(ctx.triggered[0]["value"])  # else the list is new
             return ctx.triggered_id["effect-pick"] if pressed else no_update, no_update
         session = workspace.open(stored)
         round_shown = walk.round_of(session)
         now = [session.document.current, round_shown is not None]
+        if "own-effect-chosen.data" in ctx.triggered_prop_ids:
+            return own[0], now
         if now == seen:
             return no_update, no_update
         return ranking.first_choice(round_shown), now
