@@ -455,23 +455,16 @@ class Search(Doubts):
 
     def _raced(self, answer: Answer, effect_ids: Iterable[str]) -> list[Set]:
         """Additions that do best in short refits, where they begin from now on."""
-        sets = {
-            in_order((*answer.added, effect_id)): effect_id
-            for effect_id in effect_ids
-            if effect_id not in answer.added
-        }
-        possible = [added for added in sets if self.screen.goes(added)]
+        sets = self._additions(answer.added, effect_ids)
+        words = "trying every addition"
         work = [
-            (
-                told("trying every addition", added),
-                partial(self._scouted, answer, added, sets[added]),
-            )
-            for added in possible
+            (told(words, near), partial(self._scouted, answer, near, effect_id))
+            for near, effect_id in sets.items()
         ]
-        found = dict(self._without_failures(possible, self._at_once(work)))
-        for added, scouted in found.items():
-            self.starts[added] = [scouted.result.model]
-        best = sorted(found, key=lambda added: found[added].mean_square)
+        found = dict(self._without_failures(list(sets), self._at_once(work)))
+        for near, scouted in found.items():
+            self.starts[near] = [scouted.result.model]
+        best = sorted(found, key=lambda near: found[near].mean_square)
         return [near for near in best if found[near].mean_square < answer.mean_square][:RACED]
 
     def _dear(self, answer: Answer) -> bool:
@@ -498,26 +491,30 @@ class Search(Doubts):
         """Effects that only whole trajectories show."""
         return [effect_id for effect_id in self.data.candidates if not self.screen.sees(effect_id)]
 
-    def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
-        """Share of the mean square that additions would leave, by the trajectory screen."""
+    def _additions(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, str]:
+        """Sets with one more effect that a model can take, and which effect that is."""
         sets = {
             in_order((*added, effect_id)): effect_id
             for effect_id in effect_ids
             if effect_id not in added
         }
-        possible = [near for near in sets if self.screen.goes(near)]
+        return {near: effect_id for near, effect_id in sets.items() if self.screen.goes(near)}
+
+    def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
+        """Share of the mean square that additions would leave, by the trajectory screen."""
+        sets = self._additions(added, effect_ids)
         alone = TrajectoryScreen(self.answers[added])
-        together = self._in_one_library(added, [sets[near] for near in possible])
+        together = self._in_one_library(added, list(sets.values()))
         shared = dict.fromkeys(together, TrajectoryScreen(self.answers[added], together))
         work = [
             (
                 told("looking at additions", near),
-                partial(self._look, shared.get(sets[near], alone), added, sets[near]),
+                partial(self._look, shared.get(effect_id, alone), added, effect_id),
             )
-            for near in possible
+            for near, effect_id in sets.items()
         ]
         found = {}
-        for near, best in self._without_failures(possible, self._at_once(work)):
+        for near, best in self._without_failures(list(sets), self._at_once(work)):
             self.starts[near] = [model for _, model in best]
             found[near] = min(share for share, _ in best)
         return found
