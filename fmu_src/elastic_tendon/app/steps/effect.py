@@ -253,14 +253,8 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
 
 def _register_choice(app: Dash, workspace: Workspace) -> None:
     @app.callback(
-        Output("effect-choice", "options"), Input("session", "data"), Input("open", "data")
-    )
-    def offer(stored: Any, opened: str) -> Any:
-        if not stored or opened != "effect":
-            return no_update
-        return ranking.choices(workspace.open(stored).document)
-
-    @app.callback(
+        # at once: a value that is no option yet would be lost
+        Output("effect-choice", "options"),
         Output("effect-choice", "value"),
         Output("effect-seen", "data"),
         Input("session", "data"),
@@ -269,20 +263,22 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         Input("own-effect-chosen", "data"),
         State("effect-seen", "data"),
     )
-    def choose(stored: Any, opened: str, _picks: Any, own: Any, seen: Any) -> tuple[Any, Any]:
+    def choose(stored: Any, opened: str, _picks: Any, own: Any, seen: Any) -> tuple[Any, Any, Any]:
         if not stored or opened != "effect":
-            return no_update, no_update
+            return no_update, no_update, no_update
+        session = workspace.open(stored)
+        options = ranking.choices(session.document)
         if isinstance(ctx.triggered_id, dict):
             pressed = bool(ctx.triggered[0]["value"])  # else the list is new
-            return ctx.triggered_id["effect-pick"] if pressed else no_update, no_update
-        session = workspace.open(stored)
+            picked = ctx.triggered_id["effect-pick"] if pressed else no_update
+            return options, picked, no_update
         round_shown = walk.round_of(session)
         now = [session.document.current, round_shown is not None]
-        if "own-effect-chosen.data" in ctx.triggered_prop_ids:
-            return own[0], now
+        if own and "own-effect-chosen.data" in ctx.triggered_prop_ids:
+            return options, own[0], now
         if now == seen:
-            return no_update, no_update
-        return ranking.first_choice(round_shown), now
+            return options, no_update, no_update
+        return options, ranking.first_choice(round_shown), now
 
 
 def _register_page(app: Dash, workspace: Workspace) -> None:
