@@ -84,10 +84,6 @@ def _list(document: Document) -> Sequence[Component]:
     ]
 
 
-def _keeping(own: OwnEffect, document: Document) -> Document:
-    return document.with_own_effect(own)
-
-
 # ---- callbacks -----------------------------------------------------------------------------
 
 
@@ -120,7 +116,7 @@ def _register_try(app: Dash, workspace: Workspace) -> None:
         except EffectError as error:
             return no_update, *own_effects.fault(error, written), "", no_update
         own = OwnEffect(id=effect.id, text=written)
-        session.change(partial(_keeping, own))
+        session.change(partial(Document.with_own_effect, own=own))
         return session.stored(), "", "", own_effects.welcome(effect), [effect.id, clicks]
 
 

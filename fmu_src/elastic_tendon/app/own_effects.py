@@ -44,13 +44,14 @@ def template() -> str:
     return text
 
 
-def typed(text: str, *, shared: bool) -> Effect:
+def typed(text: str, *, shared: bool, name: str = NAME) -> Effect:
     """Run the text of an effect; models can name its id from then on.
 
     Parameters
     ----------
     text : of a Python file
     shared : other machines may use the app, see `Workspace`
+    name : what messages call it
 
     Raises
     ------
@@ -60,11 +61,11 @@ def typed(text: str, *, shared: bool) -> Effect:
         raise EffectError(REFUSED)
     content = text.encode()
     if effects.BY_ID.loaded_from(content) is None:
-        _check_harmless(content)
-    return effects.load_text(content, NAME)
+        _check_harmless(content, name)
+    return effects.load_text(content, name)
 
 
-def _check_harmless(content: bytes) -> None:
+def _check_harmless(content: bytes, name: str) -> None:
     """Refuse what would not end, or would end the whole app; tried in a process."""
     command = [sys.executable, "-P", "-c", _TRY]
     try:
@@ -73,10 +74,10 @@ def _check_harmless(content: bytes) -> None:
         )
     except subprocess.TimeoutExpired:
         raise EffectError(
-            f"{NAME}: it does not end within {PATIENCE:.0f} s; look for a loop without end"
+            f"{name}: it does not end within {PATIENCE:.0f} s; look for a loop without end"
         ) from None
     if done.returncode != 0:
-        raise EffectError(f"{NAME}: it ends Python; leave out what does")
+        raise EffectError(f"{name}: it ends Python; leave out what does")
 
 
 def waiting(document: Document) -> tuple[OwnEffect, ...]:
@@ -99,10 +100,7 @@ def run_all(document: Document, *, shared: bool) -> None:
     ElasticTendonError : one of them cannot
     """
     for own in waiting(document):
-        try:
-            typed(own.text, shared=shared)
-        except EffectError as error:
-            raise EffectError(str(error).replace(NAME, own.file_name, 1), error.line) from None
+        typed(own.text, shared=shared, name=own.file_name)
     for version in document.versions:
         version.loaded()
 

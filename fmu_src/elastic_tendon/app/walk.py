@@ -60,10 +60,8 @@ def given_data(document: Document, version: Version, files: Files) -> Result[Dat
 
     def compute(cache: Cache, progress: Progress) -> Data:
         measurements = cache.obtain(results.data(document.at(version.id), files), progress)
-        return data_of(
-            *(_root(document, version).loaded(), measurements.fitted, measurements.heldout),
-            Options(without=of_others(document)),
-        )
+        model, options = _root(document, version).loaded(), Options(without=of_others(document))
+        return data_of(model, measurements.fitted, measurements.heldout, options)
 
     return Result(_key("given data", document, version), "preparing the data", compute)
 

@@ -73,8 +73,10 @@ def at(model: Model, file: FileComparison, selection: Selection | None) -> FileC
     errors = residuals_of(file.trajectory, file.measurement)
     signals = {
         name: signal_error(
-            *(errors[name][chosen], file.measurement.signals[name][chosen]),
-            *(states[chosen], error.noise),
+            errors[name][chosen],
+            file.measurement.signals[name][chosen],
+            states[chosen],
+            error.noise,
         )
         for name, error in file.signals.items()
     }

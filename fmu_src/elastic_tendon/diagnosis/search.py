@@ -233,13 +233,15 @@ class Search(Doubts):
             self.neighbours[added] = self._expected(added, shares)
             if self._half_gone(added, shares, most):
                 continue
-            screened = partial(self._promised, added, shares, most)
+            screened = partial(self._promised, added, most)
             unscreened = partial(self._better_ringing, added), self._affordable_addition
             misled = self._blind(added) and not self._promises(added)
             tries = (*unscreened, screened) if misled else (screened, *unscreened)
             if any(better() for better in tries):
                 continue
-            if not self._promised(added, shares | self._swinging(added), most):
+            if swinging := self._swinging(added):
+                self.neighbours[added] = self._expected(added, shares | swinging)
+            if not self._promised(added, most):
                 return
 
     def _blind(self, added: Set) -> bool:
@@ -250,10 +252,9 @@ class Search(Doubts):
     def _promises(self, added: Set) -> bool:
         """Whether the likeliest neighbour of a set is expected to do surely better, and was not
         refitted."""
-        for near, expected in self.neighbours.get(added, {}).items():
-            untried = near not in self.answers and near not in self.failures
-            return untried and expected is not None and expected < -DECISIVE
-        return False
+        near, expected = next(iter(self.neighbours.get(added, {}).items()), ((), None))
+        untried = near not in self.answers and near not in self.failures
+        return untried and (expected or 0.0) < -DECISIVE
 
     def _affordable_addition(self) -> bool:
         """A better addition, where refits do not take so long that they are cut short."""
@@ -288,12 +289,11 @@ class Search(Doubts):
         """Refit neighbours if one of them promises to leave half; whether the best has changed."""
         untried = [near for near in shares if near not in {*self.answers, *self.failures}]
         half = any((shares[near] or 1.0) <= FIRST for near in untried)
-        return half and self._promised(added, shares, most)
+        return half and self._promised(added, most)
 
-    def _promised(self, added: Set, shares: Mapping[Set, float | None], most: float) -> bool:
+    def _promised(self, added: Set, most: float) -> bool:
         """Refit the neighbours of a set that may do better, unless enough was refitted; whether the
         best has changed."""
-        self.neighbours[added] = self._expected(added, shares)
         if self._tired or len(self.answers) >= most:
             return False
         chosen = list(self._promising(added))

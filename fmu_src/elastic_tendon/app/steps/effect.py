@@ -184,7 +184,9 @@ def _screen(session: Session) -> FirstScreen | None:
     with_it = tried if isinstance(tried, Step) else None
     button, _ = ranking.search_words(document, ended_early=walk.ended_early(session))
     return ranking.screen(
-        *(walk.round_of(session), steps, with_it),
+        walk.round_of(session),
+        steps,
+        with_it,
         button=button,
         static=is_static(now),
         left_open=walk.left_open_of(session),
