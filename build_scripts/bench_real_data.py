@@ -20,7 +20,8 @@ from pathlib import Path
 import pandas as pd
 
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import Location, locate
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.estimation.add import add

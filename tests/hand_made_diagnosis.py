@@ -7,7 +7,7 @@ import numpy as np
 
 from elastic_tendon import demo
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import Location, locate
 from elastic_tendon.diagnosis.result import (
     Candidate,

@@ -13,8 +13,8 @@ from .arm.arm import Arm as Arm
 from .arm.joints import CutJoint as CutJoint
 from .arm.joints import cut_into_joints as cut_into_joints
 from .arm.stability import largest_stable_step as largest_stable_step
-from .comparison.compare import Comparison as Comparison
 from .comparison.compare import compare as compare
+from .comparison.comparison import Comparison as Comparison
 from .comparison.locate import Location as Location
 from .comparison.locate import locate as locate
 from .comparison.simulated import simulate as simulate

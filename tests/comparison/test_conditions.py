@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elastic_tendon.comparison.compare import FileComparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.comparison_json import comparison_json
 from elastic_tendon.comparison.conditions import parse_condition, select
 from elastic_tendon.comparison.locate import locate

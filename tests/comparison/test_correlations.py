@@ -5,7 +5,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from elastic_tendon.comparison.compare import FileComparison, SignalError
+from elastic_tendon.comparison.comparison import FileComparison, SignalError
 from elastic_tendon.comparison.correlations import correlations
 from elastic_tendon.comparison.residuals import InitialState
 from elastic_tendon.measurement import Measurement, NoiseFloor

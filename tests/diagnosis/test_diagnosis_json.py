@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from elastic_tendon.actuator.parameters import parse_model
-from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 from hand_made_diagnosis import friction_found, next_experiment, nothing_missing, something_unknown

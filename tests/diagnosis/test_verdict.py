@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from elastic_tendon.comparison.compare import Comparison, FileComparison, SignalError
+from elastic_tendon.comparison.comparison import Comparison, FileComparison, SignalError
 from elastic_tendon.diagnosis import verdict
 from elastic_tendon.diagnosis.lack_of_fit import LackOfFit
 from elastic_tendon.diagnosis.options import Options

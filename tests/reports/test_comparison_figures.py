@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.estimation.ladder import AS_GIVEN, REFIT, FittedStep, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.reports.comparison_figures import PAIRS, ladder, overlay, story

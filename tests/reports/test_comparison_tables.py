@@ -9,7 +9,12 @@ from rich.console import Console
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison.bins import Bin
-from elastic_tendon.comparison.compare import Comparison, ErrorFigures, FileComparison, SignalError
+from elastic_tendon.comparison.comparison import (
+    Comparison,
+    ErrorFigures,
+    FileComparison,
+    SignalError,
+)
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.missing_torque import MissingTorque
 from elastic_tendon.comparison.residuals import InitialState

@@ -7,7 +7,8 @@ from matplotlib.colors import to_hex
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.actuator.transmission import characteristic_torque, slack_boundaries
-from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import Location, locate
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.reports.comparison_figures import VERMILLION, overlay

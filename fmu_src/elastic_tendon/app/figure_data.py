@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 
 from elastic_tendon.actuator.variables import OUTPUTS
 from elastic_tendon.app.results import Compared
-from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.result import Round

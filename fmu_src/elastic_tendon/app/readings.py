@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.comparison.bins import Bin
-from elastic_tendon.comparison.compare import ErrorFigures, FileComparison
+from elastic_tendon.comparison.comparison import ErrorFigures, FileComparison
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.partition import range_text
 from elastic_tendon.comparison.residuals import rms

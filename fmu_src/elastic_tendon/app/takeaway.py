@@ -22,7 +22,7 @@ from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figure_data import figures, recordings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.workspace import Cache, Result, Workspace
-from elastic_tendon.comparison.compare import SLACK_STATES
+from elastic_tendon.comparison.comparison import SLACK_STATES
 from elastic_tendon.diagnosis.by_hand import Ranked
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import with_estimates

@@ -9,7 +9,7 @@ from elastic_tendon.app import results
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.workspace import Cache, Failure, Result, Session
-from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
 from elastic_tendon.comparison.selection import at, only_where
 from elastic_tendon.progress import Progress

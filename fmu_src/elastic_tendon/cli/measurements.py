@@ -46,7 +46,7 @@ from elastic_tendon.output import check_folder, write_text
 from elastic_tendon.progress import Progress
 
 if TYPE_CHECKING:
-    from elastic_tendon.comparison.compare import FileComparison
+    from elastic_tendon.comparison.comparison import FileComparison
     from elastic_tendon.comparison.tolerance import ToleranceCheck
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.comparison.missing_torque import MissingTorque
 from elastic_tendon.comparison.tolerance import ToleranceCheck

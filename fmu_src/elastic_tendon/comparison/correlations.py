@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.comparison.bins import rounding_error
-from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.measurement import Measurement
 

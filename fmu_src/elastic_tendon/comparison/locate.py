@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.averaging import block_means, spread, stride_of
 from elastic_tendon.comparison.bins import Bin, bins_of
-from elastic_tendon.comparison.compare import Comparison, FileComparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.correlations import Correlation, correlations
 from elastic_tendon.comparison.in_words import in_words
 from elastic_tendon.comparison.missing_torque import MissingTorque, missing_torque
@@ -34,7 +35,7 @@ class FileLocation:
     ``time`` (s), ``deflection`` (rad), ``joint_velocity`` (rad/s), ``joint_acceleration``
     (rad/s²), ``joint_position`` and ``motor_position`` (rad), ``load_torque`` and
     ``joint_torque``, which the tendons exert (N·m), ``slack_state`` of the measured deflection, see
-    `compare.slack_states_measured`; the rest of the model moved as measured, by the missing
+    `comparison.slack_states_measured`; the rest of the model moved as measured, by the missing
     torque. Neighbouring samples of a long recording share their values, see `averaging`. `parts`
     are the samples of such a recording, or blocks of them, sorted into the bins. `correlations` of
     each signal's residual, with itself first; none of a static curve, which has no lags.

@@ -27,7 +27,7 @@ from elastic_tendon.comparison.averaging import (
     stride_of,
 )
 from elastic_tendon.comparison.bins import noise_density
-from elastic_tendon.comparison.compare import FileComparison, slack_states_measured
+from elastic_tendon.comparison.comparison import FileComparison, slack_states_measured
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.partition import (
     Integers,

@@ -16,7 +16,7 @@ import numpy as np
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import characteristic_damping
 from elastic_tendon.comparison.bins import Bin
-from elastic_tendon.comparison.compare import SignalError
+from elastic_tendon.comparison.comparison import SignalError
 from elastic_tendon.comparison.missing_torque import MissingTorque
 from elastic_tendon.comparison.partition import Partition, blocks_of, last_way, memory_of
 from elastic_tendon.comparison.residuals import Array, rms

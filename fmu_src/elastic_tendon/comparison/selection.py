@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.compare import (
+from elastic_tendon.comparison.comparison import (
     Comparison,
     FileComparison,
     deflection_measured,

@@ -10,7 +10,7 @@ from elastic_tendon.comparison.residuals import residuals_of
 from elastic_tendon.errors import MeasurementError
 
 if TYPE_CHECKING:
-    from elastic_tendon.comparison.compare import Comparison
+    from elastic_tendon.comparison.comparison import Comparison
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from elastic_tendon import effects
 from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.quantity import unit_suffix
-from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import locate
 from elastic_tendon.diagnosis import too_small
 from elastic_tendon.diagnosis.answer import Answer

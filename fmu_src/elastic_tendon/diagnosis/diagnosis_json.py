@@ -6,7 +6,7 @@ from math import sqrt
 from typing import Any
 
 from elastic_tendon.comparison.bins import Bin
-from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.diagnosis.evidence import is_plausible
 from elastic_tendon.diagnosis.experiment_text import undisputed_text
 from elastic_tendon.diagnosis.result import Diagnosis, LearnedTerm

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.compare import FileComparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.missing_torque import MissingTorque, TorqueCurve, missing_torque
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.learned import learned_effect

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import PlainValidator
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.estimation.determinability import Estimate, Findings
 from elastic_tendon.estimation.ladder import FittedStep, Step, steps_text

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import norm
 
 from elastic_tendon import effects
-from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.residuals import noise_floors
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.experiment_text import titled

@@ -12,7 +12,8 @@ from threadpoolctl import threadpool_limits
 from elastic_tendon import effects
 from elastic_tendon.actuator import problems
 from elastic_tendon.actuator.parameters import Model, parse_model, typical_value
-from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.effects.base import Effect, Parameter, Spread
 from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.estimation.coordinates import sizes_in

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time, residuals_of
 
 AS_GIVEN = "as given"

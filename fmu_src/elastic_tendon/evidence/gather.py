@@ -17,7 +17,8 @@ from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.actuator.variables import interface
-from elastic_tendon.comparison.compare import Comparison, FileComparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.errors import EvidenceError, ModelError, SimulationError
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.determinability import CONFIDENCE

@@ -7,7 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from elastic_tendon.comparison.bins import Bin
-from elastic_tendon.comparison.compare import Comparison, ErrorFigures, FileComparison
+from elastic_tendon.comparison.comparison import Comparison, ErrorFigures, FileComparison
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.places import by_concentration
 from elastic_tendon.comparison.residuals import Array

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import PercentFormatter
 
-from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.explained import (
     Explained,

@@ -16,7 +16,7 @@ from matplotlib.ticker import PercentFormatter
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.comparison.bins import Bin
-from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.correlations import Correlation
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.comparison.maps import CellMap

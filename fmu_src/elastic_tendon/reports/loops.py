@@ -10,7 +10,7 @@ from elastic_tendon.actuator.transmission import (
     reflected_motor_position,
     slack_boundaries,
 )
-from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.reports.comparison_figures import static_torque

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import locate
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.output import write_text

@@ -15,7 +15,8 @@ from plotly.offline import get_plotlyjs
 from elastic_tendon import demo, simulate
 from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.actuator.transmission import characteristic_torque
-from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import locate
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.errors import LinearisationError

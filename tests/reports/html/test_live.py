@@ -14,7 +14,8 @@ pytest.importorskip("axe_playwright_python")
 from app_driver import CHROMIUM
 from elastic_tendon import demo, simulate
 from elastic_tendon.actuator.parameters import Model, load_model
-from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.measurement import read_measurement
 from elastic_tendon.progress import silent

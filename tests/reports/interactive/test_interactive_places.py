@@ -9,7 +9,8 @@ from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.actuator.transmission import slack_boundaries
 from elastic_tendon.comparison import averaging
 from elastic_tendon.comparison.bins import Bin
-from elastic_tendon.comparison.compare import Comparison, compare
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
 from elastic_tendon.demo import DATA
 from elastic_tendon.measurement import Measurement, read_measurement

@@ -51,7 +51,7 @@ from elastic_tendon.app.view import (
     while_waiting,
 )
 from elastic_tendon.app.workspace import Result, Session, Workspace
-from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import failing_sentence, tolerance_sentence
 from elastic_tendon.reports.interactive.loop import torque_loop, torque_words

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.compare import Comparison
+from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import Location
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.fmu.live import runs_in_page

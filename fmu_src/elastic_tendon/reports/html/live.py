@@ -7,7 +7,7 @@ import numpy as np
 
 from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.estimation.determinability import Estimate
 from elastic_tendon.fmu.live import LiveRecording, live_panel
 from elastic_tendon.progress import Progress

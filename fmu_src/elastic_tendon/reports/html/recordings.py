@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import tomli_w
 
-from elastic_tendon.comparison.compare import Comparison, FileComparison
+from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.measurement.preparation import preparation_json
 from elastic_tendon.reports.comparison_tables import (

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.reports.comparison_tables import STATES
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain

@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.reports.comparison_figures import FAINT, static_torque
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain, upright

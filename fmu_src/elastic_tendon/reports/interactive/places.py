@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from elastic_tendon.comparison.bins import Bin
-from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.maps import CellMap, samples_in_cell
 from elastic_tendon.comparison.maps import error_maps as maps_of

@@ -3,7 +3,7 @@
 import numpy as np
 import plotly.graph_objects as go
 
-from elastic_tendon.comparison.compare import FileComparison
+from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.missing_torque import TorqueCurve
 from elastic_tendon.comparison.residuals import Array
