@@ -418,7 +418,7 @@ def test_users_are_shown_the_door_alone(name) -> None:
     [
         "import elastic_tendon.sweeps",
         "import elastic_tendon.sweeps as sweeps",
-        "from elastic_tendon.comparison.compare import compare"
+        "from elastic_tendon.comparison.compare import compare",
         "from elastic_tendon import comparison",
         "import elastic_tendon as et\net.reports.tables",
         "import elastic_tendon as et\net.effects.registry.Registry",
