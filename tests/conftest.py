@@ -39,9 +39,8 @@ def _learned_effects_are_forgotten() -> Iterator[None]:
     yield
     from elastic_tendon.effects import BY_ID
 
-    for name in [one for one in BY_ID if one.startswith("learned_")]:
-        del BY_ID[name]
-        BY_ID._sources.pop(name)
+    for effect_id in [known for known in BY_ID if known.startswith("learned_")]:
+        BY_ID.forget(effect_id)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -231,6 +231,16 @@ def test_a_text_without_a_file_is_as_good_as_a_file(tmp_path, registry, runs) ->
     assert registry.loaded_from(GOOD.replace("lagging", "filed").encode()) is by_file
 
 
+def test_what_is_forgotten_can_be_loaded_anew(registry) -> None:
+    first = effects.load_text(GOOD.encode(), "typed")
+    registry.forget(first.id)
+    assert first.id not in registry
+    assert registry.loaded_from(GOOD.encode()) is None
+    again = effects.load_text(GOOD.replace("Physics.", "Other physics.").encode(), "typed")
+    assert again.physics == "Other physics."
+    assert registry.from_texts == {again.id}
+
+
 def test_a_text_is_blamed_by_its_line_and_what_it_is_called() -> None:
     text = GOOD.replace("import where", "import wheer")
     with pytest.raises(EffectError) as caught:

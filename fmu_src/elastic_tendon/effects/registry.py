@@ -79,6 +79,12 @@ class Registry(dict[str, Effect]):
         self._texts.add(effect.id)
         return effect
 
+    def forget(self, effect_id: str) -> None:
+        """Know an effect no more that a user's file or text brought; its id is free again."""
+        self._own.remove(effect_id)
+        self._texts.discard(effect_id)
+        del self._sources[effect_id], self[effect_id]
+
     def loaded_from(self, content: bytes) -> Effect | None:
         """The effect that a user's file or text of this content brought, None where none did."""
         for effect_id in self._own:
