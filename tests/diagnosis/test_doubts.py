@@ -15,6 +15,7 @@ def test_what_is_not_found_on_stretches_left_out_is_refused(monkeypatch) -> None
     search._refit([GRAVITY], "refitting")
     assert search.answer.added == GRAVITY
     assert search.answer.mean_square > MUCH
+    monkeypatch.setattr(doubting, "BEYOND_CHANCE", np.inf)
     monkeypatch.setattr(
         doubting, "crossed_square", lambda _given, answer, _at_once: answer.mean_square
     )

@@ -464,6 +464,14 @@ def test_what_is_expected_to_do_better_is_no_disturbance() -> None:
     assert search._disturbed()
 
 
+def test_what_swings_leaves_no_disturbance(monkeypatch) -> None:
+    search = disturbed(GIVEN)
+    assert search._disturbed()
+    swinging = replace(search.answer, added=MASS)
+    monkeypatch.setattr(Search, "answer", swinging)
+    assert not search._disturbed()
+
+
 def test_additions_race_from_many_places() -> None:
     search = begun(typical_model(*STOP), *STOP, *GRAVITY, *DRAG)
     search.estimates.clear()  # as where a joint sticks, and torques tell nothing
@@ -535,6 +543,20 @@ def test_an_exchange_begins_at_the_best_answer() -> None:
     known = {**search.estimates[COULOMB].values, **answer}
     assert start.values() == pytest.approx({path: known[path] for path in start.values()})
     assert not list(search._exchanged(DRAG))  # that is no exchange
+
+
+def test_exchanges_that_torques_bear_are_looked_at_beside_what_they_do_not_show() -> None:
+    heavy = begun(typical_model(*MASS), *MASS, *DRAG, *COULOMB, *GRAVITY)
+    both = in_order((*MASS, *COULOMB))
+    heavy._refit([MASS, both], "")
+    assert heavy._exchanged_in_torque(both) == []  # nobody asked the screen for neighbours
+    heavy._screen_singles(heavy._screened(), None)
+    heavy.neighbours[COULOMB] = {DRAG: 30.0, GRAVITY: 300.0, (*COULOMB, *DRAG): -5.0, (): None}
+    assert heavy._exchanged_in_torque(both) == [in_order((*MASS, *DRAG))]
+    (start,) = heavy.starts[in_order((*MASS, *DRAG))]
+    mass = heavy.answers[both].values("spring_mass")
+    assert start.effects["spring_mass"] == pytest.approx(mass)
+    assert in_order((*MASS, *DRAG)) in heavy._neighbours(both)
 
 
 @pytest.mark.parametrize(("blind", "promises"), [(False, False), (True, False), (True, True)])

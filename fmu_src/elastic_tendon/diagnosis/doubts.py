@@ -33,7 +33,7 @@ from elastic_tendon.diagnosis.significance import (
 
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 SURELY_HELDOUT = 2.0  # SURELY, on held-out recordings
-BEYOND_CHANCE = 20.0  # ... on stretches of time that a fit did not see
+BEYOND_CHANCE = 10.0  # ... on stretches of time that a fit did not see
 NEARLY = 1.5  # times the square on the torque screen, from where a refit may come to as little
 ALIKE = 0.02  # share of the mean square by which errors that are alike differ
 

@@ -226,7 +226,8 @@ class Search(Doubts):
             while self.work > LONG and (self._errs_as_refused() or self._fades_in_time()):
                 pass
             self._hop_on_screen()
-            if self._better_with_less() or self._better_law():
+            dear = any(map(swings, self.answer.added))  # beside it other laws come last
+            if self._better_with_less() or (not dear and self._better_law()):
                 continue
             added = self.answer.added
             shares = self._neighbours(added)
@@ -357,8 +358,8 @@ class Search(Doubts):
         timed = not any(recording.static for recording in self.data.fitted)
         if not (timed and AT_NOISE < answer.mean_square < OVERWHELMING**2):
             return False
-        if self._promises(answer.added):
-            return False  # what remembers depends on more than the state
+        if self._promises(answer.added) or any(map(swings, answer.added)):
+            return False  # what remembers, or swings, depends on more than the state
         alone = self.regressed(answer).found
         return _shapeless(alone) and _shapeless(self.lack_of_fit(answer))
 
@@ -578,6 +579,7 @@ class Search(Doubts):
         else:
             if at_noise:
                 shares |= self._hardly_worse(added)
+            shares |= dict.fromkeys(self._exchanged_in_torque(added))
             shares |= {without(added, effect_id): None for effect_id in added}
             shares |= dict.fromkeys(simpler(added))
             unlooked = list(self.data.candidates)
@@ -605,6 +607,23 @@ class Search(Doubts):
                 own = looks.pop(added, self._left(added) / self._left(less))
                 shares |= {near: share / own for near, share in looks.items()}
         return shares
+
+    def _exchanged_in_torque(self, added: Set) -> list[Set]:
+        """The likeliest sets with another of the effects that torques show, where they do not show
+        all: of those that seemed about as likely without the rest, what trajectories bear best."""
+        answer, seen = self.answers[added], tuple(filter(self.screen.sees, added))
+        screen, laws = TrajectoryScreen(answer), {*simpler(seen), *richer(seen)}
+        looks: dict[Set, float] = {}
+        for near, expected in self.neighbours.get(seen, {}).items():
+            exchanged = len(near) == len(seen) and near not in laws and near in self.estimates
+            if not exchanged or expected is None or expected > ABOUT:
+                continue
+            whole = in_order((*near, *(set(added) - set(seen))))
+            new = self._of_effects(self.estimates[near].values, tuple(set(near) - set(seen)))
+            start = model_with(self.data.given, whole, {**answer.result.model.values(), **new})
+            for share, model in screen.beside([start]):
+                looks[whole], self.starts[whole] = share, [model]
+        return sorted(looks, key=looks.__getitem__)[:EQUALS]
 
     def _expected(self, added: Set, shares: Mapping[Set, float | None]) -> dict[Set, float | None]:
         """Evidence of neighbours less that of a set, the most promising first."""
