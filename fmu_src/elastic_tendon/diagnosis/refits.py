@@ -174,11 +174,13 @@ class Refits:
             # misled by its starts: it begins where nothing of it is there
             again = refit(given, added, fitted, nothing, effort, check)
             answer = self.evidence.likeliest([answer, again])
-        affordable = effort.scouted == EFFORT.scouted
-        if smaller and affordable and answer.mean_square < EXPLAINS * self._left(smaller[0]):
+        dear = effort.scouted < EFFORT.scouted
+        if not smaller or dear or answer.mean_square > self.evidence.far_more:
+            return answer
+        if answer.mean_square < EXPLAINS * self._left(smaller[0]):
             answer = self._at_other_frequencies(answer, effort, check)
-        heard = smaller and worth_hearing(self._left(smaller[0]), answer.mean_square)
-        if heard and affordable and answer.mean_square < NEAR:
+        heard = worth_hearing(self._left(smaller[0]), answer.mean_square)
+        if heard and answer.mean_square < NEAR:
             answer = self._from_other_minima(answer, effort, check)
         return answer
 
