@@ -534,6 +534,16 @@ def test_three_effects_are_tried_where_no_two_of_them_begin_to_explain() -> None
     assert search._badness(THREE) < 2.0 < 100.0 < min(map(search._badness, search._sets(2)))
 
 
+def test_a_neighbour_that_seems_a_little_worse_in_torque_is_refitted(monkeypatch) -> None:
+    search = begun(typical_model(*COULOMB), *COULOMB, *GRAVITY, *DRAG)
+    search._refit([GRAVITY], "")
+    assert not search._at_noise()
+    facts = search.evidence.facts([search.answers[GRAVITY]])
+    monkeypatch.setattr(searching, "ABOUT", 0.0)
+    search.neighbours[GRAVITY] = {DRAG: 0.1 * facts, COULOMB: 0.3 * facts}
+    assert list(search._promising(GRAVITY)) == [DRAG]
+
+
 def test_an_exchange_begins_at_the_best_answer() -> None:
     search = begun(typical_model(*DRAG), *COULOMB, *GRAVITY, *DRAG)
     search._screen_singles(search._screened(), None)

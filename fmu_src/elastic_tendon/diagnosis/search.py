@@ -59,7 +59,8 @@ LOOKED = 6  # sets with one more effect that are estimated beside the best
 REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
 RACED = 4  # additions, of which short refits leave least
 EQUALS = 2  # ... and those that promise about as much with no more parameters
-ABOUT = 100.0  # evidence by which these may seem worse on the screen
+# evidence, or times the mean square, by which these may seem worse on the screen
+ABOUT, ALIKE = 100.0, 1.2
 LONG = 2e8  # multiplications after which a search that is not at the noise has lasted long
 WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 SMALL = 25.0  # mean square of an error that is hardly larger than noise: torques hide it
@@ -616,7 +617,7 @@ class Search(Doubts):
         looks: dict[Set, float] = {}
         for near, expected in self.neighbours.get(seen, {}).items():
             exchanged = len(near) == len(seen) and near not in laws and near in self.estimates
-            if not exchanged or expected is None or expected > ABOUT:
+            if not exchanged or expected is None or expected > self._about(seen):
                 continue
             whole = in_order((*near, *(set(added) - set(seen))))
             new = self._of_effects(self.estimates[near].values, tuple(set(near) - set(seen)))
@@ -698,6 +699,10 @@ class Search(Doubts):
         looks.pop(added)
         return {near: square / own.square for near, square in looks.items()}
 
+    def _about(self, added: Set) -> float:
+        """Evidence by which a neighbour of a set may seem worse on the screen and be better."""
+        return max(ABOUT, self.evidence.facts([self.answers[added]]) * log(ALIKE))
+
     def _promising(self, added: Set) -> Iterator[Set]:
         """Neighbours that deserve a refit."""
         fresh = [
@@ -709,13 +714,11 @@ class Search(Doubts):
         at_noise = self._at_noise()
         most, enough = (FEW, -DECISIVE) if at_noise else (REFITTED, 0.0)
         better = [near for near, expected in scored if expected < enough][:most]
-        size = size_of(added)
+        worst = DECISIVE_IN_PLACE if at_noise else self._about(added)
         equal = [
             near
             for near, expected in scored
-            if expected < (DECISIVE_IN_PLACE if at_noise else ABOUT)
-            and size_of(near) <= size
-            and near not in better
+            if expected < worst and size_of(near) <= size_of(added) and near not in better
         ][:EQUALS]
         alike = [near for near in aliases(added) if near in dict(scored)]
         yield from dict.fromkeys((*better, *equal, *alike))
