@@ -617,7 +617,7 @@ class Search(Doubts):
         looks: dict[Set, float] = {}
         for near, expected in self.neighbours.get(seen, {}).items():
             exchanged = len(near) == len(seen) and near not in laws and near in self.estimates
-            if not exchanged or expected is None or expected > self._about(seen):
+            if not exchanged or expected is None or expected > self._about(added):
                 continue
             whole = in_order((*near, *(set(added) - set(seen))))
             new = self._of_effects(self.estimates[near].values, tuple(set(near) - set(seen)))
