@@ -173,6 +173,15 @@ def test_a_model_that_cannot_follow_errs_without_end(right, fast) -> None:
         assert heldout_errors(right, recordings).tolist() == [np.inf]
 
 
+def test_nobody_errs_more_than_who_expects_the_mean(right, fast) -> None:
+    (recording, *_) = fast
+    far = recording.signals["joint_position"] + 5.0  # rad
+    shifted = replace(recording, signals={"joint_position": far})
+    errors = heldout_errors(right, [shifted])
+    floor = noise_floors(shifted)["joint_position"]
+    assert errors == pytest.approx((far - far.mean()) / floor)
+
+
 def test_the_result_of_the_fit_stays_what_it_was(right, fast) -> None:
     before, model = right.vector.copy(), right.model
     first, again = heldout_errors(right, fast[:1]), heldout_errors(right, fast[:1])

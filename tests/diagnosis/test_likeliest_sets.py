@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from begun_search import COULOMB, begun
+from begun_search import COULOMB, DRAG, GRAVITY, begun
 from elastic_tendon.effects import BY_ID
 from smooth_motion import typical_model
 
@@ -24,6 +24,18 @@ def test_of_laws_of_one_thing_the_simplest_that_none_beats_by_far(
     estimates = {law: SimpleNamespace(square=square) for law, square in squares.items()}
     monkeypatch.setattr(search, "estimates", estimates)
     assert [law for law in estimates if search._law_preferred(*law)] == [preferred]
+
+
+@pytest.mark.parametrize(("gravity", "drag", "likely"), [(11.0, 13.0, 2), (11.0, 11.5, 3)])
+def test_pairs_close_to_the_likeliest_are_tried_too(
+    search, gravity, drag, likely, monkeypatch
+) -> None:
+    pairs = {("constant_torque", *COULOMB): 10.0, (*GRAVITY, *COULOMB): gravity}
+    pairs |= {(*DRAG, *COULOMB): drag}
+    estimates = {pair: SimpleNamespace(square=square) for pair, square in pairs.items()}
+    monkeypatch.setattr(search, "estimates", estimates)
+    assert search._far_better(2, best=100.0) == list(pairs)[:likely]
+    assert search._far_better(2, best=19.0) == []  # a single does nearly as well
 
 
 def test_a_richer_law_begins_as_the_simpler_one_too(search) -> None:

@@ -569,8 +569,21 @@ def test_exchanges_that_torques_bear_are_looked_at_beside_what_they_do_not_show(
     assert in_order((*MASS, *DRAG)) in heavy._neighbours(both)
 
 
-@pytest.mark.parametrize(("blind", "promises"), [(False, False), (True, False), (True, True)])
-def test_looks_at_what_swings_come_last(blind, promises, monkeypatch) -> None:
+SCREENED, RINGING, ADDITION = "_promised", "_better_ringing", "_affordable_addition"
+
+
+@pytest.mark.parametrize(
+    ("blind", "promises", "rings", "order"),
+    [
+        (False, False, False, (SCREENED, RINGING, ADDITION)),
+        (False, False, True, (RINGING, SCREENED, ADDITION)),
+        # a little that the torque screen promises is worth nothing where it errs far more than the
+        # trajectory
+        (True, False, False, (RINGING, ADDITION, SCREENED)),
+        (True, True, False, (SCREENED, RINGING, ADDITION)),
+    ],
+)
+def test_looks_at_what_swings_come_last(blind, promises, rings, order, monkeypatch) -> None:
     search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
     tried = []
 
@@ -579,17 +592,22 @@ def test_looks_at_what_swings_come_last(blind, promises, monkeypatch) -> None:
 
     monkeypatch.setattr(search, "_blind", lambda _: blind)
     monkeypatch.setattr(search, "_promises", lambda _: promises)
-    trying("_half_gone", result=False)
-    trying("_promised", result=False)
-    trying("_affordable_addition", result=False)
+    monkeypatch.setattr(search, "_rings", lambda _: rings)
+    for name in ("_half_gone", *order):
+        trying(name, result=False)
     trying("_swinging", result={})
     search._follow_neighbours()
-    # a little that the torque screen promises is worth nothing where it errs far more than the
-    # trajectory
-    unscreened_first = blind and not promises
-    first = ["_promised", "_affordable_addition"]
-    first = first[::-1] if unscreened_first else first
-    assert tried == ["_half_gone", *first, "_swinging", "_promised"]
+    assert tried == ["_half_gone", *order, "_swinging", SCREENED]
+
+
+def test_only_a_peak_of_what_may_swing_tells_that_it_rings(heavy, monkeypatch) -> None:
+    asked = []
+    monkeypatch.setattr(
+        searching, "frequencies", lambda effect_id, _: asked.append(effect_id) or [200.0]
+    )
+    assert heavy._rings(())
+    assert asked == list(MASS)
+    assert not begun(typical_model(*DRAG), *DRAG)._rings(())
 
 
 def test_a_search_that_lasts_long_builds_on_nothing_that_fades(monkeypatch) -> None:

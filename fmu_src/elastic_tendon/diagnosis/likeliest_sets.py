@@ -9,7 +9,9 @@ from elastic_tendon.diagnosis.evidence import AT_NOISE
 from elastic_tendon.diagnosis.sets import Set, in_order, richer, simpler, size_of, told
 from elastic_tendon.diagnosis.torque_screen import POLISHING, badness
 
-CLOSE = 1.2  # times the square of the best single, up to which another is refitted too
+# times the square of the likeliest set, up to which others are refitted too, and how many: which of
+# two that are close is better, only the trajectory can tell
+CLOSE, CLOSEST = 1.2, 4
 FAR_BETTER = 0.5  # share of the best square of fewer effects that a larger set leaves at most
 PAIRED = 8  # singles, the best first, that are looked at with every other effect
 TRIED = 8  # effects of the likeliest pairs, of which any three are tried
@@ -29,10 +31,7 @@ class LikeliestSets(Around):
         return [effect_id for effect_id in self.data.candidates if self.screen.sees(effect_id)]
 
     def _best_single(self) -> list[Set]:
-        """The likeliest single effects, simpler laws of each first; the second only if it is close.
-
-        Which of two that are close is better, only the trajectory can tell.
-        """
+        """The likeliest single effect, and a second if it is close; simpler laws of each first."""
         singles = sorted(self._sets(1), key=self._badness)[:2]
         most = CLOSE * min(map(self._badness, singles), default=0.0)
         close = [single for single in singles if self._badness(single) <= most]
@@ -95,12 +94,12 @@ class LikeliestSets(Around):
         return self._far_better(3, self._badness(pairs[0])) if pairs else []
 
     def _far_better(self, size: int, best: float) -> list[Set]:
-        """The likeliest of the sets of a size, simpler laws of it first, if it leaves far less than
-        the best of those with fewer."""
-        likeliest = min(self._sets(size), key=self._badness, default=None)
-        if likeliest is None or self._badness(likeliest) > FAR_BETTER * best:
-            return []
-        return [*simpler(likeliest), likeliest]
+        """The likeliest of the sets of a size and those close to it, simpler laws of each first,
+        that leave far less than the best of those with fewer."""
+        likely = sorted(self._sets(size), key=self._badness)[:CLOSEST]
+        most = min(CLOSE * min(map(self._badness, likely), default=0.0), FAR_BETTER * best)
+        close = [added for added in likely if self._badness(added) <= most]
+        return list(dict.fromkeys(form for added in close for form in (*simpler(added), added)))
 
     def _screen_singles(self, ids: Sequence[str], base: Mapping[str, float] | None) -> None:
         for number, effect_id in enumerate(ids):

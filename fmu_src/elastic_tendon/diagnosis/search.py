@@ -6,7 +6,7 @@ removal, exchange or simpler law among its neighbours does better (`evidence`), 
 around it included, or when enough was simulated (`refits.MOST_WORK`).
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -115,7 +115,7 @@ class Search(Doubts):
         """From where the climb ended to an answer that no neighbour beats."""
         self.limit = MOST_WORK
         while True:
-            if self.answer.mean_square > MUCH and not (self._tired or self._disturbed()):
+            if not (self._at_noise() or self._tired or self._disturbed()):
                 self._follow_neighbours(np.inf)
                 self._hop()
             if not (self._better_detour() or self._doubted() or self._fades_in_time()):
@@ -235,10 +235,13 @@ class Search(Doubts):
             self.neighbours[added] = self._expected(added, shares)
             if self._half_gone(added, shares, most):
                 continue
-            screened = partial(self._promised, added, most)
-            unscreened = partial(self._better_ringing, added), self._affordable_addition
             misled = self._blind(added) and not self._promises(added)
-            tries = (*unscreened, screened) if misled else (screened, *unscreened)
+            tries: list[Callable[[], bool]]
+            tries = [partial(self._promised, added, most), self._affordable_addition]
+            if misled:
+                tries.reverse()
+            first = misled or self._rings(added)
+            tries.insert(0 if first else 1, partial(self._better_ringing, added))
             if any(better() for better in tries):
                 continue
             if swinging := self._swinging(added):
@@ -250,6 +253,11 @@ class Search(Doubts):
         """Whether the torque screen errs so much more than the trajectory that what it promises is
         worth little."""
         return self._own(added).square > BLIND * self.answer.mean_square
+
+    def _rings(self, added: Set) -> bool:
+        """Whether what a set leaves has a peak where something that swings would show."""
+        swinging = filter(swings, self.data.candidates)
+        return any(frequencies(effect_id, self.answers[added]) for effect_id in swinging)
 
     def _promises(self, added: Set) -> bool:
         """Whether the likeliest neighbour of a set is expected to do surely better, and was not
