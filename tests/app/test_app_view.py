@@ -26,6 +26,7 @@ from elastic_tendon.app.readings import (
     with_cursor,
 )
 from elastic_tendon.app.results import Compared
+from elastic_tendon.app.sliders import moved_runs, moved_words
 from elastic_tendon.app.view import (
     SIGNAL,
     View,
@@ -42,6 +43,7 @@ from elastic_tendon.app.view import (
     while_waiting,
 )
 from elastic_tendon.app.workspace import Failure, Session
+from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.conditions import parse_condition
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.maps import CELLS
@@ -175,6 +177,36 @@ def test_a_held_out_recording_is_located_too(session: Session, found: Compared) 
     assert there is not None
     time = recordings(found)["held out 0"].measurement.time
     assert len(there.missing_torque.torque) == len(time)
+
+
+def test_sliders_make_a_model_beside_the_same_samples(session: Session, found: Compared) -> None:
+    version = session.document.version
+    (run,) = runs_of(session, replace(view_of(None, found), before=False), ["time<3"])
+    values = {"link.inertia": 0.02}
+    (moved,), fault = moved_runs(version, run.file, {"of": version.mark, "values": values})
+    alone = compare(version.loaded().with_values(values), run.file.measurement.window(None, 3.0))
+    assert fault == ""
+    assert moved.file.selection is run.file.selection
+    rmse = moved.file.signals[SIGNAL].rmse
+    assert rmse == pytest.approx(alone.files[0].signals[SIGNAL].rmse, rel=0.01)
+    words = moved_words(version, [run], [moved], SIGNAL)
+    assert f"{shown(SIGNAL).error(rmse)} with the sliders" in words
+
+
+def test_sliders_of_another_model_move_nothing(session: Session, runs: tuple[Run, ...]) -> None:
+    version = session.document.version
+    held = {"of": session.document.find("1").mark, "values": {"link.inertia": 0.02}}
+    assert moved_runs(version, runs[-1].file, held) == ((), "")
+    assert moved_runs(version, runs[-1].file, None) == ((), "")
+
+
+def test_what_no_model_can_have_is_told(session: Session, runs: tuple[Run, ...]) -> None:
+    version = session.document.version
+    moved, fault = moved_runs(
+        version, runs[-1].file, {"of": version.mark, "values": {"link.inertia": -1.0}}
+    )
+    assert moved == ()
+    assert "inertia" in fault
 
 
 def test_before_anything_is_computed_nothing_is_shown(session: Session, found: Compared) -> None:

@@ -24,9 +24,13 @@ from benchmarking import print_table
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import Source, new_document
 from elastic_tendon.app.server import listen
+from elastic_tendon.app.sliders import STILL
+from elastic_tendon.comparison.compare import compare as compare_with
 from elastic_tendon.demo import DATA
 from elastic_tendon.diagnosis import by_hand
+from elastic_tendon.measurement import read_measurement
 from elastic_tendon.progress import Enough
+from elastic_tendon.reports.units import number
 
 # of the FMU, and what they are called in the recording
 COLUMNS = {
@@ -375,6 +379,52 @@ def test_errors_are_told_where_conditions_hold_and_kept(compare: Walk) -> None:
         type_in(compare, field, "")
     assert words.inner_text() == fault.inner_text() == ""
     assert compare.faults == []
+
+
+def move(walk: Walk, presses: int) -> float:
+    """Move the slider of the inertia by the keyboard; what it stands at then, kg·m²."""
+    slider = walk.page.get_by_role("slider", name="inertia")
+    for _ in range(presses):
+        slider.press("ArrowRight")
+    walk.settle()
+    return float(slider.locator("xpath=../preceding-sibling::span").inner_text().split()[0])
+
+
+def test_sliders_redraw_the_simulation_until_they_are_taken(compare: Walk) -> None:
+    before = compare.document()
+    words = compare.page.locator("#compare-moved-words")
+    drawn = compare.page.locator("#compare-overlay").get_by_text("with the sliders: RMS")
+    compare.page.get_by_text("Move parameters").click()
+    inertia = move(compare, 9)
+    model = load_model(DATA / "demo_model.toml").with_values({"link.inertia": inertia})
+    error = (
+        compare_with(model, read_measurement(str(DATA / "demo_fit.csv")))
+        .files[0]
+        .signals["joint_position"]
+        .rmse
+    )
+    told = words.inner_text()
+    assert f"{number(1e3 * error)} mrad with the sliders" in told
+    drawn.wait_for()
+    compare.page.get_by_role("rowheader", name="with the sliders, all").wait_for()
+    assert compare.document() == before
+    compare.page.reload()
+    drawn.wait_for()
+    compare.settle()
+    assert words.inner_text() == told
+    compare.button("Back to the model's values").click()
+    compare.settle()
+    assert drawn.count() == 0
+    assert words.inner_text() == STILL
+    inertia = move(compare, 3)
+    compare.button("Take these values into the model").click()
+    compare.settle()
+    assert words.inner_text() == STILL
+    assert f"inertia = {inertia}\n" in compare.document()["versions"][0]["model"]
+    compare.step("Model")
+    compare.button("Take edits back").click()
+    compare.settle()
+    assert compare.document() == before
 
 
 def test_the_residual_is_tested_where_the_model_fails(compare: Walk) -> None:

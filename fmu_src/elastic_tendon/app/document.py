@@ -94,6 +94,11 @@ class Version(BaseModel):
         """The model before its parameters were edited by hand."""
         return model_from_toml(self.given or self.model, self.title)
 
+    @property
+    def mark(self) -> str:
+        """Changes with the model's numbers, and with what they were loaded as."""
+        return sha256(f"{self.model}\0{self.given}".encode()).hexdigest()
+
 
 class OwnEffect(BaseModel):
     """An effect that the user typed on the page: its id, and the text of its Python file.

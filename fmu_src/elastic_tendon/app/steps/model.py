@@ -1,6 +1,5 @@
 """Model: choose one, edit its parameters, see what they make of its characteristic."""
 
-import json
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from typing import Any
@@ -15,7 +14,7 @@ from elastic_tendon.app.document import Document, Version, check_shown
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import PageStep
+from elastic_tendon.app.step import PageStep, dom_id
 from elastic_tendon.app.tables import scrolling, table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
@@ -143,7 +142,7 @@ def _row(number: Number, section: str, refused: str) -> html.Tr:
         [
             html.Th(
                 [
-                    html.Label(name, htmlFor=_dom_id(field)),
+                    html.Label(name, htmlFor=dom_id(field)),
                     html.Div(number.meaning, className="quiet small"),
                 ],
                 scope="row",
@@ -168,11 +167,6 @@ def _field(field: Mapping[str, str], text: str) -> dcc.Input:
         autoComplete="off",
         debounce=True,
     )
-
-
-def _dom_id(component_id: Mapping[str, str]) -> str:
-    """How the browser calls a component whose id is a table."""
-    return json.dumps(component_id, sort_keys=True, separators=(",", ":"))
 
 
 def note(number: Number, refused: str) -> Any:
@@ -234,11 +228,6 @@ def design_numbers(model: et.Model) -> list[Component]:
     ]
 
 
-def mark(version: Version) -> str:
-    """Changes with the numbers that a table shows, and with what they were loaded as."""
-    return sha256(f"{version.model}\0{version.given}".encode()).hexdigest()
-
-
 def machine(version: Version) -> str:
     """Stays the same while numbers of one model are edited."""
     return sha256((version.given or version.model).encode()).hexdigest()
@@ -266,7 +255,7 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "model":
             return no_update, no_update
         version = workspace.open(stored).document.version
-        now = {"mark": mark(version), "machine": machine(version)}
+        now = {"mark": version.mark, "machine": machine(version)}
         # fields that show this already are left alone: someone may be typing in one
         return (no_update, no_update) if shown == now else (fields(version, {}), now)
 
@@ -298,7 +287,7 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
         below = notes(version, refused)
         return (
             session.stored(),
-            {"mark": mark(version), "machine": machine(version)},
+            {"mark": version.mark, "machine": machine(version)},
             [below.get(output["id"]["model-note"], "") for output in ctx.outputs_list[2]],
         )
 
