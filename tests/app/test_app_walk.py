@@ -30,6 +30,7 @@ from elastic_tendon.demo import DATA
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.measurement import read_measurement
 from elastic_tendon.progress import Enough
+from elastic_tendon.reports.first_screen import UNFINISHED
 from elastic_tendon.reports.units import number
 
 # of the FMU, and what they are called in the recording
@@ -215,11 +216,17 @@ def test_what_is_known_of_a_search_can_be_looked_at_and_taken(chromium, monkeypa
         assert walk.page.locator("#take-best").is_hidden()
         walk.button("Find which effect is missing").click()
         walk.page.get_by_text("Judged so far").wait_for()
-        assert walk.page.locator("#effect-list").get_by_text("Coulomb friction").count() > 0
+        screen, listed = (walk.page.locator(place) for place in ("#effect-screen", "#effect-list"))
+        interim, rows = screen.inner_text().splitlines()[0], listed.get_by_role("row")
+        assert interim.startswith("Coulomb friction")
+        assert UNFINISHED in screen.inner_text()
+        judged = rows.all_inner_texts()
         walk.button("Take the best so far").click()
         walk.page.get_by_text("The search was ended early").wait_for()
         walk.settle()
-        assert walk.page.locator("#effect-screen").get_by_text("Coulomb friction").count() > 0
+        assert screen.inner_text().splitlines()[0] == interim
+        assert UNFINISHED in screen.inner_text()
+        assert rows.all_inner_texts() == judged
         assert walk.page.get_by_text("Judged so far").count() == 0
         walk.button("Search to the end").wait_for()
         walk.close()

@@ -3,7 +3,7 @@
 (function () {
   "use strict";
   const DIGITS = 4; // of a number that was moved
-  const PATIENCE = 1000; // ms for an answer, which may be that nothing has to be drawn
+  const PATIENCE = 3000; // ms for an answer, which may be that nothing has to be drawn
   let next; // what is to be asked, undefined where that is nothing
   let waiting = 0; // timer
 

@@ -180,16 +180,18 @@ def _screen(session: Session) -> FirstScreen | None:
     steps, now = cache.find(results.climbed(document, files)), compared_now(session)
     if not isinstance(steps, tuple) or now is None:
         return None
+    so_far, ended_early = walk.round_so_far(session), walk.ended_early(session)
     tried = cache.find(walk.suggested(document, document.version, files))
-    with_it = tried if isinstance(tried, Step) else None
-    button, _ = ranking.search_words(document, ended_early=walk.ended_early(session))
+    with_it = tried if isinstance(tried, Step) and not so_far else None
+    button, _ = ranking.search_words(document, ended_early=ended_early)
     return ranking.screen(
-        walk.round_of(session),
+        so_far or walk.round_of(session),
         steps,
         with_it,
         button=button,
         static=is_static(now),
         left_open=walk.left_open_of(session),
+        complete=not (so_far or ended_early),
     )
 
 
