@@ -487,16 +487,23 @@ def ends(walk: Walk) -> list[str]:
     return [walk.page.input_value(field) for field in ("#compare-from", "#compare-to")]
 
 
-def test_a_table_is_copied_as_it_is_read(compare: Walk) -> None:
+def test_a_table_and_a_number_of_it_are_copied_with_all_digits(compare: Walk) -> None:
     compare.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    frame = compare.page.locator("section.step:visible .table").first
+    frame = compare.page.locator("#compare-errors .table")
     frame.get_by_role("button", name="Copy this table").click()
     frame.get_by_text("Copied", exact=True).wait_for()
     copied = compare.page.evaluate("navigator.clipboard.readText()")
     rows = [line.split("\t") for line in copied.splitlines()]
     shown = frame.locator("tr").evaluate_all("all => all.map(row => row.cells.length)")
     assert [len(row) for row in rows] == shown
+    assert rows[0][2] == "RMS (mrad)"
     assert rows[1][0] == frame.locator("tbody tr").first.locator("th").first.inner_text()
+    rmse = frame.locator("tbody tr").first.locator("td").nth(1)
+    assert len(rows[1][2]) > len(rmse.inner_text())
+    assert number(float(rows[1][2])) == rmse.inner_text()
+    rmse.dblclick()
+    compare.page.keyboard.press("Control+c")
+    assert compare.page.evaluate("navigator.clipboard.readText()") == rows[1][2]
 
 
 def test_a_figure_is_saved_from_where_it_is(compare: Walk, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep, dom_id
-from elastic_tendon.app.tables import scrolling, table
+from elastic_tendon.app.tables import Exact, copied_unless_edited, scrolling, table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
@@ -118,12 +118,12 @@ def _sketch() -> Component:
 
 def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
     """The table of numbers, section by section."""
-    columns = ("parameter", "value", "allowed, in the same unit")
+    columns = ("parameter", "value", "unit", "allowed")
     head = html.Thead(html.Tr([html.Th(title, scope="col") for title in columns]))
     bodies = [
         html.Tbody(
             [
-                html.Tr(html.Th(html.H3(section.title), colSpan=3, scope="rowgroup")),
+                html.Tr(html.Th(html.H3(section.title), colSpan=len(columns), scope="rowgroup")),
                 *(
                     _row(number, section.title, refused.get(number.path, ""))
                     for number in section.numbers
@@ -149,10 +149,13 @@ def _row(number: Number, section: str, refused: str) -> html.Tr:
             ),
             html.Td(
                 [
-                    html.Div([_field(field, number.text), number.unit], className="measure"),
+                    _field(field, number.text),
                     html.Div(note(number, refused), id={"model-note": number.path}, role="status"),
-                ]
+                ],
+                className="value",
+                **copied_unless_edited(Exact(number.text, number.value)),
             ),
+            html.Td(number.unit),
             html.Td(number.bounds, className="quiet bounds"),
         ]
     )
@@ -214,11 +217,12 @@ def design_numbers(model: et.Model) -> list[Component]:
         *(html.P(warning, className="sentence") for warning in model.warnings()),
         *effects,
         table(
-            ("what the springs come to", "value", "paper"),
+            ("what the springs come to", "value", "unit", "paper"),
             [
                 (
                     row.name,
-                    with_minus(f"{row.value:.4g} {unit_in_words(row.unit)}"),
+                    Exact(with_minus(f"{row.value:.4g}"), row.value),
+                    unit_in_words(row.unit),
                     row.equation.removesuffix(" corrected"),
                 )
                 for row in (rows[name] for name in SHOWN)
