@@ -248,10 +248,17 @@ def test_a_bad_file_is_told_in_its_place_and_costs_nothing_else(walk: Walk) -> N
     good = walk.page.locator(".card").filter(has=walk.page.get_by_text("demo_fit.csv", exact=True))
     assert "5000 samples" in good.inner_text()
     assert len(walk.document()["sources"]) == 4
+    walk.page.get_by_text("1 recording is fitted").wait_for()
+    walk.step("Compare").get_by_role("rowheader", name="all", exact=True).wait_for()
+    left_out = walk.page.locator("#left-out").inner_text()
+    for name in ("rubbish.csv", "wrong.csv"):
+        assert f"{name} is left out: " in left_out
+    walk.step("Data")
+    walk.settle()
     for _ in range(2):
         walk.page.get_by_role("button", name="Remove").last.click()
         walk.settle()
-    walk.page.get_by_text("1 recording is fitted").wait_for()
+    assert walk.page.locator("#left-out").inner_text() == ""
     assert [source["name"] for source in walk.document()["sources"]] == [
         "demo_fit.csv",
         "demo_validate.csv",

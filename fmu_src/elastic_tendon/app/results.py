@@ -8,12 +8,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import starmap
 from pathlib import Path
 
 import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
-from elastic_tendon.app.workspace import Cache, Result
+from elastic_tendon.app.workspace import CANCELLED, Cache, Result
 from elastic_tendon.estimation.ladder import FittedStep, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -29,10 +30,14 @@ Files = Mapping[str, Path]
 
 @dataclass(frozen=True)
 class Data:
-    """Recordings that are fitted, and those that are held out."""
+    """Recordings that are fitted, and those that are held out.
+
+    `left_out` : sentences of files that cannot be used, which keep none of the others back.
+    """
 
     fitted: tuple[Measurement, ...]
     heldout: tuple[Measurement, ...]
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -122,19 +127,31 @@ def data(document: Document, files: Files) -> Result[Data]:
     def compute(cache: Cache, progress: Progress) -> Data:
         fitted: list[Measurement] = []
         heldout: list[Measurement] = []
+        left_out: dict[str, str] = {}
         for source in document.sources:
             if source.role == "off":
                 continue
-            for recording in cache.obtain(checked(document, source, files), progress):
-                first, second = split_up(source, recording)
-                fitted += first
-                heldout += second
+            try:
+                recordings = cache.obtain(checked(document, source, files), progress)
+                parts = [split_up(source, recording) for recording in recordings]
+            except et.ElasticTendonError as error:
+                if str(error) == CANCELLED:
+                    raise
+                left_out[source.name] = str(error)
+                continue
+            fitted += [part for first, _ in parts for part in first]
+            heldout += [part for _, second in parts for part in second]
         if not fitted:
-            raise et.MeasurementError("no recording is fitted; add one and let it be fitted")
-        return Data(tuple(fitted), tuple(heldout))
+            nothing = "no recording is fitted; add one and let it be fitted"
+            raise et.MeasurementError(next(iter(left_out.values()), nothing))
+        return Data(tuple(fitted), tuple(heldout), tuple(starmap(_left_out, left_out.items())))
 
     root = _hash(document.path()[0].model)
     return Result(("data", document.data_key(), root), "reading the data", compute)
+
+
+def _left_out(name: str, why: str) -> str:
+    return f"{name} is left out: {why.removeprefix(f'{name}: ')}."
 
 
 def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement], list[Measurement]]:
