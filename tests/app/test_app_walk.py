@@ -312,6 +312,18 @@ def test_the_browser_goes_back_to_the_step_before(shared: Walk) -> None:
     assert shared.faults == []
 
 
+# share of the dots of Compare's loop that are faint
+FAINT_DOTS = """() => {
+  const drawn = document.querySelector("#compare-loop .js-plotly-plot")._fullData;
+  const all = drawn.flatMap(one => one.mode === "markers" ? Array.from(one.marker.opacity) : []);
+  return all.filter(one => one < 1).length / all.length;
+}"""
+# how many elements are moved by a style of the page
+MOVED = """() => Array.from(document.querySelectorAll("*")).filter(one =>
+  ["", "::before", "::after"].some(part => {
+    const look = getComputedStyle(one, part);
+    return look.animationName !== "none" || !/^0s(, 0s)*$/.test(look.transitionDuration);
+  })).length"""
 SEEN = "#compare-recording, #compare-from, #compare-a"
 # what plotly tells where a figure's size has changed
 RESIZE = "id => Plotly.relayout(document.querySelector(`#${id} .js-plotly-plot`), {height: 191})"
@@ -377,6 +389,7 @@ def test_errors_are_told_where_conditions_hold_and_kept(compare: Walk) -> None:
     type_in(compare, "#compare-high", "5")
     told = words.inner_text()
     assert told.startswith("Only where slack_state=III and time=2..5: ")
+    assert 0.0 < compare.page.evaluate(FAINT_DOTS) < 1.0
     assert 0 < int(samples.inner_text()) < whole
     compare.page.reload()
     compare.heading("Compare").wait_for()
@@ -439,6 +452,17 @@ def test_sliders_redraw_the_simulation_until_they_are_taken(compare: Walk) -> No
     compare.button("Take edits back").click()
     compare.settle()
     assert compare.document() == before
+
+
+def test_nothing_moves_by_itself_for_those_who_ask_for_that(compare: Walk) -> None:
+    compare.page.locator("#compare-recording").click()
+    compare.page.get_by_role("option").first.wait_for()
+    compare.page.emulate_media(reduced_motion="no-preference")
+    moved = compare.page.evaluate(MOVED)
+    compare.page.emulate_media(reduced_motion="reduce")
+    assert moved > 0
+    assert compare.page.evaluate(MOVED) == 0
+    compare.page.keyboard.press("Escape")
 
 
 def test_the_residual_is_tested_where_the_model_fails(compare: Walk) -> None:

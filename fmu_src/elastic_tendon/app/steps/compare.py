@@ -539,9 +539,11 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         Input("theme", "data"),
         Input("compare-view", "data"),
         Input("compare-window", "data"),
+        *FILTERS,
         State("compare-loop-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, theme: str, view: Any, seen: Any, drawn: Any) -> Any:
+    def draw(stored: Any, opened: str, theme: str, view: Any, seen: Any, *others: Any) -> Any:
+        *asked, drawn = others
         if not stored or opened != "compare":
             return (no_update,) * 5
         session = workspace.open(stored)
@@ -552,7 +554,7 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             return no_update, {"display": "none"}, "", "", None
         chosen = view_of(view, comparison)
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, theme, chosen.recording, seen)
+        now = fingerprint(session, rests_on, theme, chosen.recording, seen, asked)
         if now == drawn:
             return (no_update,) * 5
         located = location_of(session, chosen)
@@ -560,11 +562,8 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             words = "The loop of torque and deflection comes once the missing torque is found."
             words = while_waiting(session, rests_on, words)
             return blank(THEMES[theme]), {"height": HEIGHT, "display": "none"}, words, "", now
-        shows = (
-            session.document.version.loaded(),
-            recordings(comparison)[chosen.recording],
-            located,
-        )
+        runs, _ = _runs(session, chosen, asked)
+        shows = session.document.version.loaded(), runs[-1].file, located
         figure = torque_loop(
             *shows,
             theme=THEMES[theme],
