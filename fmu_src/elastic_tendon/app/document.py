@@ -13,6 +13,7 @@ from pydantic import BaseModel, model_validator
 
 from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.actuator.quantity import STRICT
+from elastic_tendon.errors import EffectError
 from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 
 GIVEN, EDITED = "as given", "edited by hand"  # titles of models that were made from no other
@@ -199,6 +200,23 @@ class Document(BaseModel):
         if own in self.own_effects:
             return self
         return self.model_copy(update={"own_effects": (*self.own_effects, own)})
+
+    def without_own_effect(self, effect_id: str) -> "Document":
+        """The same less an effect of the user's own.
+
+        Raises
+        ------
+        EffectError : a version has it
+        """
+        having = [
+            version.title for version in self.versions if effect_id in version.loaded().effect_ids
+        ]
+        if having:
+            raise EffectError(
+                f"{effect_id} is in {', '.join(having)}; delete that in the step Add first"
+            )
+        left = tuple(own for own in self.own_effects if own.id != effect_id)
+        return self.model_copy(update={"own_effects": left})
 
     def with_model(self, model: Model, title: str = GIVEN) -> "Document":
         """Look at another model as given: in place of one that was left as it was, else beside.

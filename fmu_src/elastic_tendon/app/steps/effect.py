@@ -272,9 +272,12 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         Input("open", "data"),
         Input({"effect-pick": ALL}, "n_clicks"),
         Input("own-effect-chosen", "data"),
+        State("effect-choice", "value"),
         State("effect-seen", "data"),
     )
-    def choose(stored: Any, opened: str, _picks: Any, own: Any, seen: Any) -> tuple[Any, Any, Any]:
+    def choose(
+        stored: Any, opened: str, _picks: Any, own: Any, chosen: str | None, seen: Any
+    ) -> tuple[Any, Any, Any]:
         if not stored or opened != "effect":
             return no_update, no_update, no_update
         session = workspace.open(stored)
@@ -287,7 +290,8 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         now = [session.document.current, round_shown is not None]
         if own and "own-effect-chosen.data" in ctx.triggered_prop_ids:
             return options, own[0], now
-        if now == seen:
+        gone = chosen not in (None, *(option["value"] for option in options))
+        if now == seen and not gone:
             return options, no_update, no_update
         return options, ranking.first_choice(round_shown), now
 
