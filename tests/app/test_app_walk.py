@@ -447,6 +447,7 @@ def test_sliders_redraw_the_simulation_until_they_are_taken(compare: Walk) -> No
     compare.button("Take these values into the model").click()
     compare.settle()
     assert words.inner_text() == STILL
+    assert compare.page.evaluate("document.activeElement.id") == "compare-take"
     assert f"inertia = {inertia}\n" in compare.document()["versions"][0]["model"]
     compare.step("Model")
     compare.button("Take edits back").click()

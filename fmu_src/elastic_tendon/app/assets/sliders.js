@@ -6,6 +6,16 @@
   const PATIENCE = 3000; // ms for an answer, which may be that nothing has to be drawn
   let next; // what is to be asked, undefined where that is nothing
   let waiting = 0; // timer
+  let taken = null; // the button by which they were taken: it is hidden until all is compared anew
+
+  document.addEventListener("click", function (event) {
+    if (event.target.id === "compare-take") taken = event.target;
+  });
+
+  function giveFocusBack() {
+    if (taken && document.activeElement === document.body) taken.focus({ preventScroll: true });
+    taken = null;
+  }
 
   function ask() {
     if (waiting || next === undefined) return;
@@ -39,6 +49,9 @@
       }
       return told;
     },
-    drawn: go,
+    drawn: function (now) {
+      go();
+      if (now && taken) window.requestAnimationFrame(giveFocusBack);
+    },
   };
 })();
