@@ -57,7 +57,8 @@ def test_a_bad_file_is_told_by_its_own_name_and_the_others_are_read(tmp_path: Pa
     assert summary(session) == "1 recording is fitted; none validates."
     used = session.cache.find(results.data(session.document, session.files))
     assert isinstance(used, results.Data)
-    (left_out,) = used.left_out
+    (left_out,) = used.left_out.values()
+    assert results.as_used(session.document, session.files, session.cache).sources == (GOOD,)
     assert left_out.startswith("<b>mine</b>.csv is left out: there is no column motor_position_rad")
 
 

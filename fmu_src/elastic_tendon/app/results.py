@@ -6,9 +6,8 @@ there yet, one after the other, and the page shows what there is.
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
-from itertools import starmap
 from pathlib import Path
 
 import elastic_tendon as et
@@ -32,12 +31,13 @@ Files = Mapping[str, Path]
 class Data:
     """Recordings that are fitted, and those that are held out.
 
-    `left_out` : sentences of files that cannot be used, which keep none of the others back.
+    `left_out` : why files cannot be used, in sentences by their keys; they keep none of the others
+    back.
     """
 
     fitted: tuple[Measurement, ...]
     heldout: tuple[Measurement, ...]
-    left_out: tuple[str, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def data(document: Document, files: Files) -> Result[Data]:
     def compute(cache: Cache, progress: Progress) -> Data:
         fitted: list[Measurement] = []
         heldout: list[Measurement] = []
-        left_out: dict[str, str] = {}
+        faults: dict[str, str] = {}
         for source in document.sources:
             if source.role == "off":
                 continue
@@ -137,21 +137,35 @@ def data(document: Document, files: Files) -> Result[Data]:
             except et.ElasticTendonError as error:
                 if str(error) == CANCELLED:
                     raise
-                left_out[source.name] = str(error)
+                faults[source.key] = str(error)
                 continue
             fitted += [part for first, _ in parts for part in first]
             heldout += [part for _, second in parts for part in second]
         if not fitted:
             nothing = "no recording is fitted; add one and let it be fitted"
-            raise et.MeasurementError(next(iter(left_out.values()), nothing))
-        return Data(tuple(fitted), tuple(heldout), tuple(starmap(_left_out, left_out.items())))
+            raise et.MeasurementError(next(iter(faults.values()), nothing))
+        left_out = {
+            source.key: _left_out(source, faults[source.key])
+            for source in document.sources
+            if source.key in faults
+        }
+        return Data(tuple(fitted), tuple(heldout), left_out)
 
     root = _hash(document.path()[0].model)
     return Result(("data", document.data_key(), root), "reading the data", compute)
 
 
-def _left_out(name: str, why: str) -> str:
-    return f"{name} is left out: {why.removeprefix(f'{name}: ')}."
+def _left_out(source: Source, fault: str) -> str:
+    return f"{source.name} is left out: {fault.removeprefix(f'{source.name}: ')}."
+
+
+def as_used(document: Document, files: Files, cache: Cache) -> Document:
+    """The same less files that cannot be used, as far as that is known."""
+    known = cache.find(data(document, files))
+    left_out = known.left_out if isinstance(known, Data) else {}
+    return document.with_sources(
+        [source for source in document.sources if source.key not in left_out]
+    )
 
 
 def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement], list[Measurement]]:

@@ -153,7 +153,7 @@ def _register_session(app: Dash, workspace: Workspace) -> None:
         return (
             " · ".join(filter(None, parts)),
             f"{session.unsaved}." if session.unsaved else "",
-            _elsewhere(" ".join(used.left_out)) if isinstance(used, results.Data) else "",
+            _elsewhere(" ".join(used.left_out.values())) if isinstance(used, results.Data) else "",
         )
 
 
