@@ -127,7 +127,7 @@ def data(document: Document, files: Files) -> Result[Data]:
     def compute(cache: Cache, progress: Progress) -> Data:
         fitted: list[Measurement] = []
         heldout: list[Measurement] = []
-        faults: dict[str, str] = {}
+        faults: list[tuple[Source, str]] = []
         for source in document.sources:
             if source.role == "off":
                 continue
@@ -137,26 +137,22 @@ def data(document: Document, files: Files) -> Result[Data]:
             except et.ElasticTendonError as error:
                 if str(error) == CANCELLED:
                     raise
-                faults[source.key] = str(error)
+                faults.append((source, str(error)))
                 continue
             fitted += [part for first, _ in parts for part in first]
             heldout += [part for _, second in parts for part in second]
         if not fitted:
             nothing = "no recording is fitted; add one and let it be fitted"
-            raise et.MeasurementError(next(iter(faults.values()), nothing))
-        left_out = {
-            source.key: _left_out(source, faults[source.key])
-            for source in document.sources
-            if source.key in faults
-        }
+            raise et.MeasurementError(faults[0][1] if faults else nothing)
+        left_out = {source.key: _left_out(source, why) for source, why in faults}
         return Data(tuple(fitted), tuple(heldout), left_out)
 
     root = _hash(document.path()[0].model)
     return Result(("data", document.data_key(), root), "reading the data", compute)
 
 
-def _left_out(source: Source, fault: str) -> str:
-    return f"{source.name} is left out: {fault.removeprefix(f'{source.name}: ')}."
+def _left_out(source: Source, why: str) -> str:
+    return f"{source.name} is left out: {why.removeprefix(f'{source.name}: ')}."
 
 
 def as_used(document: Document, files: Files, cache: Cache) -> Document:
