@@ -41,6 +41,7 @@ def walked(walk: Walk, folder: Path) -> Iterator[str]:
     walk.settle()
     yield "data"
     walk.step("Compare")
+    walk.page.get_by_text("Move parameters").click()
     walk.settle()
     yield "compare"
     walk.step("Where")

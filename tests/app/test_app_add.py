@@ -5,6 +5,7 @@ from elastic_tendon.app import versions
 from elastic_tendon.app.document import Document, Source, Version, new_document
 from elastic_tendon.app.results import Compared
 from elastic_tendon.app.steps import add
+from elastic_tendon.reports.units import number
 from hand_made_diagnosis import COULOMB, friction_found
 
 MODEL = load_model("biorob_x4_joint_3")
@@ -71,13 +72,14 @@ def test_other_data_ask_for_another_refit() -> None:
     assert versions.refit_words(changed) == "Refit to the data chosen now"
 
 
-def test_errors_have_units() -> None:
+def test_errors_are_told_in_the_small_unit() -> None:
     step = friction_found().steps[-1]
     found = Compared(step.comparison, step.heldout)
     assert versions.shown_signal(found) == "joint_position"
     fitted, heldout, ratio = versions.errors_of(found, "joint_position")
-    assert (fitted.split()[1], heldout.split()[1]) == ("mrad", "mrad")
-    assert 0.9 < float(ratio) < 1.1
+    assert fitted.copied == 1e3 * step.comparison.rmse()["joint_position"]
+    assert heldout.shown == number(heldout.copied)
+    assert 0.9 < ratio.copied < 1.1
     alone = versions.errors_of(Compared(step.comparison, None), "joint_position")
     assert alone[1] == versions.UNKNOWN
 

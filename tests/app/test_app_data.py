@@ -14,7 +14,7 @@ from elastic_tendon.app.document import Document, Source, new_document
 from elastic_tendon.app.source_card import Form, card, facts, findings, overview
 from elastic_tendon.app.steps.data import STEP, changes, mark, seen, summary
 from elastic_tendon.app.uploads import check_harmless, content_of
-from elastic_tendon.app.workspace import Session
+from elastic_tendon.app.workspace import CANCELLED, Failure, Session
 from elastic_tendon.demo import DATA
 from elastic_tendon.errors import ElasticTendonError, MeasurementError
 from elastic_tendon.reports.interactive.theme import LIGHT
@@ -54,7 +54,26 @@ def test_a_bad_file_is_told_by_its_own_name_and_the_others_are_read(tmp_path: Pa
     assert [cell.children for cell in rows[1].children] == ["colour", "1", "2"]
     assert right.sentence() == ""
     assert facts(right) == "5000 samples, 10.0 s at 500 Hz"
-    assert summary(session).startswith("Not every file can be used as it is")
+    assert summary(session) == "1 recording is fitted; none validates."
+    used = session.cache.find(results.data(session.document, session.files))
+    assert isinstance(used, results.Data)
+    (left_out,) = used.left_out.values()
+    assert results.as_used(session.document, session.files, session.cache).sources == (GOOD,)
+    assert left_out.startswith("<b>mine</b>.csv is left out: there is no column motor_position_rad")
+
+
+def test_nothing_is_compared_without_a_good_file(tmp_path: Path) -> None:
+    session = opened(tmp_path, Source(key="bad", name="bad.csv"), bad="time_s,colour\n0,1\n1,2\n")
+    assert summary(session).startswith("No file that is to be fitted can be used as it is")
+
+
+def test_a_file_whose_reading_was_cancelled_is_not_left_out() -> None:
+    other = Source(key="other", name="other.csv")
+    document = new_document(load_model(DATA / "demo_model.toml"), [GOOD, other])
+    session = Session("1", document, {"good": DATA / "demo_fit.csv"})
+    session.cache.put(results.checked(document, other, session.files), Failure(CANCELLED))
+    with pytest.raises(ElasticTendonError, match=CANCELLED):
+        session.cache.obtain(results.data(document, session.files), silent)
 
 
 def test_a_file_is_mended_on_the_page(tmp_path: Path) -> None:

@@ -86,11 +86,16 @@ def test_the_whole_walk_by_keyboard(tmp_path: Path) -> None:
         page.get_by_text("1 recording is fitted").wait_for()
         keys.on("Compare")
         keys.to("Recording")
-        page.keyboard.press("Enter")
-        page.keyboard.press("ArrowDown")
+        for key, chosen in (("Enter", "fitted 0"), ("ArrowDown", "held out 0")):
+            page.keyboard.press(key)  # and the list follows a moment later
+            page.locator(f"input[value='{chosen}']:focus").wait_for(state="attached")
         page.keyboard.press("Enter")
         walk.settle()
         page.locator("#compare-recording").get_by_text("demo_validate.csv").wait_for()
+        keys.press("Move parameters")
+        keys.to("inertia")
+        page.keyboard.press("ArrowRight")
+        page.get_by_role("rowheader", name="with the sliders, all").wait_for()
         keys.on("Where")
         keys.press("Show the samples of")
         walk.settle()

@@ -164,6 +164,15 @@ def test_a_text_that_is_nowhere_else_is_not_overwritten() -> None:
         assert own_effects.would_be_lost(text, document) is lost
 
 
+def test_it_is_removed_unless_a_version_has_it() -> None:
+    document = with_effect(template())
+    with pytest.raises(EffectError, match=r"^my_effect is in \+ own; delete that in the step Add"):
+        document.without_own_effect("my_effect")
+    removed = document.without("2").without_own_effect("my_effect")
+    assert removed.own_effects == ()
+    assert "my_effect" not in {one["value"] for one in ranking.choices(removed, MODEL)}
+
+
 def test_the_command_that_comes_to_the_same_names_its_file() -> None:
     assert "--effect my_effect.py" in takeaway._command(with_effect(template()))
 
@@ -251,6 +260,15 @@ def test_it_is_written_kept_and_asked_for_on_the_page(tmp_path: Path, runs, monk
             assert tab.page.locator("#own-effect-refusal").inner_text() == ""
             written = tab.save(tab.button("Download my_effect.py"), tmp_path)
             assert written.read_text() == RAN + template()
+            tab.page.get_by_role("button", name="Remove my_effect").click()
+            tab.page.get_by_text("my_effect is no longer known to this session").wait_for()
+            tab.settle()
+            assert tab.document()["own_effects"] == []
+            assert tab.button("Add My effect").count() == 0
+            assert editor.input_value() == RAN + template()
+            tab.button("Try it").click()
+            tab.button("Add My effect").wait_for()
+            tab.settle()
             tab.close()
             assert tab.faults == []
         assert runs() == 1

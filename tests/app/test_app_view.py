@@ -26,6 +26,8 @@ from elastic_tendon.app.readings import (
     with_cursor,
 )
 from elastic_tendon.app.results import Compared
+from elastic_tendon.app.sliders import moved_runs, moved_words
+from elastic_tendon.app.tables import Exact
 from elastic_tendon.app.view import (
     SIGNAL,
     View,
@@ -42,13 +44,20 @@ from elastic_tendon.app.view import (
     while_waiting,
 )
 from elastic_tendon.app.workspace import Failure, Session
+from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.conditions import parse_condition
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.maps import CELLS
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares
 from elastic_tendon.reports.interactive.overlay import Run
-from elastic_tendon.reports.units import shown
+from elastic_tendon.reports.units import number, shown
+
+
+def copied(cell: str | Exact) -> float:
+    """The number that is copied from a cell."""
+    assert isinstance(cell, Exact)
+    return float(cell.text)
 
 
 def quiet(_text: str, _share: float) -> None:
@@ -177,6 +186,36 @@ def test_a_held_out_recording_is_located_too(session: Session, found: Compared) 
     assert len(there.missing_torque.torque) == len(time)
 
 
+def test_sliders_make_a_model_beside_the_same_samples(session: Session, found: Compared) -> None:
+    version = session.document.version
+    (run,) = runs_of(session, replace(view_of(None, found), before=False), ["time<3"])
+    values = {"link.inertia": 0.02}
+    (moved,), fault = moved_runs(version, run.file, {"of": version.mark, "values": values})
+    alone = compare(version.loaded().with_values(values), run.file.measurement.window(None, 3.0))
+    assert fault == ""
+    assert moved.file.selection is run.file.selection
+    rmse = moved.file.signals[SIGNAL].rmse
+    assert rmse == pytest.approx(alone.files[0].signals[SIGNAL].rmse, rel=0.01)
+    words = moved_words(version, [run], [moved], SIGNAL)
+    assert f"{shown(SIGNAL).error(rmse)} with the sliders" in words
+
+
+def test_sliders_of_another_model_move_nothing(session: Session, runs: tuple[Run, ...]) -> None:
+    version = session.document.version
+    held = {"of": session.document.find("1").mark, "values": {"link.inertia": 0.02}}
+    assert moved_runs(version, runs[-1].file, held) == ((), "")
+    assert moved_runs(version, runs[-1].file, None) == ((), "")
+
+
+def test_what_no_model_can_have_is_told(session: Session, runs: tuple[Run, ...]) -> None:
+    version = session.document.version
+    moved, fault = moved_runs(
+        version, runs[-1].file, {"of": version.mark, "values": {"link.inertia": -1.0}}
+    )
+    assert moved == ()
+    assert "inertia" in fault
+
+
 def test_before_anything_is_computed_nothing_is_shown(session: Session, found: Compared) -> None:
     empty = Session("1", session.document, session.files)
     assert compared_now(empty) is None
@@ -238,15 +277,15 @@ def test_readings_are_those_of_the_nearest_samples(runs: tuple[Run, ...]) -> Non
     heads = [row[0] for row in rows]
     assert heads[:2] == ["time (s)", "measured (rad)"]
     assert heads[-2:] == ["error, as given (mrad)", "error, heavier (mrad)"]
-    assert float(rows[0][3]) == pytest.approx(time[b] - time[a], abs=1e-4)
-    assert float(rows[1][1]) == pytest.approx(measured[a], rel=1e-4)
+    assert copied(rows[0][3]) == time[b] - time[a]
+    assert copied(rows[1][1]) == measured[a]
     error = runs[-1].error(SIGNAL)
-    assert float(rows[-1][3]) == pytest.approx(1e3 * (error[b] - error[a]), rel=1e-3)
+    assert copied(rows[-1][3]) == pytest.approx(1e3 * (error[b] - error[a]), rel=1e-12)
 
 
 def test_one_cursor_has_no_difference(runs: tuple[Run, ...]) -> None:
     rows = cursor_rows(runs, SIGNAL, {"A": None, "B": 1.0})
-    assert all(row[1] == "–" and row[2] != "–" and row[3] == "–" for row in rows)
+    assert all(row[1] == "–" and isinstance(row[2], Exact) and row[3] == "–" for row in rows)
     assert cursor_rows(runs, SIGNAL, NO_CURSORS) == []
 
 
@@ -263,9 +302,11 @@ def test_the_table_of_errors_begins_with_both_models(runs: tuple[Run, ...]) -> N
     ]
     states = runs[-1].file.signals[SIGNAL].slack_states
     assert len(rows) == 2 + len(states)
-    assert sum(int(row[1]) for row in rows[2:]) == int(rows[1][1])
+    assert sum(int(str(row[1])) for row in rows[2:]) == int(str(rows[1][1]))
     rmse = runs[-1].file.signals[SIGNAL].rmse
-    assert float(rows[1][2]) == pytest.approx(1e3 * rmse, rel=1e-2)
+    assert copied(rows[1][2]) == 1e3 * rmse
+    assert isinstance(rows[1][2], Exact)
+    assert rows[1][2].shown == number(1e3 * rmse)
     assert next(error_rows(runs[-1:], SIGNAL))[0] == "all"
 
 

@@ -24,9 +24,14 @@ from benchmarking import print_table
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app.document import Source, new_document
 from elastic_tendon.app.server import listen
+from elastic_tendon.app.sliders import STILL
+from elastic_tendon.comparison.compare import compare as compare_with
 from elastic_tendon.demo import DATA
 from elastic_tendon.diagnosis import by_hand
+from elastic_tendon.measurement import read_measurement
 from elastic_tendon.progress import Enough
+from elastic_tendon.reports.first_screen import UNFINISHED
+from elastic_tendon.reports.units import number
 
 # of the FMU, and what they are called in the recording
 COLUMNS = {
@@ -211,11 +216,17 @@ def test_what_is_known_of_a_search_can_be_looked_at_and_taken(chromium, monkeypa
         assert walk.page.locator("#take-best").is_hidden()
         walk.button("Find which effect is missing").click()
         walk.page.get_by_text("Judged so far").wait_for()
-        assert walk.page.locator("#effect-list").get_by_text("Coulomb friction").count() > 0
+        screen, listed = (walk.page.locator(place) for place in ("#effect-screen", "#effect-list"))
+        interim, rows = screen.inner_text().splitlines()[0], listed.get_by_role("row")
+        assert interim.startswith("Coulomb friction")
+        assert UNFINISHED in screen.inner_text()
+        judged = rows.all_inner_texts()
         walk.button("Take the best so far").click()
         walk.page.get_by_text("The search was ended early").wait_for()
         walk.settle()
-        assert walk.page.locator("#effect-screen").get_by_text("Coulomb friction").count() > 0
+        assert screen.inner_text().splitlines()[0] == interim
+        assert UNFINISHED in screen.inner_text()
+        assert rows.all_inner_texts() == judged
         assert walk.page.get_by_text("Judged so far").count() == 0
         walk.button("Search to the end").wait_for()
         walk.close()
@@ -237,10 +248,17 @@ def test_a_bad_file_is_told_in_its_place_and_costs_nothing_else(walk: Walk) -> N
     good = walk.page.locator(".card").filter(has=walk.page.get_by_text("demo_fit.csv", exact=True))
     assert "5000 samples" in good.inner_text()
     assert len(walk.document()["sources"]) == 4
+    walk.page.get_by_text("1 recording is fitted").wait_for()
+    walk.step("Compare").get_by_role("rowheader", name="all", exact=True).wait_for()
+    left_out = walk.page.locator("#left-out").inner_text()
+    for name in ("rubbish.csv", "wrong.csv"):
+        assert f"{name} is left out: " in left_out
+    walk.step("Data")
+    walk.settle()
     for _ in range(2):
         walk.page.get_by_role("button", name="Remove").last.click()
         walk.settle()
-    walk.page.get_by_text("1 recording is fitted").wait_for()
+    assert walk.page.locator("#left-out").inner_text() == ""
     assert [source["name"] for source in walk.document()["sources"]] == [
         "demo_fit.csv",
         "demo_validate.csv",
@@ -294,6 +312,18 @@ def test_the_browser_goes_back_to_the_step_before(shared: Walk) -> None:
     assert shared.faults == []
 
 
+# share of the dots of Compare's loop that are faint
+FAINT_DOTS = """() => {
+  const drawn = document.querySelector("#compare-loop .js-plotly-plot")._fullData;
+  const all = drawn.flatMap(one => one.mode === "markers" ? Array.from(one.marker.opacity) : []);
+  return all.filter(one => one < 1).length / all.length;
+}"""
+# how many elements are moved by a style of the page
+MOVED = """() => Array.from(document.querySelectorAll("*")).filter(one =>
+  ["", "::before", "::after"].some(part => {
+    const look = getComputedStyle(one, part);
+    return look.animationName !== "none" || !/^0s(, 0s)*$/.test(look.transitionDuration);
+  })).length"""
 SEEN = "#compare-recording, #compare-from, #compare-a"
 # what plotly tells where a figure's size has changed
 RESIZE = "id => Plotly.relayout(document.querySelector(`#${id} .js-plotly-plot`), {height: 191})"
@@ -359,6 +389,7 @@ def test_errors_are_told_where_conditions_hold_and_kept(compare: Walk) -> None:
     type_in(compare, "#compare-high", "5")
     told = words.inner_text()
     assert told.startswith("Only where slack_state=III and time=2..5: ")
+    assert 0.0 < compare.page.evaluate(FAINT_DOTS) < 1.0
     assert 0 < int(samples.inner_text()) < whole
     compare.page.reload()
     compare.heading("Compare").wait_for()
@@ -375,6 +406,64 @@ def test_errors_are_told_where_conditions_hold_and_kept(compare: Walk) -> None:
         type_in(compare, field, "")
     assert words.inner_text() == fault.inner_text() == ""
     assert compare.faults == []
+
+
+def move(walk: Walk, presses: int) -> float:
+    """Move the slider of the inertia by the keyboard; what it stands at then, kg·m²."""
+    slider = walk.page.get_by_role("slider", name="inertia")
+    for _ in range(presses):
+        slider.press("ArrowRight")
+    walk.settle()
+    return float(slider.locator("xpath=../preceding-sibling::span").inner_text().split()[0])
+
+
+def test_sliders_redraw_the_simulation_until_they_are_taken(compare: Walk) -> None:
+    before = compare.document()
+    words = compare.page.locator("#compare-moved-words")
+    drawn = compare.page.locator("#compare-overlay").get_by_text("with the sliders: RMS")
+    compare.page.get_by_text("Move parameters").click()
+    inertia = move(compare, 9)
+    model = load_model(DATA / "demo_model.toml").with_values({"link.inertia": inertia})
+    error = (
+        compare_with(model, read_measurement(str(DATA / "demo_fit.csv")))
+        .files[0]
+        .signals["joint_position"]
+        .rmse
+    )
+    told = words.inner_text()
+    assert f"{number(1e3 * error)} mrad with the sliders" in told
+    drawn.wait_for()
+    compare.page.get_by_role("rowheader", name="with the sliders, all").wait_for()
+    assert compare.document() == before
+    compare.page.reload()
+    drawn.wait_for()
+    compare.settle()
+    assert words.inner_text() == told
+    compare.button("Back to the model's values").click()
+    compare.settle()
+    assert drawn.count() == 0
+    assert words.inner_text() == STILL
+    inertia = move(compare, 3)
+    compare.button("Take these values into the model").click()
+    compare.settle()
+    assert words.inner_text() == STILL
+    assert compare.page.evaluate("document.activeElement.id") == "compare-take"
+    assert f"inertia = {inertia}\n" in compare.document()["versions"][0]["model"]
+    compare.step("Model")
+    compare.button("Take edits back").click()
+    compare.settle()
+    assert compare.document() == before
+
+
+def test_nothing_moves_by_itself_for_those_who_ask_for_that(compare: Walk) -> None:
+    compare.page.locator("#compare-recording").click()
+    compare.page.get_by_role("option").first.wait_for()
+    compare.page.emulate_media(reduced_motion="no-preference")
+    moved = compare.page.evaluate(MOVED)
+    compare.page.emulate_media(reduced_motion="reduce")
+    assert moved > 0
+    assert compare.page.evaluate(MOVED) == 0
+    compare.page.keyboard.press("Escape")
 
 
 def test_the_residual_is_tested_where_the_model_fails(compare: Walk) -> None:
@@ -430,16 +519,23 @@ def ends(walk: Walk) -> list[str]:
     return [walk.page.input_value(field) for field in ("#compare-from", "#compare-to")]
 
 
-def test_a_table_is_copied_as_it_is_read(compare: Walk) -> None:
+def test_a_table_and_a_number_of_it_are_copied_with_all_digits(compare: Walk) -> None:
     compare.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    frame = compare.page.locator("section.step:visible .table").first
+    frame = compare.page.locator("#compare-errors .table")
     frame.get_by_role("button", name="Copy this table").click()
     frame.get_by_text("Copied", exact=True).wait_for()
     copied = compare.page.evaluate("navigator.clipboard.readText()")
     rows = [line.split("\t") for line in copied.splitlines()]
     shown = frame.locator("tr").evaluate_all("all => all.map(row => row.cells.length)")
     assert [len(row) for row in rows] == shown
+    assert rows[0][2] == "RMS (mrad)"
     assert rows[1][0] == frame.locator("tbody tr").first.locator("th").first.inner_text()
+    rmse = frame.locator("tbody tr").first.locator("td").nth(1)
+    assert len(rows[1][2]) > len(rmse.inner_text())
+    assert number(float(rows[1][2])) == rmse.inner_text()
+    rmse.dblclick()
+    compare.page.keyboard.press("Control+c")
+    assert compare.page.evaluate("navigator.clipboard.readText()") == rows[1][2]
 
 
 def test_a_figure_is_saved_from_where_it_is(compare: Walk, tmp_path: Path) -> None:

@@ -122,6 +122,17 @@ def test_bad_data_is_one_sentence_and_nothing_is_written(run, table, kind: str) 
     assert [path.name for path in Path().iterdir()] == [name]
 
 
+def test_all_files_that_cannot_be_used_are_told_at_once(run, table) -> None:
+    table.to_csv("good.csv", index=False)
+    Path("text.csv").write_text("nothing\n")
+    names = "text.csv", "good.csv", "gone.csv"
+    line = only_line(run("compare", MODEL, *names, "--json", "c.json"))
+    assert line.startswith("elastic-tendon: text.csv: ")
+    assert "; gone.csv: " in line
+    assert "good.csv" not in line
+    assert not Path("c.json").exists()
+
+
 def test_a_file_of_too_many_rows_is_refused_with_what_to_do(run, table, monkeypatch) -> None:
     monkeypatch.setattr(rows, "MAXIMUM_SAMPLES", 1000)
     table.to_csv("run.csv", index=False)

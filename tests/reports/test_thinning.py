@@ -98,6 +98,13 @@ def test_no_place_of_a_path_is_a_pixel_and_a_half_from_what_is_drawn(
     assert _apart(full, path(*full), 1000.0) < 1.5
 
 
+@pytest.mark.parametrize("n", [1_000, 60_000])
+def test_a_path_is_drawn_where_it_is_asked_for(n: int) -> None:
+    full, drawn = _strikes(n), np.arange(n) < n // 2
+    half = full[0][drawn], full[1][drawn]
+    assert _apart(half, path(*full, drawn=drawn), 1000.0) < 1.5
+
+
 @pytest.mark.parametrize("full", [_series(90_000), _noisy(_series(90_000))], ids=["plain", "noisy"])
 def test_no_place_of_a_series_is_a_pixel_and_a_half_from_what_is_drawn(
     full: tuple[Array, Array],

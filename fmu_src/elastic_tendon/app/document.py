@@ -13,6 +13,7 @@ from pydantic import BaseModel, model_validator
 
 from elastic_tendon.actuator.parameters import Model, model_from_toml
 from elastic_tendon.actuator.quantity import STRICT
+from elastic_tendon.errors import EffectError
 from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 
 GIVEN, EDITED = "as given", "edited by hand"  # titles of models that were made from no other
@@ -93,6 +94,11 @@ class Version(BaseModel):
     def as_loaded(self) -> Model:
         """The model before its parameters were edited by hand."""
         return model_from_toml(self.given or self.model, self.title)
+
+    @property
+    def mark(self) -> str:
+        """Changes with the model's numbers, and with what they were loaded as."""
+        return sha256(f"{self.model}\0{self.given}".encode()).hexdigest()
 
 
 class OwnEffect(BaseModel):
@@ -194,6 +200,23 @@ class Document(BaseModel):
         if own in self.own_effects:
             return self
         return self.model_copy(update={"own_effects": (*self.own_effects, own)})
+
+    def without_own_effect(self, effect_id: str) -> "Document":
+        """The same less an effect of the user's own.
+
+        Raises
+        ------
+        EffectError : a version has it
+        """
+        having = [
+            version.title for version in self.versions if effect_id in version.loaded().effect_ids
+        ]
+        if having:
+            raise EffectError(
+                f"{effect_id} is in {', '.join(having)}; delete that in the step Add first"
+            )
+        left = tuple(own for own in self.own_effects if own.id != effect_id)
+        return self.model_copy(update={"own_effects": left})
 
     def with_model(self, model: Model, title: str = GIVEN) -> "Document":
         """Look at another model as given: in place of one that was left as it was, else beside.

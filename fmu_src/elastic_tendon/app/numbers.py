@@ -19,6 +19,7 @@ class Number:
 
     path: str
     words: str
+    value: float
     text: str
     was: str
     unit: str
@@ -55,6 +56,7 @@ def sections(model: Model, loaded: Model) -> tuple[Section, ...]:
                 Number(
                     path=quantity.path,
                     words=quantity.path.rpartition(".")[2].replace("_", " "),
+                    value=values[quantity.path],
                     text=shown(values[quantity.path]),
                     was=shown(before[quantity.path]),
                     unit=unit_in_words(quantity.unit),

@@ -21,6 +21,7 @@ WARNING = (
 UNKNOWN = (
     "The editor holds a text that this session does not have; try it, or empty the editor first."
 )
+REMOVED = "{} is no longer known to this session; its text stays in the editor."
 
 
 def section() -> Component:
@@ -70,11 +71,14 @@ def _list(document: Document) -> Sequence[Component]:
                         id={"own-effect-download": own.id},
                         className="plain",
                     ),
-                    html.Button(
-                        "Edit",
-                        id={"own-effect-edit": own.id},
-                        className="plain",
-                        **aria(label=f"Edit {own.id}"),
+                    *(
+                        html.Button(
+                            words,
+                            id={f"own-effect-{words.lower()}": own.id},
+                            className="plain",
+                            **aria(label=f"{words} {own.id}"),
+                        )
+                        for words in ("Edit", "Remove")
                     ),
                 ],
                 className="row",
@@ -149,23 +153,34 @@ def _register_text(app: Dash, workspace: Workspace) -> None:
         Output("own-effect-text", "value"),
         Output("own-effect-refusal", "children", allow_duplicate=True),
         Output("own-effect-line", "children", allow_duplicate=True),
+        Output("own-effect-told", "children", allow_duplicate=True),
+        Output("session", "data", allow_duplicate=True),
         Input("own-effect-new", "n_clicks"),
         Input({"own-effect-edit": ALL}, "n_clicks"),
+        Input({"own-effect-remove": ALL}, "n_clicks"),
         State("own-effect-text", "value"),
         State("session", "data"),
         prevent_initial_call=True,
     )
     def write(
-        _new: int | None, _edits: list[int | None], written: str | None, stored: Any
-    ) -> tuple[Any, Any, Any]:
+        _new: int | None, _edits: Any, _removals: Any, written: str | None, stored: Any
+    ) -> tuple[Any, ...]:
         if not stored or not ctx.triggered[0]["value"]:
-            return no_update, no_update, no_update
-        document = workspace.open(stored).document
-        if own_effects.would_be_lost(written or "", document):
-            return no_update, UNKNOWN, ""
+            return (no_update,) * 5
+        session = workspace.open(stored)
+        if own_effects.would_be_lost(written or "", session.document):
+            return no_update, UNKNOWN, "", "", no_update
         if ctx.triggered_id == "own-effect-new":
-            return own_effects.template(), "", ""
-        return _found(document, ctx.triggered_id["own-effect-edit"]).text, "", ""
+            return own_effects.template(), "", "", "", no_update
+        ((what, effect_id),) = ctx.triggered_id.items()
+        text = _found(session.document, effect_id).text
+        if what == "own-effect-edit":
+            return text, "", "", "", no_update
+        try:
+            session.change(lambda document: document.without_own_effect(effect_id))
+        except EffectError as error:
+            return no_update, f"{error}.", "", "", no_update
+        return text, "", "", REMOVED.format(effect_id), session.stored()
 
 
 def _found(document: Document, effect_id: str) -> OwnEffect:

@@ -22,7 +22,7 @@ from elastic_tendon.reports.diagnosis_tables import (
     listed,
     unsure_sentence,
 )
-from elastic_tendon.reports.first_screen import FirstScreen, first_screen
+from elastic_tendon.reports.first_screen import UNFINISHED, FirstScreen, first_screen
 from elastic_tendon.reports.tables import fall_sentences
 from elastic_tendon.simulation.signature import Signature
 
@@ -69,6 +69,7 @@ def screen(
     button: str = SEARCH,
     static: bool = False,
     left_open: LeftOpen | None = None,
+    complete: bool = True,
 ) -> FirstScreen:
     """What heads the step: what is missing, how far the error falls with it, what to do next.
 
@@ -80,6 +81,7 @@ def screen(
     button : what the one that searches is called
     static : the errors are those of static curves
     left_open : what these data do not tell apart, None where that is not known yet
+    complete : the search has tried everything; it neither goes on nor was ended early
     """
     if search_round is None:
         verdict = "Which effect is missing was not searched from here yet."
@@ -94,6 +96,8 @@ def screen(
     if left_open is not None and left_open.sets:
         rivals = listed(left_open.names)
         advice = f"see below which experiment decides between {rivals}; or {advice}"
+    if not complete:
+        advice = UNFINISHED
     return first_screen(suggestion(search_round, left_open), fall, advice, static=static)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.app.tables import Exact
 from elastic_tendon.comparison.bins import Bin
 from elastic_tendon.comparison.comparison import ErrorFigures, FileComparison
 from elastic_tendon.comparison.locate import FileLocation
@@ -46,7 +47,7 @@ def error_heads(quantity: Shown) -> list[str]:
     ]
 
 
-def error_rows(runs: Sequence[Run], signal: str) -> Iterator[list[str]]:
+def error_rows(runs: Sequence[Run], signal: str) -> Iterator[list[str | Exact]]:
     """Error of every run over all samples; of the last also by slack state.
 
     Where there are several, the rows of all samples begin with the names of their models.
@@ -64,10 +65,15 @@ def error_rows(runs: Sequence[Run], signal: str) -> Iterator[list[str]]:
         yield [STATES.get(state, state), *_figures(part, quantity)]
 
 
-def _figures(error: ErrorFigures, quantity: Shown) -> list[str]:
-    sizes = (quantity.small * size for size in (error.rmse, error.max_abs, error.bias))
-    fit = "–" if error.fit_percent is None else f"{error.fit_percent:.1f}"
-    return [str(error.count), *map(number, sizes), fit, noise_ratio(error.noise_ratio)]
+def _figures(error: ErrorFigures, quantity: Shown) -> list[str | Exact]:
+    sizes = [quantity.small * size for size in (error.rmse, error.max_abs, error.bias)]
+    fit = error.fit_percent
+    return [
+        str(error.count),
+        *(Exact(number(size), size) for size in sizes),
+        "–" if fit is None else Exact(f"{fit:.1f}", fit),
+        Exact(noise_ratio(error.noise_ratio), error.noise_ratio),
+    ]
 
 
 def _quantity(file: FileComparison, signal: str) -> Shown:
@@ -77,7 +83,7 @@ def _quantity(file: FileComparison, signal: str) -> Shown:
 # ---- cursors -------------------------------------------------------------------------------
 
 
-def cursor_rows(runs: Sequence[Run], signal: str, cursors: Cursors) -> list[list[str]]:
+def cursor_rows(runs: Sequence[Run], signal: str, cursors: Cursors) -> list[list[str | Exact]]:
     """Values at the cursors and what lies between them; columns A, B, B - A.
 
     Parameters
@@ -92,10 +98,13 @@ def cursor_rows(runs: Sequence[Run], signal: str, cursors: Cursors) -> list[list
         return []
     names = ["measured", *(run.label for run in runs)]
 
-    def row(name: str, take: Callable[[Reading], float], digits: str = "#.5g") -> list[str]:
+    def row(name: str, take: Callable[[Reading], float], digits: str = "#.5g") -> list[str | Exact]:
         first, second = (None if reading is None else take(reading) for reading in read)
         both = None if first is None or second is None else second - first
-        cells = ("–" if value is None else format(value, digits) for value in (first, second, both))
+        cells = (
+            "–" if value is None else Exact(format(value, digits), value)
+            for value in (first, second, both)
+        )
         return [name, *cells]
 
     rows = [row("time (s)", lambda reading: reading.time, ".4f")]

@@ -6,14 +6,14 @@ there yet, one after the other, and the page shows what there is.
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 
 import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
-from elastic_tendon.app.workspace import Cache, Result
+from elastic_tendon.app.workspace import CANCELLED, Cache, Result
 from elastic_tendon.estimation.ladder import FittedStep, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -29,10 +29,15 @@ Files = Mapping[str, Path]
 
 @dataclass(frozen=True)
 class Data:
-    """Recordings that are fitted, and those that are held out."""
+    """Recordings that are fitted, and those that are held out.
+
+    `left_out` : why files cannot be used, in sentences by their keys; they keep none of the others
+    back.
+    """
 
     fitted: tuple[Measurement, ...]
     heldout: tuple[Measurement, ...]
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -122,19 +127,41 @@ def data(document: Document, files: Files) -> Result[Data]:
     def compute(cache: Cache, progress: Progress) -> Data:
         fitted: list[Measurement] = []
         heldout: list[Measurement] = []
+        faults: list[tuple[Source, str]] = []
         for source in document.sources:
             if source.role == "off":
                 continue
-            for recording in cache.obtain(checked(document, source, files), progress):
-                first, second = split_up(source, recording)
-                fitted += first
-                heldout += second
+            try:
+                recordings = cache.obtain(checked(document, source, files), progress)
+                parts = [split_up(source, recording) for recording in recordings]
+            except et.ElasticTendonError as error:
+                if str(error) == CANCELLED:
+                    raise
+                faults.append((source, str(error)))
+                continue
+            fitted += [part for first, _ in parts for part in first]
+            heldout += [part for _, second in parts for part in second]
         if not fitted:
-            raise et.MeasurementError("no recording is fitted; add one and let it be fitted")
-        return Data(tuple(fitted), tuple(heldout))
+            nothing = "no recording is fitted; add one and let it be fitted"
+            raise et.MeasurementError(faults[0][1] if faults else nothing)
+        left_out = {source.key: _left_out(source, why) for source, why in faults}
+        return Data(tuple(fitted), tuple(heldout), left_out)
 
     root = _hash(document.path()[0].model)
     return Result(("data", document.data_key(), root), "reading the data", compute)
+
+
+def _left_out(source: Source, why: str) -> str:
+    return f"{source.name} is left out: {why.removeprefix(f'{source.name}: ')}."
+
+
+def as_used(document: Document, files: Files, cache: Cache) -> Document:
+    """The same less files that cannot be used, as far as that is known."""
+    known = cache.find(data(document, files))
+    left_out = known.left_out if isinstance(known, Data) else {}
+    return document.with_sources(
+        [source for source in document.sources if source.key not in left_out]
+    )
 
 
 def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement], list[Measurement]]:

@@ -6,7 +6,7 @@ from typing import Any
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 
-from elastic_tendon.app import gate, walk
+from elastic_tendon.app import gate, results, walk
 from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.step import PageStep, aria, section
 from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
@@ -49,6 +49,7 @@ def layout(steps: Sequence[PageStep], session_name: str) -> Component:
                         **_words_for_script(session_name),
                     ),
                     html.P(id="unsaved", className="sentence", role="alert"),
+                    html.P(id="left-out", className="sentence", role="status"),
                     gate.layout(),
                     *(
                         section(step, following, opened=step is steps[0])
@@ -139,15 +140,21 @@ def _register_session(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("where-we-are", "children"),
         Output("unsaved", "children"),
+        Output("left-out", "children"),
         Input("session", "data"),
     )
-    def tell(stored: Any) -> tuple[str, str]:
+    def tell(stored: Any) -> tuple[str, str, str]:
         if not stored:
-            return "", ""
+            return "", "", ""
         session = workspace.open(stored)
         version = session.document.version
         parts = [session.name, f"{version.loaded().name}: {version.title}"]
-        return " · ".join(filter(None, parts)), f"{session.unsaved}." if session.unsaved else ""
+        used = session.cache.find(results.data(session.document, session.files))
+        return (
+            " · ".join(filter(None, parts)),
+            f"{session.unsaved}." if session.unsaved else "",
+            _elsewhere(" ".join(used.left_out.values())) if isinstance(used, results.Data) else "",
+        )
 
 
 def _register_steps(app: Dash, workspace: Workspace) -> None:

@@ -1,6 +1,7 @@
 """What a step of the page is: a title, a place for errors, a layout, and its callbacks."""
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,11 @@ class PageStep:
 def aria(**attributes: str) -> dict[str, Any]:
     """Attributes ``aria-...`` for readers of the screen, as keywords of a component."""
     return {f"aria-{name}": value for name, value in attributes.items()}
+
+
+def dom_id(component_id: Mapping[str, str]) -> str:
+    """How the browser calls a component whose id is a table."""
+    return json.dumps(component_id, sort_keys=True, separators=(",", ":"))
 
 
 def section(step: PageStep, following: PageStep | None, *, opened: bool) -> html.Section:

@@ -155,7 +155,10 @@ def model_file(document: Document, files: Files, depot: Depot) -> Result[Built]:
     """The current version as model.toml, with comments on where it comes from."""
 
     def compute(cache: Cache, progress: Progress) -> Built:
-        version, notes = document.version, list(_provenance(document))
+        version, notes = (
+            document.version,
+            list(_provenance(results.as_used(document, files, cache))),
+        )
         text = version.model
         if version.parent is not None and walk.is_fitted(document, version):
             answer = cache.obtain(walk.answer(document, version, files), progress).result
@@ -240,14 +243,15 @@ def report_page(document: Document, files: Files, depot: Depot) -> Result[Built]
     def compute(cache: Cache, progress: Progress) -> Built:
         from elastic_tendon.reports.html.document import comparison_document, diagnosis_document
 
-        origin = _origin(document, files)
-        if _was_walked(document):
+        walked = _was_walked(document)
+        shown = document.path()[0] if walked else document.version
+        comparison, where = _compared(document, shown, files, cache, progress)
+        origin = _origin(results.as_used(document, files, cache), files)
+        if walked:
             diagnosis = cache.obtain(walk.concluded(document, files), progress)
-            _, where = _compared(document, document.path()[0], files, cache, progress)
             text = diagnosis_document(diagnosis, where, origin, progress)
         else:
-            found_now = _compared(document, document.version, files, cache, progress)
-            text = comparison_document(*found_now, origin, progress)
+            text = comparison_document(comparison, where, origin, progress)
         name = file_name(document, "report")
         return depot.build(name, lambda path: path.write_text(text, encoding="utf-8"))
 

@@ -7,11 +7,12 @@ from elastic_tendon import effects
 from elastic_tendon.app import walk
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.results import Compared
+from elastic_tendon.app.tables import Exact
 from elastic_tendon.app.view import SIGNAL
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.tables import alias_sentences, distrust_sentences, fall_sentences
-from elastic_tendon.reports.units import noise_ratio, shown
+from elastic_tendon.reports.units import noise_ratio, number, shown
 
 NOISE = 1.1  # times the noise, up to which an error is taken for noise
 UNKNOWN = "-"  # where a version was not compared with these data yet
@@ -21,9 +22,9 @@ UNKNOWN = "-"  # where a version was not compared with these data yet
 class Row:
     """A version in the tree: `depth` below its root, whether it is the `current` one.
 
-    `fitted`, `heldout` : error with its unit, and `ratio` times the noise; `below` : how many
-    versions were made from it. `deletable` : it is not the only root. `model` : name of a root's
-    model, which those below it share; else "".
+    `fitted`, `heldout` : error in the signal's small unit, and `ratio` times the noise; `below` :
+    how many versions were made from it. `deletable` : it is not the only root. `model` : name of a
+    root's model, which those below it share; else "".
     """
 
     version: Version
@@ -32,9 +33,9 @@ class Row:
     below: int
     deletable: bool
     model: str = ""
-    fitted: str = UNKNOWN
-    heldout: str = UNKNOWN
-    ratio: str = UNKNOWN
+    fitted: str | Exact = UNKNOWN
+    heldout: str | Exact = UNKNOWN
+    ratio: str | Exact = UNKNOWN
 
 
 def tree(document: Document) -> list[Row]:
@@ -55,14 +56,19 @@ def _branch(document: Document, version: Version, depth: int, roots: int) -> Ite
     yield from rows
 
 
-def errors_of(comparison: Compared, signal: str) -> tuple[str, str, str]:
-    """Error on fitted and on held-out data with unit, and the former over the noise."""
-    quantity = shown(signal, static=is_static(comparison))
+def errors_of(comparison: Compared, signal: str) -> tuple[Exact, str | Exact, Exact]:
+    """Error on fitted and on held-out data, small unit, and the former over the noise."""
+    small = shown(signal).small
+
+    def size(rmse: float) -> Exact:
+        return Exact(number(small * rmse), small * rmse)
+
     heldout = comparison.heldout.rmse() if comparison.heldout is not None else {}
+    ratio = comparison.fitted.noise_ratio()[signal]
     return (
-        quantity.error(comparison.fitted.rmse()[signal]),
-        quantity.error(heldout[signal]) if signal in heldout else UNKNOWN,
-        noise_ratio(comparison.fitted.noise_ratio()[signal]),
+        size(comparison.fitted.rmse()[signal]),
+        size(heldout[signal]) if signal in heldout else UNKNOWN,
+        Exact(noise_ratio(ratio), ratio),
     )
 
 

@@ -164,12 +164,20 @@ def read_all(
 
     Raises
     ------
-    MeasurementError : a file cannot be used, or looks as if it was read wrongly
+    MeasurementError : files cannot be used, all of which are named, or one looks as if it was read
+        wrongly
     """
     from elastic_tendon.measurement.reader import read_prepared
     from elastic_tendon.misreadings.belief import believed
 
-    read = [measurement for name in data for measurement in read_prepared(name, options, progress)]
+    read, refused = list[et.Measurement](), list[str]()
+    for name in data:
+        try:
+            read += read_prepared(name, options, progress)
+        except et.MeasurementError as error:
+            refused.append(str(error))
+    if refused:
+        raise et.MeasurementError("; ".join(refused))
     taken = believed(model, read, progress, as_declared=options.as_declared)
     for before, after in zip(read, taken, strict=True):
         _tell("note", after.name, before.notes)

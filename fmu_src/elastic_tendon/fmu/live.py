@@ -159,12 +159,18 @@ def _range(
     return max(low, quantity.lower), min(high, quantity.upper)
 
 
-def _groups(model: Model, intervals: Intervals) -> list[dict[str, Any]]:
+def groups(model: Model, intervals: Intervals | None = None) -> list[dict[str, Any]]:
     """Sliders in groups: those of effects first, then what was estimated, then, closed, the rest.
 
     Each number has its place in the library's order.
+
+    Parameters
+    ----------
+    model : Model
+    intervals : see `numbers`; none where nothing was estimated
     """
-    groups: dict[tuple[int, str], list[dict[str, Any]]] = {}
+    intervals = intervals or {}
+    found: dict[tuple[int, str], list[dict[str, Any]]] = {}
     for place, number in enumerate(numbers(model, intervals)):
         first, second, *_ = number.path.split(".")
         if first == "effects":
@@ -173,8 +179,8 @@ def _groups(model: Model, intervals: Intervals) -> list[dict[str, Any]]:
             rank, title = 1, first.capitalize()
         else:
             rank, title = 2, f"{first.capitalize()}, not fitted"
-        groups.setdefault((rank, title), []).append(vars(number) | {"place": place})
-    ordered = sorted(groups.items(), key=lambda group: group[0][0])
+        found.setdefault((rank, title), []).append(vars(number) | {"place": place})
+    ordered = sorted(found.items(), key=lambda group: group[0][0])
     return [
         {"title": title, "open": rank < 2, "numbers": members} for (rank, title), members in ordered
     ]
@@ -284,7 +290,7 @@ def live_panel(
         return ""
     content = {
         **described(model, progress),
-        "groups": _groups(model, intervals or {}),
+        "groups": groups(model, intervals),
         "step": _step(model),
         "recording": None if recording is None else _recorded(model, recording),
     }

@@ -10,6 +10,8 @@ from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.diagnosis_tables import called, percent
 from elastic_tendon.reports.tables import fall_sentences
 
+UNFINISHED = "let the search come to its end; this is the best so far."
+
 
 @dataclass(frozen=True)
 class FirstScreen:
@@ -52,7 +54,7 @@ def of_diagnosis(diagnosis: Diagnosis) -> FirstScreen:
 def _worth_doing(diagnosis: Diagnosis) -> str:
     """What is worth doing next, as the end of a sentence that begins with "Next:"."""
     if not diagnosis.complete:
-        return "let the search come to its end; this is the best so far."
+        return UNFINISHED
     if (proposed := diagnosis.next_experiment) is not None:
         return (
             f"run the proposed experiment of {proposed.time[-1]:.3g} s. With a chance of "

@@ -39,7 +39,12 @@ def envelope(horizontal: Array, values: Array, buckets: int = BUCKETS) -> tuple[
     return horizontal[kept], values[kept]
 
 
-def path(horizontal: Array, vertical: Array, pixels: int = PIXELS) -> tuple[Array, Array]:
+def path(
+    horizontal: Array,
+    vertical: Array,
+    pixels: int = PIXELS,
+    drawn: NDArray[np.bool_] | None = None,
+) -> tuple[Array, Array]:
     """A curve that may turn back, as loops do: its moves that come to a pixel for the first time.
 
     All that is left out lies in pixels that a drawn move touches, so less than a pixel and a half
@@ -49,15 +54,18 @@ def path(horizontal: Array, vertical: Array, pixels: int = PIXELS) -> tuple[Arra
     ----------
     horizontal, vertical : (n,) arrays, any unit
     pixels : across the extent of each, positive
+    drawn : (n,), samples between which the line runs; all where it is None
 
     Returns
     -------
     two (m,) arrays with NaN where the line is interrupted; the given ones where they are short
     """
+    if drawn is None:
+        drawn = np.ones(len(horizontal), dtype=np.bool_)
     if len(horizontal) <= SHORT:
-        return horizontal, vertical
+        return np.where(drawn, horizontal, np.nan), np.where(drawn, vertical, np.nan)
     places = np.stack([_scaled(horizontal, pixels), _scaled(vertical, pixels)], axis=1)
-    moves = _moves_to_new_pixels(places, pixels)
+    moves = _moves_to_new_pixels(places, pixels, drawn[1:] & drawn[:-1])
     kept = np.stack([moves, moves + 1], axis=1)
     pixel = np.floor(places[kept])
     apart = 1 + np.flatnonzero((pixel[:-1, 1] != pixel[1:, 0]).any(axis=1))
@@ -74,14 +82,17 @@ def _scaled(values: Array, pixels: int) -> Array:
     return np.asarray((values - values.min()) * (pixels / extent))
 
 
-def _moves_to_new_pixels(places: Array, pixels: int) -> NDArray[np.intp]:
-    """Indices of the samples from which a move to the next touches a pixel that none before did."""
+def _moves_to_new_pixels(places: Array, pixels: int, drawn: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Indices of the samples from which a move to the next touches a pixel that none before did;
+    `drawn` (n - 1,) are the moves that count.
+    """
     touched = np.zeros((pixels + 1) ** 2, dtype=np.bool_)
     kept = []
     for start in range(0, len(places) - 1, MOVES):
         ends = places[start : start + MOVES + 1]
         steps = np.diff(ends, axis=0)
         counts = np.ceil(2.0 * np.hypot(*steps.T)).astype(np.intp) + 1
+        counts *= drawn[start : start + MOVES]
         move = np.repeat(np.arange(len(steps)), counts)
         share = (np.arange(len(move)) - (np.cumsum(counts) - counts)[move]) / counts[move]
         across, up = np.floor(ends[move] + share[:, None] * steps[move]).astype(np.intp).T

@@ -12,8 +12,10 @@ from elastic_tendon.comparison.bins import Bin
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import FileLocation, Location, locate
+from elastic_tendon.comparison.selection import only_where
 from elastic_tendon.demo import DATA
 from elastic_tendon.measurement import Measurement, read_measurement
+from elastic_tendon.reports.comparison_figures import FAINT
 from elastic_tendon.reports.interactive.correlation import residual_correlation
 from elastic_tendon.reports.interactive.data import figure_table
 from elastic_tendon.reports.interactive.loop import DOTS, torque_loop, torque_words
@@ -123,6 +125,23 @@ def test_the_loop_of_a_window_holds_its_samples_only(demo: Compared) -> None:
     times = np.concatenate([trace.customdata for trace in figure.data if trace.mode == "markers"])
     recorded = file.measurement.time
     assert np.array_equal(np.sort(times), recorded[(recorded >= 2.0) & (recorded <= 3.0)])
+
+
+def test_the_loop_draws_samples_faint_that_are_not_selected(demo: Compared) -> None:
+    comparison, location = demo
+    (file,) = only_where(replace(comparison, files=comparison.files[:1]), ["time=2..3"]).files
+    assert file.selection is not None
+    figure = torque_loop(comparison.model, file, location.files[0], dots=10**6)
+    dots = [trace for trace in figure.data if trace.mode == "markers"]
+    opacity = np.concatenate([trace.marker.opacity for trace in dots])
+    times = np.concatenate([trace.customdata for trace in dots])
+    assert np.array_equal(opacity == 1.0, (times >= 2.0) & (times <= 3.0))
+    faint, whole = [trace for trace in figure.data if trace.name == "simulated"]
+    assert faint.opacity == FAINT
+    selected = file.trajectory["deflection"][file.selection.chosen]
+    drawn = whole.x[np.isfinite(whole.x)]
+    ends = pytest.approx((selected.min(), selected.max()), abs=0.01 * np.ptp(selected))
+    assert (drawn.min(), drawn.max()) == ends
 
 
 def test_a_torque_that_nobody_measured_is_called_estimated(

@@ -1,12 +1,29 @@
-// A table is copied as it is read, a tab between cells, so that a sheet or a report can take it.
+// A table is copied with a tab between cells, so that a sheet or a report can take it; its numbers
+// with all their digits, as is one alone that is selected and copied.
 (function () {
   "use strict";
   const TOLD = 2000; // ms for which the button says that it was done
 
   function words(cell) {
-    const field = cell.querySelector("input");
-    return (field ? field.value : cell.innerText).trim().replace(/\s+/g, " ");
+    const field = cell.querySelector("input"), { copied, shown } = cell.dataset;
+    if (copied !== undefined && (!field || field.value === shown)) return copied;
+    if (cell.matches("td:has(button)")) return "";
+    const text = (field ? field.value : cell.innerText).trim().replace(/\s+/g, " ");
+    return text.replace(/−(?=\d)/g, "-"); // as sheets read it
   }
+
+  function selectedCell(selection) { // the one number that is selected, if it is one
+    const text = selection.toString().trim(), at = selection.anchorNode;
+    const cell = at && (at.closest ? at : at.parentElement).closest("td[data-copied]");
+    return text && cell && cell.innerText.includes(text) ? cell : null;
+  }
+
+  document.addEventListener("copy", function (event) {
+    const cell = selectedCell(document.getSelection());
+    if (!cell) return;
+    event.clipboardData.setData("text/plain", cell.dataset.copied);
+    event.preventDefault();
+  });
 
   function copy(text) { // also where the page has no right to the clipboard by itself
     document.addEventListener("copy", function (event) {

@@ -15,16 +15,16 @@ from elastic_tendon.app.document import Document
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.results import Compared, Files
 from elastic_tendon.app.step import PageStep
-from elastic_tendon.app.tables import scrolling, table
+from elastic_tendon.app.tables import Exact, figure_cell, figure_head, scrolling, table
 from elastic_tendon.app.view import SIGNAL, compared_now
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
 from elastic_tendon.diagnosis.answer import Answer
-from elastic_tendon.estimation.determinability import Findings
+from elastic_tendon.estimation.determinability import Estimate, Findings
 from elastic_tendon.estimation.ladder import Step
 from elastic_tendon.reports.interactive.ladder import ladder
 from elastic_tendon.reports.interactive.theme import THEMES, Theme
 from elastic_tendon.reports.tables import estimate_cells, open_note, with_interval
-from elastic_tendon.reports.units import shown
+from elastic_tendon.reports.units import Shown, shown
 
 LONGEST = 80  # letters of a title
 INDENT = 1.4  # rem
@@ -81,11 +81,13 @@ def _next() -> Component:
     )
 
 
-def _tree(rows: Sequence[versions.Row], words: str, deleting: str | None) -> Component:
-    heads = ["Version", f"{words}: RMS error", "held out", "times noise", ""]
+def _tree(rows: Sequence[versions.Row], quantity: Shown, deleting: str | None) -> Component:
+    unit = quantity.small_unit
+    heads = [f"{quantity.words}: RMS error ({unit})", f"held out ({unit})", "times noise"]
     head = [
-        html.Th(text, scope="col", className="figure" if 0 < index < 4 else "")
-        for index, text in enumerate(heads)
+        html.Th("Version", scope="col"),
+        *map(figure_head, heads),
+        html.Th("", scope="col"),
     ]
     body = [_row(row, deleting) for row in rows]
     return scrolling(html.Table([html.Thead(html.Tr(head)), html.Tbody(body)]))
@@ -110,7 +112,7 @@ def _row(row: versions.Row, deleting: str | None) -> Component:
     return html.Tr(
         [
             html.Th([title, *model], scope="row"),
-            *(html.Td(text, className="figure") for text in figures),
+            *map(figure_cell, figures),
             html.Td(_buttons(row, sure=deleting == name), className="buttons"),
         ],
         className="chosen" if row.current else "",
@@ -153,7 +155,7 @@ def _numbers(findings: Findings) -> list[Component]:
     heads = ("Parameter", "given", "fitted, 95 % interval", "unit")
     parts: list[Component] = [
         html.H3("Estimated parameters"),
-        table(heads, [estimate_cells(estimate) for estimate in findings.estimates]),
+        table(heads, map(_estimate, findings.estimates)),
     ]
     if note := open_note(findings):
         parts.append(html.P(note, className="quiet"))
@@ -161,7 +163,10 @@ def _numbers(findings: Findings) -> list[Component]:
         rows = [
             (
                 ratio.name.removeprefix("transmission."),
-                with_interval(ratio.value, ratio.interval),
+                Exact(
+                    with_interval(ratio.value, ratio.interval),
+                    _all_digits(ratio.value, ratio.interval),
+                ),
                 unit_text(ratio.unit),
             )
             for ratio in findings.ratios
@@ -169,6 +174,19 @@ def _numbers(findings: Findings) -> list[Component]:
         words = "Determined as ratios only; J is the link's inertia"
         parts.append(table(("Ratio", "fitted, 95 % interval", "unit"), rows, words))
     return [*parts, *(html.P(sentence) for sentence in findings.sentences)]
+
+
+def _estimate(estimate: Estimate) -> list[str | Exact]:
+    name, given, fitted, unit = estimate_cells(estimate)
+    all_digits = f"{estimate.fitted} (open)"
+    if estimate.determined:
+        all_digits = _all_digits(estimate.fitted, estimate.interval)
+    return [name, Exact(given, estimate.given), Exact(fitted, all_digits), unit]
+
+
+def _all_digits(value: float, interval: tuple[float, float]) -> str:
+    low, high = interval
+    return f"{value} ({low} to {high})"
 
 
 # ---- what is in the cache ------------------------------------------------------------------
@@ -314,7 +332,7 @@ def _register_versions(app: Dash, workspace: Workspace) -> None:
         now = compared_now(session)
         signal = SIGNAL if now is None else versions.shown_signal(now)
         static = now is not None and versions.is_static(now)
-        return _tree(_rows(session, signal), shown(signal, static=static).words, deleting)
+        return _tree(_rows(session, signal), shown(signal, static=static), deleting)
 
 
 def _register_results(app: Dash, workspace: Workspace) -> None:

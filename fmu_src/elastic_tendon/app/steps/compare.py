@@ -17,6 +17,7 @@ from dash import (
 )
 from dash.development.base_component import Component
 
+from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.app import figures, results
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
@@ -33,6 +34,14 @@ from elastic_tendon.app.readings import (
     with_cursor,
 )
 from elastic_tendon.app.results import Files
+from elastic_tendon.app.sliders import (
+    LABEL,
+    moved_runs,
+    moved_values,
+    moved_words,
+    register,
+    sliders,
+)
 from elastic_tendon.app.step import PageStep, aria
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
@@ -52,6 +61,7 @@ from elastic_tendon.app.view import (
 )
 from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
+from elastic_tendon.comparison.conditions import Selection
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import failing_sentence, tolerance_sentence
 from elastic_tendon.reports.interactive.loop import torque_loop, torque_words
@@ -73,6 +83,9 @@ BELOW = {"font": {"size": 11}, "y": -0.2, "yanchor": "top"}
 BUCKETS, DOTS = 800, 1500  # of curves and loop; more than these panels can distinguish
 EMPTY = (None, "")  # fields of numbers
 FILTERS = [Input(f"compare-{field}", "value") for field in FIELDS]
+NO_READINGS = html.P(
+    "Click in the curves to set A, then B; or type their times.", className="quiet"
+)
 SHOW = {"recording": "Recording", "signal": "Signal"}
 
 
@@ -85,6 +98,9 @@ def _layout() -> Sequence[Component]:
         dcc.Store(id="compare-view", storage_type="session"),
         dcc.Store(id="compare-window", storage_type="session"),
         dcc.Store(id="compare-cursors", storage_type="session"),
+        dcc.Store(id="compare-moved", storage_type="session"),
+        # numbers of the model that the sliders move
+        dcc.Store(id="compare-numbers"),
         # what there is to zoom into in each step, and what was asked of its curves
         dcc.Store(id="compare-spans"),
         dcc.Store(id="compare-gesture"),
@@ -100,7 +116,7 @@ def _layout() -> Sequence[Component]:
                 html.P(id="compare-filters-fault", className="sentence", role="alert"),
                 html.P(id="compare-filters-words", role="status", **aria(live="polite")),
                 html.P(id="compare-sentence"),
-                html.Div([_curves(), _loop()], className="compare-figures"),
+                html.Div([_curves(), sliders(), _loop()], className="compare-figures"),
                 html.Div([_errors(), _readings()], className="compare-tables"),
             ],
             id="compare-body",
@@ -215,6 +231,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
     _register_curves(app, workspace)
     _register_tables(app, workspace)
     _register_loop(app, workspace)
+    register(app, workspace)
 
 
 def _register_view(app: Dash, workspace: Workspace) -> None:
@@ -372,13 +389,14 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         Input("compare-view", "data"),
         Input("compare-window", "data"),
         Input("compare-cursors", "data"),
+        Input("compare-moved", "data"),
         *FILTERS,
         State("compare-drawn", "data"),
     )
     def draw(
         stored: Any, opened: str, theme: str, view: Any, seen: Any, held: Any, *others: Any
     ) -> Any:
-        *asked, drawn = others
+        slid, *asked, drawn = others
         if not stored or opened != "compare":
             return (no_update,) * 6
         session = workspace.open(stored)
@@ -388,13 +406,16 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
             words = while_waiting(session, rests_on, "Comparing the model with the recordings…")
             return no_update, True, words, True, True, None
         chosen = view_of(view, comparison)
-        now = fingerprint(session, rests_on, theme, chosen, seen, held, asked)
+        version = session.document.version
+        values = moved_values(version, slid)
+        now = fingerprint(session, rests_on, theme, chosen, seen, held, values, asked)
         if now == drawn:
             return (no_update,) * 6
         runs, _ = _runs(session, chosen, asked)
+        moved, _ = moved_runs(version, runs[-1].file, slid)
         static = runs[0].file.measurement.static
         figure = overlay(
-            runs,
+            [*runs, *moved],
             chosen.signal,
             theme=THEMES[theme],
             window=window_of(seen, chosen.recording),
@@ -456,41 +477,54 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
         Output("compare-filters-fault", "children"),
         Output("compare-filters-words", "children"),
         Output("compare-errors-heading", "children"),
+        Output("compare-moved-words", "children"),
+        Output("compare-moved-fault", "children"),
         Input("session", "data"),
         Input("open", "data"),
         Input("compare-view", "data"),
         Input("compare-cursors", "data"),
+        Input("compare-moved", "data"),
         *FILTERS,
     )
-    def tell(stored: Any, opened: str, view: Any, held: Any, *asked: Any) -> Any:
+    def tell(stored: Any, opened: str, view: Any, held: Any, slid: Any, *asked: Any) -> Any:
         if not stored or opened != "compare":
-            return (no_update,) * 7
+            return (no_update,) * 9
         session = workspace.open(stored)
         comparison = compared_now(session)
         if comparison is None:
-            return (no_update,) * 7
+            return (no_update,) * 9
         chosen = view_of(view, comparison)
         runs, fault = _runs(session, chosen, asked)
-        located, selection = location_of(session, chosen), runs[-1].file.selection
-        told = (fault, "", "Errors over the whole recording")
-        if selection is not None:
-            told = (
-                "",
-                f"Only where {selection.words}; others are faint.",
-                "Errors where these conditions hold",
-            )
+        version = session.document.version
+        moved, moved_fault = moved_runs(version, runs[-1].file, slid)
+        words = moved_words(version, runs, moved, chosen.signal)
+        told = *_filter_words(runs[-1].file.selection, fault), words, moved_fault
+        located = location_of(session, chosen)
         failing = failing_sentence(runs[-1].file, located, chosen.signal) if located else ""
         quantity = shown(chosen.signal, static=runs[0].file.measurement.static)
+        runs = (*runs, *moved)
         caption = f"By slack state: {runs[-1].label}" if len(runs) > 1 else ""
         errors = table(error_heads(quantity), error_rows(runs, chosen.signal), caption)
-        accepted = {} if chosen.tolerance is None else {chosen.signal: chosen.tolerance}
-        shown_alone = Comparison(session.document.version.loaded(), (runs[-1].file,))
-        kept = " ".join(map(tolerance_sentence, shown_alone.within(accepted)))
+        kept = _tolerance_words(version.loaded(), runs[-1], chosen)
         cursors = cursor_rows(runs, chosen.signal, cursors_of(held, chosen.recording))
-        if not cursors:
-            words = "Click in the curves to set A, then B; or type their times."
-            return failing, errors, kept, html.P(words, className="quiet"), *told
-        return failing, errors, kept, table(["", "A", "B", "B − A"], cursors), *told
+        read = table(["", "A", "B", "B − A"], cursors) if cursors else NO_READINGS
+        return failing, errors, kept, read, *told
+
+
+def _filter_words(selection: Selection | None, fault: str) -> tuple[str, str, str]:
+    """Why no samples are selected, which are, and the heading of their errors."""
+    if selection is None:
+        return fault, "", "Errors over the whole recording"
+    words = f"Only where {selection.words}; others are faint."
+    return "", words, "Errors where these conditions hold"
+
+
+def _tolerance_words(model: Model, run: Run, view: View) -> str:
+    """Whether a run keeps the tolerance of the signal that is looked at; "" where there is none."""
+    accepted = {} if view.tolerance is None else {view.signal: view.tolerance}
+    checks = Comparison(model, (run.file,)).within(accepted)
+    moved = f" This is {LABEL}." if checks and run.label == LABEL else ""
+    return " ".join(map(tolerance_sentence, checks)) + moved
 
 
 def _register_loop(app: Dash, workspace: Workspace) -> None:
@@ -505,9 +539,11 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         Input("theme", "data"),
         Input("compare-view", "data"),
         Input("compare-window", "data"),
+        *FILTERS,
         State("compare-loop-drawn", "data"),
     )
-    def draw(stored: Any, opened: str, theme: str, view: Any, seen: Any, drawn: Any) -> Any:
+    def draw(stored: Any, opened: str, theme: str, view: Any, seen: Any, *others: Any) -> Any:
+        *asked, drawn = others
         if not stored or opened != "compare":
             return (no_update,) * 5
         session = workspace.open(stored)
@@ -518,7 +554,7 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             return no_update, {"display": "none"}, "", "", None
         chosen = view_of(view, comparison)
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, theme, chosen.recording, seen)
+        now = fingerprint(session, rests_on, theme, chosen.recording, seen, asked)
         if now == drawn:
             return (no_update,) * 5
         located = location_of(session, chosen)
@@ -526,11 +562,8 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             words = "The loop of torque and deflection comes once the missing torque is found."
             words = while_waiting(session, rests_on, words)
             return blank(THEMES[theme]), {"height": HEIGHT, "display": "none"}, words, "", now
-        shows = (
-            session.document.version.loaded(),
-            recordings(comparison)[chosen.recording],
-            located,
-        )
+        runs, _ = _runs(session, chosen, asked)
+        shows = session.document.version.loaded(), runs[-1].file, located
         figure = torque_loop(
             *shows,
             theme=THEMES[theme],

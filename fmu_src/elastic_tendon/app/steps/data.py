@@ -83,8 +83,8 @@ def summary(session: Session) -> str:
     if isinstance(measurements, Failure):
         if any(seen(session, source).sentence() for source in document.sources):
             return (
-                "Not every file can be used as it is: correct it, leave it out or remove it; until "
-                "then nothing is compared."
+                "No file that is to be fitted can be used as it is: correct one, or add another; "
+                "until then nothing is compared."
             )
         return f"{measurements.sentence[:1].upper()}{measurements.sentence[1:]}."
     fitted, heldout = len(measurements.fitted), len(measurements.heldout)

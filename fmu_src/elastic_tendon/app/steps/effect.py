@@ -14,7 +14,7 @@ from elastic_tendon.app.document import Document
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep
-from elastic_tendon.app.tables import scrolling
+from elastic_tendon.app.tables import Exact, figure_cell, figure_head, scrolling
 from elastic_tendon.app.versions import is_static
 from elastic_tendon.app.view import compared_now, recordings, view_of
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
@@ -27,7 +27,6 @@ from elastic_tendon.reports.diagnosis_tables import (
     candidate_numbers,
     gain,
     none_of_them,
-    percent,
 )
 from elastic_tendon.reports.effects import effect_sections
 from elastic_tendon.reports.first_screen import FirstScreen
@@ -45,7 +44,13 @@ MEANINGS = (
     "other recordings or one stretch after the other."
 )
 SO_FAR = "Judged so far; the search goes on. “Take the best so far” below ends it with these."
-HEADS = ("Effect", "Probability", "Evidence", "Gain, fitted", "Gain, held out")
+FIRST_HEAD = "Effect"
+HEADS: tuple[str | Exact, ...] = (
+    Exact("Probability", "Probability (%)"),
+    "Evidence",
+    Exact("Gain, fitted", "Gain, fitted (%)"),
+    Exact("Gain, held out", "Gain, held out (%)"),
+)
 
 
 # ---- layout --------------------------------------------------------------------------------
@@ -108,8 +113,8 @@ def _list(search_round: Round) -> list[Component]:
     last = html.Tr(
         [
             html.Th(NONE, scope="row"),
-            html.Td(percent(none_of_them(search_round)), className="figure"),
-            *(html.Td("-", className="figure") for _ in HEADS[2:]),
+            figure_cell(_percent(none_of_them(search_round))),
+            *(html.Td("-", className="figure") for _ in HEADS[1:]),
         ]
     )
     parts: list[Component] = [
@@ -124,18 +129,19 @@ def _list(search_round: Round) -> list[Component]:
 
 
 def _table(bodies: Sequence[Component]) -> Component:
-    heads = [
-        html.Th(head, scope="col", className="figure" if index else "")
-        for index, head in enumerate(HEADS)
-    ]
+    heads = [html.Th(FIRST_HEAD, scope="col"), *map(figure_head, HEADS)]
     return scrolling(html.Table([html.Thead(html.Tr(heads)), *bodies]))
+
+
+def _percent(share: float | None) -> str | Exact:
+    return gain(share) if share is None else Exact(gain(share), 100.0 * share)
 
 
 def _group(group: Sequence[Candidate]) -> Component:
     rows = [row for candidate in group for row in _rows(candidate)]
     if len(group) > 1:
         words = "Indistinguishable in these data:"
-        rows.insert(0, html.Tr(html.Th(words, colSpan=len(HEADS), scope="rowgroup")))
+        rows.insert(0, html.Tr(html.Th(words, colSpan=1 + len(HEADS), scope="rowgroup")))
     return html.Tbody(rows, className="alike" if len(group) > 1 else "")
 
 
@@ -143,19 +149,20 @@ def _rows(candidate: Candidate) -> list[Component]:
     """The figures of a candidate; below them its numbers, and why it would be taken or not."""
     (effect_id,) = candidate.ids  # a walk by hand goes one effect at a time
     title = html.Button(called_set(candidate), id={"effect-pick": effect_id}, className="link")
+    evidence = evidence_text(candidate.evidence)
     figures = (
-        percent(candidate.probability),
-        evidence_text(candidate.evidence),
-        gain(candidate.gain),
-        gain(candidate.heldout_gain),
+        _percent(candidate.probability),
+        evidence if candidate.evidence is None else Exact(evidence, candidate.evidence),
+        _percent(candidate.gain),
+        _percent(candidate.heldout_gain),
     )
-    cells = [html.Td(figure, className="figure") for figure in figures]
+    cells = map(figure_cell, figures)
     below = [html.Div("; ".join(candidate_numbers(candidate)))]
     if candidate.fitted:  # else all have the same reason
         below.append(html.Div(candidate.reason, className="quiet"))
     return [
         html.Tr([html.Th(title, scope="row"), *cells], className="figures"),
-        html.Tr(html.Td(below, colSpan=len(HEADS))),
+        html.Tr(html.Td(below, colSpan=1 + len(HEADS))),
     ]
 
 
@@ -180,16 +187,18 @@ def _screen(session: Session) -> FirstScreen | None:
     steps, now = cache.find(results.climbed(document, files)), compared_now(session)
     if not isinstance(steps, tuple) or now is None:
         return None
+    so_far, ended_early = walk.round_so_far(session), walk.ended_early(session)
     tried = cache.find(walk.suggested(document, document.version, files))
-    with_it = tried if isinstance(tried, Step) else None
-    button, _ = ranking.search_words(document, ended_early=walk.ended_early(session))
+    with_it = tried if isinstance(tried, Step) and not so_far else None
+    button, _ = ranking.search_words(document, ended_early=ended_early)
     return ranking.screen(
-        walk.round_of(session),
+        so_far or walk.round_of(session),
         steps,
         with_it,
         button=button,
         static=is_static(now),
         left_open=walk.left_open_of(session),
+        complete=not (so_far or ended_early),
     )
 
 
@@ -263,9 +272,12 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         Input("open", "data"),
         Input({"effect-pick": ALL}, "n_clicks"),
         Input("own-effect-chosen", "data"),
+        State("effect-choice", "value"),
         State("effect-seen", "data"),
     )
-    def choose(stored: Any, opened: str, _picks: Any, own: Any, seen: Any) -> tuple[Any, Any, Any]:
+    def choose(
+        stored: Any, opened: str, _picks: Any, own: Any, chosen: str | None, seen: Any
+    ) -> tuple[Any, Any, Any]:
         if not stored or opened != "effect":
             return no_update, no_update, no_update
         session = workspace.open(stored)
@@ -278,7 +290,8 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         now = [session.document.current, round_shown is not None]
         if own and "own-effect-chosen.data" in ctx.triggered_prop_ids:
             return options, own[0], now
-        if now == seen:
+        gone = chosen not in (None, *(option["value"] for option in options))
+        if now == seen and not gone:
             return options, no_update, no_update
         return options, ranking.first_choice(round_shown), now
 

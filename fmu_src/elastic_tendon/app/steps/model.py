@@ -1,6 +1,5 @@
 """Model: choose one, edit its parameters, see what they make of its characteristic."""
 
-import json
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from typing import Any
@@ -15,8 +14,8 @@ from elastic_tendon.app.document import Document, Version, check_shown
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import PageStep
-from elastic_tendon.app.tables import scrolling, table
+from elastic_tendon.app.step import PageStep, dom_id
+from elastic_tendon.app.tables import Exact, copied_unless_edited, scrolling, table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
 from elastic_tendon.app.workspace import Result, Workspace
@@ -119,12 +118,12 @@ def _sketch() -> Component:
 
 def fields(version: Version, refused: Mapping[str, str]) -> list[Component]:
     """The table of numbers, section by section."""
-    columns = ("parameter", "value", "allowed, in the same unit")
+    columns = ("parameter", "value", "unit", "allowed")
     head = html.Thead(html.Tr([html.Th(title, scope="col") for title in columns]))
     bodies = [
         html.Tbody(
             [
-                html.Tr(html.Th(html.H3(section.title), colSpan=3, scope="rowgroup")),
+                html.Tr(html.Th(html.H3(section.title), colSpan=len(columns), scope="rowgroup")),
                 *(
                     _row(number, section.title, refused.get(number.path, ""))
                     for number in section.numbers
@@ -143,17 +142,20 @@ def _row(number: Number, section: str, refused: str) -> html.Tr:
         [
             html.Th(
                 [
-                    html.Label(name, htmlFor=_dom_id(field)),
+                    html.Label(name, htmlFor=dom_id(field)),
                     html.Div(number.meaning, className="quiet small"),
                 ],
                 scope="row",
             ),
             html.Td(
                 [
-                    html.Div([_field(field, number.text), number.unit], className="measure"),
+                    _field(field, number.text),
                     html.Div(note(number, refused), id={"model-note": number.path}, role="status"),
-                ]
+                ],
+                className="value",
+                **copied_unless_edited(Exact(number.text, number.value)),
             ),
+            html.Td(number.unit),
             html.Td(number.bounds, className="quiet bounds"),
         ]
     )
@@ -168,11 +170,6 @@ def _field(field: Mapping[str, str], text: str) -> dcc.Input:
         autoComplete="off",
         debounce=True,
     )
-
-
-def _dom_id(component_id: Mapping[str, str]) -> str:
-    """How the browser calls a component whose id is a table."""
-    return json.dumps(component_id, sort_keys=True, separators=(",", ":"))
 
 
 def note(number: Number, refused: str) -> Any:
@@ -220,11 +217,12 @@ def design_numbers(model: et.Model) -> list[Component]:
         *(html.P(warning, className="sentence") for warning in model.warnings()),
         *effects,
         table(
-            ("what the springs come to", "value", "paper"),
+            ("what the springs come to", "value", "unit", "paper"),
             [
                 (
                     row.name,
-                    with_minus(f"{row.value:.4g} {unit_in_words(row.unit)}"),
+                    Exact(with_minus(f"{row.value:.4g}"), row.value),
+                    unit_in_words(row.unit),
                     row.equation.removesuffix(" corrected"),
                 )
                 for row in (rows[name] for name in SHOWN)
@@ -232,11 +230,6 @@ def design_numbers(model: et.Model) -> list[Component]:
         ),
         html.P(f"Paper: {PAPER[1]}.", className="quiet small"),
     ]
-
-
-def mark(version: Version) -> str:
-    """Changes with the numbers that a table shows, and with what they were loaded as."""
-    return sha256(f"{version.model}\0{version.given}".encode()).hexdigest()
 
 
 def machine(version: Version) -> str:
@@ -266,7 +259,7 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "model":
             return no_update, no_update
         version = workspace.open(stored).document.version
-        now = {"mark": mark(version), "machine": machine(version)}
+        now = {"mark": version.mark, "machine": machine(version)}
         # fields that show this already are left alone: someone may be typing in one
         return (no_update, no_update) if shown == now else (fields(version, {}), now)
 
@@ -298,7 +291,7 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
         below = notes(version, refused)
         return (
             session.stored(),
-            {"mark": mark(version), "machine": machine(version)},
+            {"mark": version.mark, "machine": machine(version)},
             [below.get(output["id"]["model-note"], "") for output in ctx.outputs_list[2]],
         )
 

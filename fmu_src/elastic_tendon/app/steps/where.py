@@ -27,7 +27,7 @@ from elastic_tendon.app.steps.compare import (
     responsive,
     window_of,
 )
-from elastic_tendon.app.tables import table
+from elastic_tendon.app.tables import Exact, table
 from elastic_tendon.app.view import (
     View,
     compared_now,
@@ -40,7 +40,7 @@ from elastic_tendon.app.view import (
 )
 from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.locate import FileLocation
-from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares, sentences
+from elastic_tendon.reports.comparison_tables import NOTHING, bin_cells, sample_shares, sentences
 from elastic_tendon.reports.interactive.correlation import residual_correlation
 from elastic_tendon.reports.interactive.overlay import overlay
 from elastic_tendon.reports.interactive.places import Mark, error_maps, shares
@@ -196,6 +196,8 @@ def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Componen
     rows = []
     for error_bin in strongest_bins(bins):
         by, where, *figures = bin_cells(error_bin, quantity, held[error_bin])
+        sizes = [quantity.small * size for size in (error_bin.rmse, error_bin.bias)]
+        exact = [*sizes, 100.0 * error_bin.share, 100.0 * held[error_bin]]
         button: Any = html.Span("–", title=NO_SAMPLES)
         if error_bin.by != "frequency":
             number = bins.index(error_bin)
@@ -203,7 +205,11 @@ def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Componen
             button = html.Button(
                 "Show", id={"where-bin": number}, className="plain", **aria(**words)
             )
-        rows.append([f"{by} {where}", *figures, button])
+        cells = (
+            text if text == NOTHING else Exact(text, value)
+            for text, value in zip(figures, exact, strict=True)
+        )
+        rows.append([f"{by} {where}", *cells, button])
     if not rows:
         return html.P("No bin holds more error than the noise explains.", className="quiet")
     unit = quantity.small_unit

@@ -10,6 +10,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import FileLocation
+from elastic_tendon.reports.comparison_figures import FAINT
 from elastic_tendon.reports.comparison_tables import STATES
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
 from elastic_tendon.reports.loops import MEASURED, Springs, measured_loop, springs_over
@@ -36,6 +37,8 @@ def torque_loop(
     dots: int = DOTS,
 ) -> go.Figure:
     """Torque of the tendons over deflection, coloured by slack state, with the model's own.
+
+    Samples that are not selected are drawn faint.
 
     Parameters
     ----------
@@ -65,6 +68,8 @@ def torque_loop(
         yaxis={"title": {"text": f"{torque_is} torque (N·m)"}},
         legend={"itemsizing": "constant"},
     )
+    selected = np.ones(len(time), np.bool_) if file.selection is None else file.selection.chosen
+    opacity, some_faint = np.where(selected, 1.0, FAINT), not selected.all()
     states = np.round(location.variables["slack_state"])
     share = dots / max(int(np.count_nonzero(inside)), dots)
     for (state, label), colour, symbol in zip(LABELS.items(), theme.states, SYMBOLS, strict=True):
@@ -76,13 +81,16 @@ def torque_loop(
                 y=torque[chosen],
                 mode="markers",
                 name=label,
-                marker={"color": colour, "size": 4, "symbol": symbol},
+                marker={"color": colour, "size": 4, "symbol": symbol}
+                | ({"opacity": opacity[chosen]} if some_faint else {}),
                 customdata=time[chosen],
                 hovertemplate="%{x:.4g} rad, %{y:.4g} N·m at %{customdata:.4f} s",
             )
     # upon the dots, which would hide it, and upon the springs, which it may well follow
     _draw_springs(figure, springs, theme)
-    _draw_simulated(figure, file, inside, theme)
+    if some_faint:
+        _draw_simulated(figure, file, inside, inside, theme, opacity=FAINT, showlegend=False)
+    _draw_simulated(figure, file, inside, inside & selected, theme)
     return figure
 
 
@@ -98,11 +106,15 @@ def torque_words(model: Model, file: FileComparison, location: FileLocation) -> 
 
 
 def _draw_simulated(
-    figure: go.Figure, file: FileComparison, inside: NDArray[np.bool_], theme: Theme
+    figure: go.Figure,
+    file: FileComparison,
+    inside: NDArray[np.bool_],
+    drawn: NDArray[np.bool_],
+    theme: Theme,
+    **style: Any,
 ) -> None:
-    across, up = path(
-        file.trajectory["deflection"][inside], file.trajectory["joint_torque"][inside]
-    )
+    deflection, torque = file.trajectory["deflection"], file.trajectory["joint_torque"]
+    across, up = path(deflection[inside], torque[inside], drawn=drawn[inside])
     figure.add_scatter(
         x=across,
         y=up,
@@ -110,6 +122,7 @@ def _draw_simulated(
         name="simulated",
         line={"color": theme.quiet, "width": 1.0},
         hoverinfo="skip",
+        **style,
     )
 
 

@@ -1,0 +1,191 @@
+"""Sliders for the numbers of a model: what they were moved to, and what comes of that.
+
+The page keeps what was moved, see assets/sliders.js; it is no part of the document until the user
+takes it into the model.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
+from dash.development.base_component import Component
+
+from elastic_tendon.app.document import Version
+from elastic_tendon.app.step import aria, dom_id
+from elastic_tendon.app.workspace import Workspace
+from elastic_tendon.comparison.compare import compare
+from elastic_tendon.comparison.comparison import FileComparison
+from elastic_tendon.comparison.selection import at
+from elastic_tendon.errors import ElasticTendonError, ModelError
+from elastic_tendon.fmu.live import groups
+from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.reports.units import shown
+
+LABEL, COLOUR = "with the sliders", 2  # of the model that they make, beside others
+STILL = "Each slider simulates the recording anew. The model stays as it is until you take them."
+Held = Mapping[str, Any]  # "of": `Version.mark`; "values": what was moved, SI, by dotted path
+
+
+def sliders() -> Component:
+    """The sliders' place on the page."""
+    buttons = [
+        html.Button("Take these values into the model", id="compare-take", className="plain"),
+        html.Button("Back to the model's values", id="compare-back", className="plain"),
+    ]
+    return html.Details(
+        [
+            html.Summary("Move parameters"),
+            html.P(STILL, id="compare-moved-words", role="status", **aria(live="polite")),
+            html.P(id="compare-moved-fault", className="sentence", role="alert"),
+            html.Div(buttons, className="row"),
+            html.Div(id="compare-sliders"),
+        ],
+        id="compare-move",
+    )
+
+
+def moved_values(version: Version, held: Held | None) -> dict[str, float]:
+    """What the sliders of a version were moved to, SI by dotted path; nothing else's."""
+    return dict(held["values"]) if held and held["of"] == version.mark else {}
+
+
+def moved_runs(
+    version: Version, file: FileComparison, held: Held | None
+) -> tuple[tuple[Run, ...], str]:
+    """The model that the sliders make beside a recording; none, and why, where it cannot be.
+
+    Parameters
+    ----------
+    version : whose numbers are moved
+    file : the recording beside it; the same samples are compared
+    held : what was moved; none where that is nothing
+    """
+    values = moved_values(version, held)
+    if not values:
+        return (), ""
+    try:
+        model = version.loaded().with_values(values)
+        (beside,) = compare(model, file.measurement).files
+    except ElasticTendonError as fault:
+        return (), f"{fault}."
+    return (Run(LABEL, at(model, beside, file.selection), COLOUR),), ""
+
+
+def moved_words(version: Version, runs: Sequence[Run], moved: Sequence[Run], signal: str) -> str:
+    """How the error of a signal changes with the sliders.
+
+    Parameters
+    ----------
+    version : whose numbers are moved
+    runs : its model beside a recording, the last of these
+    moved : what the sliders make of it, nothing where they were not moved
+    signal : of the recording
+    """
+    if not moved:
+        return STILL
+    quantity = shown(signal, static=runs[-1].file.measurement.static)
+    was, now = (quantity.error(each[-1].file.signals[signal].rmse) for each in (runs, moved))
+    loop = " The loop stays that of the model." if version.loaded().kind.has_springs else ""
+    return f"RMS error of the {quantity.words}: {now} {LABEL}, {was} with the model's values.{loop}"
+
+
+def _groups(version: Version, moved: Mapping[str, float]) -> list[Component]:
+    return [
+        html.Fieldset(
+            [
+                html.Legend(group["title"]),
+                *(_slider(number, moved) for number in group["numbers"]),
+            ]
+        )
+        for group in groups(version.loaded())
+    ]
+
+
+def _slider(number: Mapping[str, Any], moved: Mapping[str, float]) -> Component:
+    place = {"compare-slider": number["path"]}
+    return html.Div(
+        [
+            html.Label(number["label"], htmlFor=dom_id(place), title=number["note"]),
+            html.Span(id={"compare-moved-to": number["path"]}),
+            dcc.Input(
+                id=place,
+                type="range",
+                min=number["low"],
+                max=number["high"],
+                step=1 if number["whole"] else "any",
+                value=moved.get(number["path"], number["value"]),
+            ),
+        ],
+        className="slider",
+    )
+
+
+def register(app: Dash, workspace: Workspace) -> None:
+    """Connect the sliders; what they make is drawn by the step Compare."""
+    _register_browser(app)
+
+    @app.callback(
+        Output("compare-sliders", "children"),
+        Output("compare-numbers", "data"),
+        Output("compare-move", "open"),
+        Input("session", "data"),
+        Input("open", "data"),
+        Input("compare-back", "n_clicks"),
+        State("compare-numbers", "data"),
+        State("compare-moved", "data"),
+    )
+    def fill(stored: Any, opened: str, _back: int | None, numbers: Any, held: Any) -> Any:
+        if not stored or opened != "compare":
+            return no_update, no_update, no_update
+        version = workspace.open(stored).document.version
+        back = ctx.triggered_id == "compare-back"
+        # sliders of this version are left alone: someone may be moving one
+        if numbers and numbers["of"] == version.mark and not back:
+            return no_update, no_update, no_update
+        moved = {} if back else moved_values(version, held)
+        model = version.loaded()
+        now = {
+            "of": version.mark,
+            "values": model.values(),
+            "units": {
+                number["path"]: number["unit"]
+                for group in groups(model)
+                for number in group["numbers"]
+            },
+        }
+        return _groups(version, moved), now, True if moved else no_update
+
+    @app.callback(
+        Output("session", "data", allow_duplicate=True),
+        Input("compare-take", "n_clicks"),
+        State("compare-moved", "data"),
+        State("session", "data"),
+        prevent_initial_call=True,
+    )
+    def take(_clicks: int | None, held: Any, stored: Any) -> Any:
+        session = workspace.open(stored)
+        version = session.document.version
+        values = moved_values(version, held)
+        if not values:
+            return no_update
+        try:
+            model = version.loaded().with_values(values)
+        except ModelError:  # told beside the sliders
+            return no_update
+        session.change(lambda document: document.edited(model))
+        return session.stored()
+
+
+def _register_browser(app: Dash) -> None:
+    def script(name: str) -> ClientsideFunction:
+        return ClientsideFunction("elastic_tendon_sliders", name)
+
+    app.clientside_callback(
+        script("move"),
+        Output({"compare-moved-to": ALL}, "children"),
+        Input({"compare-slider": ALL}, "value"),
+        State({"compare-slider": ALL}, "id"),
+        State("compare-numbers", "data"),
+        State("compare-moved", "data"),
+    )
+    app.clientside_callback(script("drawn"), Input("compare-drawn", "data"))
