@@ -638,6 +638,24 @@ def test_refits_of_one_list_begin_at_the_same_answers_whatever_their_timing(monk
     assert set(search.answers) == {(), COULOMB, GRAVITY, DRAG}
 
 
+def test_a_refit_that_ended_early_goes_on_where_little_is_left(monkeypatch) -> None:
+    search = begun(typical_model(*COULOMB), *COULOMB)
+    early = replace(refitting.EFFORT, evaluations=2, scouting=1)
+    monkeypatch.setattr(refitting, "EFFORT", early)
+    monkeypatch.setattr(search, "_from_other_minima", lambda answer, *_: answer)
+    search._refit([COULOMB], "")
+    before = search.answer
+    monkeypatch.setattr(around, "MUCH", 0.99 * before.mean_square)
+    search._refit_on()
+    assert search.answer is before  # more than a refit that goes on explains
+    monkeypatch.setattr(around, "MUCH", 1.01 * before.mean_square)
+    search._refit_on()
+    assert search.answer.mean_square < 0.9 * before.mean_square
+    again = search.answer
+    search._refit_on()
+    assert search.answer is again
+
+
 def test_nothing_hops_where_only_noise_is_left(ended, monkeypatch) -> None:
     monkeypatch.setattr(ended, "_hopped", {})
     hops = counted(ended, monkeypatch)
@@ -665,7 +683,7 @@ def test_hops_begin_around_the_answer_and_not_at_the_nulls() -> None:
     poor = refit(search.data.given, GRAVITY, search.data.fitted, effort=QUICK)
     assert poor.values(*GRAVITY)["torque"] < 1e-4
     starts = list(islice(search._around(poor, np.random.default_rng(0)), 4))
-    found = [search._from(GRAVITY, start, lambda _share: None) for start in starts]
+    found = [search._from(GRAVITY, start, around.HOPPING, ignore) for start in starts]
     assert len({mean_square(answer) for answer in found}) == len(starts) == 4
 
 

@@ -18,7 +18,7 @@ from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
-from elastic_tendon.diagnosis.evidence import AT_NOISE, DECISIVE, HELDOUT_AT_NOISE, misfit
+from elastic_tendon.diagnosis.evidence import AT_NOISE, DECISIVE, HELDOUT_AT_NOISE, MUCH, misfit
 from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Refits
 from elastic_tendon.diagnosis.resonance import swings
 from elastic_tendon.diagnosis.sets import Set, in_order, model_with, simpler, size_of, told
@@ -66,6 +66,7 @@ class Around(Refits):
     refused: dict[Set, str] = field(default_factory=dict)
     _hopped: dict[Set, Answer] = field(default_factory=dict)
     _hopped_on_screen: dict[Set, Answer] = field(default_factory=dict)
+    _refitted_on: dict[Set, Answer] = field(default_factory=dict)
 
     @property
     def answer(self) -> Answer:
@@ -126,6 +127,16 @@ class Around(Refits):
         answer = self.answer
         heldout = self.evidence.heldout_square(answer)
         return answer.mean_square < AT_NOISE and heldout < HELDOUT_AT_NOISE
+
+    def _refit_on(self) -> None:
+        """Where hardly more than noise is left, go on from the answer: its refit may have ended for
+        want of evaluations."""
+        answer = self.answer
+        over = answer is self._refitted_on.get(answer.added) or answer.mean_square > MUCH
+        if not (over or self._at_noise()):
+            words, start = "refitting on", answer.result.model
+            self._take({answer.added: partial(self._from, answer.added, start, EFFORT)}, words)
+            self._refitted_on[answer.added] = self.answers[answer.added]
 
     def _hop_on_screen(self) -> None:
         """Refit the answer from where the screen finds better numbers around its own."""
@@ -243,7 +254,7 @@ class Around(Refits):
             if vain >= FRUITLESS or answer.mean_square < AT_NOISE or self._tired:
                 break
             work = [
-                ("refitting from places around", partial(self._from, added, start))
+                ("refitting from places around", partial(self._from, added, start, HOPPING))
                 for start in islice(starts, AT_ONCE)
             ]
             found = [part for part in self._at_once(work) if isinstance(part, Answer)]
@@ -279,8 +290,8 @@ class Around(Refits):
             with suppress(ModelError):
                 yield problem.model(moved)
 
-    def _from(self, added: Set, start: Model, check: Check) -> Answer:
-        return refit(self.data.given, added, self.data.fitted, [start], HOPPING, check)
+    def _from(self, added: Set, start: Model, effort: Effort, check: Check) -> Answer:
+        return refit(self.data.given, added, self.data.fitted, [start], effort, check)
 
     def _scouted(self, answer: Answer, added: Set, effect_id: str, check: Check) -> Answer:
         """A short refit of an answer with one more effect, begun in many places: where a joint

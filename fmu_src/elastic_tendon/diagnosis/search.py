@@ -226,6 +226,7 @@ class Search(Doubts):
         for _ in range(MOST_ROUNDS):
             while self.work > LONG and (self._errs_as_refused() or self._fades_in_time()):
                 pass
+            self._refit_on()
             self._hop_on_screen()
             dear = any(map(swings, self.answer.added))  # beside it other laws come last
             if self._better_with_less() or (not dear and self._better_law()):
