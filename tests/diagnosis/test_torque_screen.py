@@ -8,7 +8,7 @@ import pytest
 from effects_at import loaded_at_position
 from elastic_tendon import effects
 from elastic_tendon.diagnosis.sets import in_order, size_of
-from elastic_tendon.diagnosis.torque_screen import Screen
+from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
 from elastic_tendon.errors import ModelError
 from hidden_effect.cases import Case, Order, build
 from smooth_motion import GIVEN, played, typical_model
@@ -179,3 +179,7 @@ def test_derivatives_are_those_of_differences() -> None:
 def test_sets_are_named_in_the_order_of_the_catalogue() -> None:
     assert in_order(reversed(effects.BY_ID.ids())) == effects.BY_ID.ids()
     assert in_order(["gravity_load", "coulomb_friction", "gravity_load"]) == PAIR
+
+
+def test_an_estimate_that_has_run_away_leaves_infinitely_much() -> None:
+    assert Estimate((), np.zeros(1), {}, np.array([1e200, 1.0])).square == np.inf

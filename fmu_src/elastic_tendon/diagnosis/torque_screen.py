@@ -98,7 +98,8 @@ class Estimate:
     @property
     def square(self) -> float:
         """Mean square of the whitened residuals; 1 is the noise."""
-        return float(np.mean(self.residuals**2))
+        with np.errstate(over="ignore"):  # infinite where an estimate has run away
+            return float(np.mean(self.residuals**2))
 
 
 @dataclass(frozen=True)
