@@ -234,15 +234,27 @@ class Around(Refits):
         return found
 
     def _scan_around(self, added: Set) -> None:
-        """Refit a set of which something swings at other frequencies, as long as that helps."""
+        """Refit a set of which something swings at frequencies close by, go on from there, or refit
+        it at others far from it, as long as that helps."""
         for _ in range(MOST_SCANS):
             before = self.answers[added]
-            if self._hopped.get(added) is before or before.mean_square < SETTLED or self._tired:
+            if self._hopped.get(added) is before or before.mean_square < SETTLED:
                 break
-            scan = partial(self._at_other_frequencies, before, EFFORT)
-            self._take({added: scan}, "refitting at other frequencies")
-            if self._left(added) > WORTH_HOPPING * before.mean_square:
+            if not any(self._scanned(before)):
                 self._hopped[added] = self.answers[added]
+
+    def _scanned(self, before: Answer) -> Iterator[bool]:
+        """Whether one way after the other has led to less; each is a piece of work of its own."""
+        added = before.added
+        ways = (
+            partial(self._from_other_minima, before, EFFORT),
+            partial(self._from, added, before.result.model, EFFORT),
+            partial(self._at_other_frequencies, before, EFFORT),
+        )
+        for way in ways:
+            if not self._tired:
+                self._take({added: way}, "refitting at other frequencies")
+                yield self._left(added) <= WORTH_HOPPING * before.mean_square
 
     def _hop_around(self, added: Set) -> None:
         first = answer = self.answers[added]

@@ -117,7 +117,8 @@ class Search(Doubts):
         while True:
             if not (self._at_noise() or self._tired or self._disturbed()):
                 self._follow_neighbours(np.inf)
-                self._hop()
+                if self._hop():
+                    continue
             if not (self._better_detour() or self._doubted() or self._fades_in_time()):
                 break
         added = self.answer.added
