@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from begun_search import COULOMB, DRAG, GRAVITY, begun
+from elastic_tendon.diagnosis.likeliest_sets import FOLLOWED
 from elastic_tendon.effects import BY_ID
 from smooth_motion import typical_model
 
@@ -36,6 +37,17 @@ def test_pairs_close_to_the_likeliest_are_tried_too(
     monkeypatch.setattr(search, "estimates", estimates)
     assert search._far_better(2, best=100.0) == list(pairs)[:likely]
     assert search._far_better(2, best=19.0) == []  # a single does nearly as well
+
+
+def test_all_pairs_with_the_likeliest_are_estimated(search, monkeypatch) -> None:
+    followed = []
+    monkeypatch.setattr(
+        search.screen, "combined", lambda origin, ids, most: followed.append(most) or ({}, {})
+    )
+    estimates = {single: SimpleNamespace(square=1.0) for single in (COULOMB, GRAVITY)}
+    monkeypatch.setattr(search, "estimates", estimates)
+    search._pairs([COULOMB, GRAVITY], ["coulomb_friction", "gravity_load", *map(str, range(9))])
+    assert followed == [10, FOLLOWED]
 
 
 def test_a_richer_law_begins_as_the_simpler_one_too(search) -> None:

@@ -126,7 +126,9 @@ class LikeliestSets(Around):
             if as_given:
                 origin = self.screen.fit(single, self._of_effects(origin.values, single), 0)
             others = [effect_id for effect_id in ids if effect_id not in single]
-            found, _ = self.screen.combined(origin, others, FOLLOWED)
+            # looks are linear, and see nothing of what the likeliest single has taken for its own
+            followed = FOLLOWED if number else len(others)
+            found, _ = self.screen.combined(origin, others, followed)
             self._keep(found.values())
 
     def _sets(self, size: int) -> list[Set]:
