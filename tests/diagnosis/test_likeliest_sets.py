@@ -42,7 +42,7 @@ def test_pairs_close_to_the_likeliest_are_tried_too(
 def test_all_pairs_with_the_likeliest_are_estimated(search, monkeypatch) -> None:
     followed = []
     monkeypatch.setattr(
-        search.screen, "combined", lambda origin, ids, most: followed.append(most) or ({}, {})
+        search.screen, "combined", lambda *asked: followed.append(asked[-1]) or ({}, {})
     )
     estimates = {single: SimpleNamespace(square=1.0) for single in (COULOMB, GRAVITY)}
     monkeypatch.setattr(search, "estimates", estimates)
