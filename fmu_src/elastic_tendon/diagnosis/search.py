@@ -237,19 +237,23 @@ class Search(Doubts):
             self.neighbours[added] = self._expected(added, shares)
             if self._half_gone(added, shares, most):
                 continue
-            misled = self._blind(added) and not self._promises(added)
-            tries: list[Callable[[], bool]]
-            tries = [partial(self._promised, added, most), self._affordable_addition]
-            if misled:
-                tries.reverse()
-            first = misled or self._rings(added)
-            tries.insert(0 if first else 1, partial(self._better_ringing, added))
-            if any(better() for better in tries):
+            if any(better() for better in self._tries(added, most)):
                 continue
             if swinging := self._swinging(added):
                 self.neighbours[added] = self._expected(added, shares | swinging)
             if not self._promised(added, most):
                 return
+
+    def _tries(self, added: Set, most: float) -> list[Callable[[], bool]]:
+        """Ways from a set to a better one, the likeliest first: what torques promise, unless they
+        mislead; what swings, before that where something rings; then every addition."""
+        screened = partial(self._promised, added, most)
+        ringing = partial(self._better_ringing, added)
+        if self._blind(added) and not self._promises(added):
+            return [ringing, self._affordable_addition, screened]
+        if self._rings(added):
+            return [ringing, screened, self._affordable_addition]
+        return [screened, ringing, self._affordable_addition]
 
     def _blind(self, added: Set) -> bool:
         """Whether the torque screen errs so much more than the trajectory that what it promises is
