@@ -13,7 +13,7 @@ from pathlib import Path
 import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
-from elastic_tendon.app.workspace import CANCELLED, Cache, Result
+from elastic_tendon.app.workspace import Cache, CancelledError, Result
 from elastic_tendon.estimation.ladder import FittedStep, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -134,9 +134,9 @@ def data(document: Document, files: Files) -> Result[Data]:
             try:
                 recordings = cache.obtain(checked(document, source, files), progress)
                 parts = [split_up(source, recording) for recording in recordings]
+            except CancelledError:
+                raise
             except et.ElasticTendonError as error:
-                if str(error) == CANCELLED:
-                    raise
                 faults.append((source, str(error)))
                 continue
             fitted += [part for first, _ in parts for part in first]

@@ -9,7 +9,7 @@ from dash.development.base_component import Component
 from elastic_tendon.app import gate, results, walk
 from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.step import PageStep, aria, section
-from elastic_tendon.app.workspace import CANCELLED, Failure, Session, Workspace
+from elastic_tendon.app.workspace import Failure, Session, Workspace
 
 TICK = 300  # ms between polls of the work under way
 
@@ -242,7 +242,7 @@ def _begin_next(session: Session, step: PageStep) -> str:
             break
         if isinstance(value, Failure):
             sentence = sentence or value.sentence
-            if value.sentence == CANCELLED:
+            if value.cancelled:
                 break
     if step.tells_failures:
         return ""

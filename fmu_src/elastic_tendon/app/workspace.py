@@ -44,6 +44,15 @@ class Failure:
 
     sentence: str
 
+    @property
+    def cancelled(self) -> bool:
+        """Whether the user wanted none."""
+        return self.sentence == CANCELLED
+
+
+class CancelledError(ElasticTendonError):
+    """The user cancelled what a result rests on."""
+
 
 class Cache:
     """Results that were computed, by key; those not asked for the longest go first.
@@ -81,11 +90,12 @@ class Cache:
         Raises
         ------
         ElasticTendonError : it cannot be computed; the reason is kept as a `Failure`
+        CancelledError : the user cancelled it before
         Stopped : the user stopped the work
         """
         value = self.find(result)
         if isinstance(value, Failure):
-            raise ElasticTendonError(value.sentence)
+            raise (CancelledError if value.cancelled else ElasticTendonError)(value.sentence)
         if value is not None:
             return value
         try:

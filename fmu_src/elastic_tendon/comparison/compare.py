@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,13 +31,8 @@ from elastic_tendon.measurement import (
 )
 from elastic_tendon.simulation.simulate import Trajectory
 
-if TYPE_CHECKING:
-    pass
-
 NORMAL_MEDIAN = 0.6745  # of the magnitude of normal values, in standard deviations
 THIRD_DIFFERENCES = 20.0  # their variance over that of white noise, binomial(6, 3)
-
-
 LOOKED_AT = 20_000  # samples from the start, to see how the inputs ran between them
 
 
