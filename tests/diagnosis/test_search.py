@@ -9,6 +9,7 @@ import pytest
 from begun_search import BELIEVED, COULOMB, DRAG, GRAVITY, NOISE, SHORT, begun
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis import around
+from elastic_tendon.diagnosis import looks as looking
 from elastic_tendon.diagnosis import refits as refitting
 from elastic_tendon.diagnosis import search as searching
 from elastic_tendon.diagnosis.answer import Answer, refit
@@ -164,7 +165,7 @@ def breaking(monkeypatch):
         if where == "refit":
             monkeypatch.setattr(refitting, "refit", refit)
         else:
-            for module in (refitting, searching):
+            for module in (refitting, looking):
                 monkeypatch.setattr(module, "library_path", library_path)
 
     return breaks
@@ -559,10 +560,10 @@ def test_exchanges_that_torques_bear_are_looked_at_beside_what_they_do_not_show(
     heavy = begun(typical_model(*MASS), *MASS, *DRAG, *COULOMB, *GRAVITY)
     both = in_order((*MASS, *COULOMB))
     heavy._refit([MASS, both], "")
-    assert heavy._exchanged_in_torque(both) == []  # nobody asked the screen for neighbours
+    assert heavy._exchanges_by_torque(both) == []  # nobody asked the screen for neighbours
     heavy._screen_singles(heavy._screened(), None)
     heavy.neighbours[COULOMB] = {DRAG: 30.0, GRAVITY: 300.0, (*COULOMB, *DRAG): -5.0, (): None}
-    assert heavy._exchanged_in_torque(both) == [in_order((*MASS, *DRAG))]
+    assert heavy._exchanges_by_torque(both) == [in_order((*MASS, *DRAG))]
     (start,) = heavy.starts[in_order((*MASS, *DRAG))]
     mass = heavy.answers[both].values("spring_mass")
     assert start.effects["spring_mass"] == pytest.approx(mass)

@@ -20,7 +20,7 @@ from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.evidence import AT_NOISE, DECISIVE, HELDOUT_AT_NOISE, MUCH, misfit
 from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Refits
-from elastic_tendon.diagnosis.resonance import swings
+from elastic_tendon.diagnosis.resonance import holds_swinging
 from elastic_tendon.diagnosis.sets import Set, in_order, model_with, simpler, size_of, told
 from elastic_tendon.diagnosis.torque_screen import BETTER, Estimate, badness
 from elastic_tendon.effects.base import Effect, Spread
@@ -118,7 +118,7 @@ class Around(Refits):
         disputed = self._disputed()
         self._refit(disputed, "refitting again", again=True)
         for added in (answer.added, *disputed):
-            self._scan_around(added) if any(map(swings, added)) else self._hop_around(added)
+            self._scan_around(added) if holds_swinging(added) else self._hop_around(added)
         after = self.answer
         return after.added != answer.added or after.mean_square < FAR_HOP * before
 

@@ -18,7 +18,7 @@ from elastic_tendon.diagnosis.answer import Answer, refit, with_nulls
 from elastic_tendon.diagnosis.candidates import elsewhere
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import AT_NOISE, Evidence, worth_hearing
-from elastic_tendon.diagnosis.resonance import Resonance, swings
+from elastic_tendon.diagnosis.resonance import Resonance, holds_swinging, swings
 from elastic_tendon.diagnosis.sets import Set, model_with, told
 from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
@@ -166,7 +166,7 @@ class Refits:
             with_nulls(self.answers[part].result.model, came)
             for part in smaller
             for came in [[effect_id for effect_id in added if effect_id not in part]]
-            if not any(map(swings, came))  # a mass of nothing would swing endlessly fast
+            if not holds_swinging(came)  # a mass of nothing would swing endlessly fast
         ]
         effort = self._effort([*starts, *nothing])
         answer = refit(given, added, fitted, starts, effort, check)

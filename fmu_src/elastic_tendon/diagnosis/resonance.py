@@ -7,7 +7,7 @@ them to a longer one, and so on to the whole. Where much is left noise may hide 
 many frequencies as a short beginning tells apart are refitted to that too.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter, itemgetter
 
@@ -49,6 +49,11 @@ REFITTING = Effort(scouted=1, scouting=10, polished=0, evaluations=1, rounds=0, 
 def swings(effect_id: str) -> bool:
     """Whether an effect has a parameter that sets a frequency."""
     return any(map(_sets_frequency, effects.BY_ID[effect_id].parameters))
+
+
+def holds_swinging(added: Iterable[str]) -> bool:
+    """Whether any of some effects swings."""
+    return any(map(swings, added))
 
 
 def frequencies(effect_id: str, answer: Answer) -> list[float]:

@@ -15,13 +15,9 @@ from math import log
 
 import numpy as np
 
-from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.around import UNSEEN_SHARES
-from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.data import Data
-from elastic_tendon.diagnosis.doubts import Doubts
 from elastic_tendon.diagnosis.evidence import (
     AT_NOISE,
     AUDIBLE,
@@ -33,9 +29,10 @@ from elastic_tendon.diagnosis.evidence import (
     worth_hearing,
 )
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, LackOfFit, Regression, regress
-from elastic_tendon.diagnosis.likeliest_sets import FAR_BETTER, FOLLOWED
-from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, FAILURES, MOST_WORK, Check
-from elastic_tendon.diagnosis.resonance import Resonance, frequencies, may_hide, swings
+from elastic_tendon.diagnosis.likeliest_sets import CLOSE, FAR_BETTER, FOLLOWED
+from elastic_tendon.diagnosis.looks import Looks
+from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, FAILURES, MOST_WORK
+from elastic_tendon.diagnosis.resonance import frequencies, holds_swinging, may_hide, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
     aliases,
@@ -51,7 +48,6 @@ from elastic_tendon.diagnosis.torque_screen import Screen
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.stretches import independent_facts
-from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Progress
 
 TRUSTED = 2.0  # mean square on the torque screen of an answer that leaves nothing but noise
@@ -59,18 +55,13 @@ LOOKED = 6  # sets with one more effect that are estimated beside the best
 REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
 RACED = 4  # additions, of which short refits leave least
 EQUALS = 2  # ... and those that promise about as much with no more parameters
-# evidence, or times the mean square, by which these may seem worse on the screen
-ABOUT, ALIKE = 100.0, 1.2
+ABOUT = 100.0  # evidence by which these may seem worse on the screen, where facts are few
 LONG = 2e8  # multiplications after which a search that is not at the noise has lasted long
 WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 SMALL = 25.0  # mean square of an error that is hardly larger than noise: torques hide it
 WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 MOST_ROUNDS, MOST_REFITS = 8, 20
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
-# of typical strengths, at which trajectories are looked at; what a weak effect changes is linear
-SHARES, SMALL_SHARES = (0.3,), (0.03, 0.3)
-MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
-KEPT = 3  # starts of such a look, the best first, from which a refit begins
 FIRST = 0.5  # share of the mean square; who promises less is refitted before all others
 BLIND = 10.0  # times the mean square of the trajectory that the torque screen leaves there
 UNLIKE = 4.0  # times the fitted recordings' mean square, above which held-out ones are not alike
@@ -80,7 +71,7 @@ HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than wha
 
 
 @dataclass(kw_only=True)
-class Search(Doubts):
+class Search(Looks):
     """What a search has so far; an interrupt leaves it as it is.
 
     `neighbours` : for each set that was the best, those one change away with their evidence less
@@ -95,8 +86,6 @@ class Search(Doubts):
     # the latest answer of which that was asked, and what it leaves
     _regressed: tuple[Answer, Regression] | None = None
     _lack: tuple[Answer, Mapping[str, LackOfFit]] | None = None
-    # additions that swing, as they were looked at last: beside which answer, and starts
-    _looked: dict[Set, tuple[Answer, list[tuple[float, Model]]]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, data: Data, progress: Progress) -> "Search":
@@ -229,7 +218,7 @@ class Search(Doubts):
                 pass
             self._refit_on()
             self._hop_on_screen()
-            dear = any(map(swings, self.answer.added))  # beside it other laws come last
+            dear = holds_swinging(self.answer.added)  # beside it other laws come last
             if self._better_with_less() or (not dear and self._better_law()):
                 continue
             added = self.answer.added
@@ -373,7 +362,7 @@ class Search(Doubts):
         timed = not any(recording.static for recording in self.data.fitted)
         if not (timed and AT_NOISE < answer.mean_square < OVERWHELMING**2):
             return False
-        if self._promises(answer.added) or any(map(swings, answer.added)):
+        if self._promises(answer.added) or holds_swinging(answer.added):
             return False  # what remembers, or swings, depends on more than the state
         alone = self.regressed(answer).found
         return _shapeless(alone) and _shapeless(self.lack_of_fit(answer))
@@ -503,85 +492,6 @@ class Search(Doubts):
 
     # ---- neighbours ---------------------------------------------------------------------------
 
-    def _unseen(self) -> list[str]:
-        """Effects that only whole trajectories show."""
-        return [effect_id for effect_id in self.data.candidates if not self.screen.sees(effect_id)]
-
-    def _additions(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, str]:
-        """Sets with one more effect that a model can take, and which effect that is."""
-        sets = {
-            in_order((*added, effect_id)): effect_id
-            for effect_id in effect_ids
-            if effect_id not in added
-        }
-        return {near: effect_id for near, effect_id in sets.items() if self.screen.goes(near)}
-
-    def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
-        """Share of the mean square that additions would leave, by the trajectory screen."""
-        sets = self._additions(added, effect_ids)
-        alone = TrajectoryScreen(self.answers[added])
-        together = self._in_one_library(added, list(sets.values()))
-        shared = dict.fromkeys(together, TrajectoryScreen(self.answers[added], together))
-        work = [
-            (
-                told("looking at additions", near),
-                partial(self._look, shared.get(effect_id, alone), added, effect_id),
-            )
-            for near, effect_id in sets.items()
-        ]
-        found = {}
-        for near, best in self._without_failures(list(sets), self._at_once(work)):
-            self.starts[near] = [model for _, model in best]
-            found[near] = min(share for share, _ in best)
-        return found
-
-    def _in_one_library(self, added: Set, effect_ids: Iterable[str]) -> Set:
-        """Those of some effects that one library has beside a set, so that looks at them compile
-        once: what has memory, or switches, would make all of them dear to simulate."""
-        together: Set = ()
-        for effect_id in effect_ids:
-            effect = effects.BY_ID[effect_id]
-            light = not (effect.states or effect.relations or effect.law_of)
-            if light and self.screen.goes(in_order((*added, *together, effect_id))):
-                together = (*together, effect_id)
-        return together
-
-    def _look(
-        self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
-    ) -> list[tuple[float, Model]]:
-        """The best starts of one more effect, and what share of the mean square each leaves."""
-        near = in_order((*added, effect_id))
-        built = in_order((*near, *screen.nulls))
-        library_path((*self.data.given.effect_ids, *built), self.data.given.kind)
-        answer = self.answers[added]
-        if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
-            return found
-        seen = SMALL_SHARES if answer.mean_square < AT_NOISE else SHARES
-        shares = seen if self.screen.sees(effect_id) else UNSEEN_SHARES
-        law, fitted = effects.BY_ID[effect_id], self.data.fitted
-        models = self.starts.get(near, [])[:KEPT]
-        for share in shares:
-            values = list(starts(self.data.given, law, fitted, (share,)))
-            some = values[:: -(-len(values) // MOST_LOOKS)]
-            models = [*models, *self._models_beside(answer, near, effect_id, some)]
-        return screen.best(models, check)[:KEPT]
-
-    def _look_along(
-        self, answer: Answer, near: Set, effect_id: str, check: Check
-    ) -> list[tuple[float, Model]]:
-        """The best frequencies of an effect that swings, unless that takes too long."""
-        if self._effort([answer.result.model]).scouted < EFFORT.scouted:
-            return []
-        before, found = self._looked.get(near, (None, []))
-        if before is not answer:
-            resonance = Resonance(self.data.given, near, effect_id, self.data.fitted, check)
-            found = [
-                (near_answer.mean_square / answer.mean_square, near_answer.result.model)
-                for near_answer in resonance.beside(answer)
-            ]
-            self._looked[near] = answer, found
-        return found
-
     def _neighbours(self, added: Set) -> dict[Set, float | None]:
         """Share of the mean square that every addition, removal, exchange and simpler law would
         leave, None where the screens cannot say; looks at what swings come later."""
@@ -594,7 +504,7 @@ class Search(Doubts):
         else:
             if at_noise:
                 shares |= self._hardly_worse(added)
-            shares |= dict.fromkeys(self._exchanged_in_torque(added))
+            shares |= dict.fromkeys(self._exchanges_by_torque(added))
             shares |= {without(added, effect_id): None for effect_id in added}
             shares |= dict.fromkeys(simpler(added))
             unlooked = list(self.data.candidates)
@@ -623,7 +533,7 @@ class Search(Doubts):
                 shares |= {near: share / own for near, share in looks.items()}
         return shares
 
-    def _exchanged_in_torque(self, added: Set) -> list[Set]:
+    def _exchanges_by_torque(self, added: Set) -> list[Set]:
         """The likeliest sets with another of the effects that torques show, where they do not show
         all: of those that seemed about as likely without the rest, what trajectories bear best."""
         answer, seen = self.answers[added], tuple(filter(self.screen.sees, added))
@@ -715,7 +625,7 @@ class Search(Doubts):
 
     def _about(self, added: Set) -> float:
         """Evidence by which a neighbour of a set may seem worse on the screen and be better."""
-        return max(ABOUT, self.evidence.facts([self.answers[added]]) * log(ALIKE))
+        return max(ABOUT, self.evidence.facts([self.answers[added]]) * log(CLOSE))
 
     def _promising(self, added: Set) -> Iterator[Set]:
         """Neighbours that deserve a refit."""
