@@ -4,7 +4,7 @@ import pytest
 
 from elastic_tendon.actuator.parameters import typical_value
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.resonance import REFITTING, Resonance, frequencies, swings
+from elastic_tendon.diagnosis.resonance import AROUND, REFITTING, Resonance, frequencies, swings
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.estimation.fit import QUICK
@@ -73,6 +73,26 @@ def test_a_wrong_frequency_leads_to_the_right_one_around_it(resonance, recording
     assert place.mean_square > 1.2  # a fit from there ends in a wrong minimum
     assert found[0].mean_square == pytest.approx(1.0, abs=0.1)
     assert mass_of(found[0]) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_starts_that_lead_to_one_minimum_are_followed_once(
+    resonance, recordings, monkeypatch
+) -> None:
+    refitted: dict[int, int] = {}
+
+    def noted(given, added, measurements, *how):
+        samples = len(measurements[0].time)
+        refitted[samples] = refitted.get(samples, 0) + 1
+        return refit(given, added, measurements, *how)
+
+    monkeypatch.setattr("elastic_tendon.diagnosis.resonance.refit", noted)
+    wrong = heavy(1.37 * 1.2, 0.2)
+    start = refit(GIVEN, ("spring_mass",), recordings, [wrong], effort=REFITTING)
+    found = resonance.around(start)
+    assert mass_of(found[0]) == pytest.approx(1.0, abs=1e-3)
+    first, *others = (count for _, count in sorted(refitted.items()))
+    assert len(AROUND) <= first
+    assert sum(others) <= 2 * len(others)
 
 
 def test_nothing_is_found_where_a_beginning_is_met_as_well_without_it() -> None:

@@ -81,6 +81,27 @@ def test_what_leaves_too_much_is_not_followed_to_the_end(sticking, monkeypatch) 
     assert not glance.interrupted
 
 
+def test_a_given_model_that_limits_shut_out_is_no_start(frictionless, monkeypatch) -> None:
+    """A mass of nothing, moved to the least mass there may be, would swing endlessly fast."""
+    known, recording = frictionless
+    path, tried = "effects.spring_mass.mass", []
+    nothing = known.model.with_effect("spring_mass", None)
+    heavy = nothing.with_values({path: 2.0, "effects.spring_mass.damping": 5.0})
+    simulated = residuals.simulate_measurement
+
+    def noted(model, *how):
+        tried.append(model.values()[path])
+        return simulated(model, *how)
+
+    monkeypatch.setattr("elastic_tendon.estimation.problem.simulate_measurement", noted)
+    glance = replace(QUICK, scouting=1, evaluations=1, rounds=0)
+    fit(nothing, [recording], starts=[heavy], limits={path: (0.5, np.inf)}, effort=glance)
+    assert min(tried) > 1.0
+    tried.clear()
+    fit(nothing, [recording], limits={path: (0.5, np.inf)}, effort=glance)
+    assert min(tried) < 1.0
+
+
 def test_where_the_solver_errs_visibly_beside_the_noise_a_finer_one_fits(result) -> None:
     assert result.problem.tolerance == TOLERANCE
     noise, mass = 1e-6, {"mass": 1.2, "damping": 0.05}  # rings for long

@@ -19,7 +19,7 @@ from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.evidence import AT_NOISE, DECISIVE, HELDOUT_AT_NOISE, MUCH, misfit
-from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, Check, Refits
+from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, NEAR, Check, Refits
 from elastic_tendon.diagnosis.resonance import holds_swinging
 from elastic_tendon.diagnosis.sets import Set, in_order, model_with, simpler, size_of, told
 from elastic_tendon.diagnosis.torque_screen import BETTER, Estimate, badness
@@ -67,6 +67,7 @@ class Around(Refits):
     _hopped: dict[Set, Answer] = field(default_factory=dict)
     _hopped_on_screen: dict[Set, Answer] = field(default_factory=dict)
     _refitted_on: dict[Set, Answer] = field(default_factory=dict)
+    _tuned: dict[Set, Answer] = field(default_factory=dict)
 
     @property
     def answer(self) -> Answer:
@@ -137,6 +138,19 @@ class Around(Refits):
             words, start = "refitting on", answer.result.model
             self._take({answer.added: partial(self._from, answer.added, start, EFFORT)}, words)
             self._refitted_on[answer.added] = self.answers[answer.added]
+
+    def _tune(self) -> None:
+        """Look at other frequencies of what swings: thoroughly where so little is left that these
+        may be what is wrong, else if a refit was too dear to do so."""
+        answer, added = self.answer, self.answer.added
+        if not holds_swinging(added) or self._tired or self._at_noise():
+            return
+        if answer.mean_square < NEAR:
+            self._scan_around(added)
+        elif self._dear(answer) and answer is not self._tuned.get(added):
+            way = partial(self._at_other_frequencies, answer, EFFORT)
+            self._take({added: way}, "refitting at other frequencies")
+            self._tuned[added] = self.answers[added]
 
     def _hop_on_screen(self) -> None:
         """Refit the answer from where the screen finds better numbers around its own."""
@@ -247,9 +261,9 @@ class Around(Refits):
         """Whether one way after the other has led to less; each is a piece of work of its own."""
         added = before.added
         ways = (
-            partial(self._from_other_minima, before, EFFORT),
-            partial(self._from, added, before.result.model, EFFORT),
             partial(self._at_other_frequencies, before, EFFORT),
+            partial(self._from, added, before.result.model, EFFORT),
+            partial(self._from_other_minima, before, EFFORT),
         )
         for way in ways:
             if not self._tired:

@@ -182,7 +182,9 @@ def elsewhere(
             shares = [abs(own[part.name] - part.null) / size for part, size in sizes if size]
             share = max(shares, default=1.0)
             changes += starts(model, effect, measurements, [share * by for by in FACTORS[::3]])
-        for change in changes:
+        for number, change in enumerate(changes):
+            if change in changes[:number]:  # of what is nothing every multiple is
+                continue
             with suppress(ModelError):
                 yield model.with_values(
                     {f"effects.{effect_id}.{name}": value for name, value in change.items()}

@@ -237,6 +237,10 @@ class Refits:
             hopeless=self.evidence.far_more,
         )
 
+    def _dear(self, answer: Answer) -> bool:
+        """Whether refits beside an answer take so long that they are cut short."""
+        return self._effort([answer.result.model]).evaluations < EFFORT.evaluations
+
     def _cost(self, model: Model) -> float:
         """Multiplications, about, that the derivatives of one simulation of all recordings take."""
         base = self.answers.get(())

@@ -37,11 +37,13 @@ DAMPING = 0.25  # times the typical one
 # share of a recording that is refitted, and how many of the best are refitted to the next
 STAGES = ((0.125, 8), (0.2, 4), (0.35, 4), (0.6, 2), (1.0, 4))
 WORSE = 4.0  # times the least mean square, from which no refit goes on
+ALIKE = 0.01, 0.05  # shares by which frequency setting and mean square of one minimum differ
+MET = 1.2  # mean square of a longer beginning, from which no other start is tried
 # mean square of a beginning, times that of a refit without the effect, from which the effect does
 # not show in it; if it errs there at least half as much as over the whole
 WORTH, TELLING = 0.9, 0.5
 HIDDEN_WORTH = 0.5  # the same where no peak tells that anything swings, if it errs much
-BESIDE = (1.0, 0.975, 1.025)  # times what sets the frequency, where the next refits begin
+BESIDE = (0.975, 1.025)  # times what sets the frequency, where the next refits begin too
 AROUND = tuple(np.geomspace(0.6, 1.6, 7))  # likewise, around a refit
 REFITTING = Effort(scouted=1, scouting=10, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
@@ -143,18 +145,35 @@ class Resonance:
         best: list[Answer] = []
         for share, kept in STAGES:
             beginnings = [_beginning(part, share) for part in self.measurements]
-            found = self._refitted(models, beginnings)
+            # a short beginning may be met at many frequencies
+            found = self._distinct(self._refitted(models, beginnings, MET if best else 0.0))
             if not found:
                 break
-            found.sort(key=attrgetter("mean_square"))
             if without is not None and self._needless(found[0], without, beginnings):
                 return []
             worst = WORSE * found[0].mean_square
             best = [answer for answer in found if answer.mean_square <= worst][:kept]
             refitted = [answer.result.model for answer in best]
-            models = [self._at(model, times) for model in refitted for times in BESIDE]
-            models += [self._moved(model, origin) for model in refitted]
+            models = [*refitted, *(self._moved(model, origin) for model in refitted)]
+            models += [self._at(model, times) for model in refitted for times in BESIDE]
         return best
+
+    def _distinct(self, found: Iterable[Answer]) -> list[Answer]:
+        """One refit of each minimum, the best first."""
+        distinct: list[Answer] = []
+        for answer in sorted(found, key=attrgetter("mean_square")):
+            if not any(self._alike(answer, known) for known in distinct):
+                distinct.append(answer)
+        return distinct
+
+    def _alike(self, first: Answer, second: Answer) -> bool:
+        """Whether two refits are in the same minimum."""
+        settings = [part.result.model.values()[self._path] for part in (first, second)]
+        squares = first.mean_square, second.mean_square
+        return all(
+            max(pair) <= (1.0 + share) * min(pair)
+            for share, pair in zip(ALIKE, (settings, squares), strict=True)
+        )
 
     def _needless(self, found: Answer, without: Answer, beginnings: Sequence[Measurement]) -> bool:
         """Whether beginnings that show as much error as the whole are met as well without it; where
@@ -193,12 +212,12 @@ class Resonance:
         return model.with_values({self._path: times * model.values()[self._path]})
 
     def _refitted(
-        self, models: Sequence[Model], measurements: Sequence[Measurement]
+        self, models: Sequence[Model], measurements: Sequence[Measurement], met: float
     ) -> list[Answer]:
-        """Refits from models, where these can be simulated."""
-        found = []
+        """Refits from models, where these can be simulated, until one leaves less than `met`."""
+        found: list[Answer] = []
         for model in models:
-            if enough():
+            if enough() or (found and found[-1].mean_square < met):
                 break
             self.check(0.0)
             try:

@@ -214,8 +214,9 @@ class Search(Looks):
         built upon.
         """
         for _ in range(MOST_ROUNDS):
-            while self.work > LONG and (self._errs_as_refused() or self._fades_in_time()):
-                pass
+            self._tune()
+            while self._doubtful() and (self._errs_as_refused() or self._fades_in_time()):
+                self._tune()
             self._refit_on()
             self._hop_on_screen()
             dear = holds_swinging(self.answer.added)  # beside it other laws come last
@@ -232,6 +233,10 @@ class Search(Looks):
                 self.neighbours[added] = self._expected(added, shares | swinging)
             if not self._promised(added, most):
                 return
+
+    def _doubtful(self) -> bool:
+        """Whether the search has lasted so long that what it found is doubted on the way."""
+        return self.work > LONG and not self._tired
 
     def _tries(self, added: Set, most: float) -> list[Callable[[], bool]]:
         """Ways from a set to a better one, the likeliest first: what torques promise, unless they
@@ -471,10 +476,6 @@ class Search(Looks):
             self.starts[near] = [scouted.result.model]
         best = sorted(found, key=lambda near: found[near].mean_square)
         return [near for near in best if found[near].mean_square < answer.mean_square][:RACED]
-
-    def _dear(self, answer: Answer) -> bool:
-        """Whether refits beside an answer take so long that they are cut short."""
-        return self._effort([answer.result.model]).evaluations < EFFORT.evaluations
 
     def _better_single(self) -> bool:
         """Where much is left: every single effect, whatever the screens say, but for what swings.

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
+import numpy as np
+
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.compare import LOOKED_AT
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import rms, simulate_measurement
-from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.evidence import SURELY
 from elastic_tendon.diagnosis.options import Options
@@ -20,6 +22,7 @@ from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import without
 from elastic_tendon.estimation.fit import QUICK
 from elastic_tendon.measurement import CLEARLY_LESS, Measurement
+from elastic_tendon.native.interpolation import Interpolation
 
 SEEN = 0.1  # of the noise: a difference between two motions that matters
 STRAIGHT = (
@@ -57,16 +60,45 @@ def with_straight_inputs(
     fitted, held_out = (
         [part.with_straight_inputs() for part in parts] for parts in (measurements, validation)
     )
-    data = data_of(model, fitted, held_out, options)
     less = [without(answer.added, effect_id) for effect_id in answer.added] if final else []
-    for added in (answer.added, *less):
-        most = answer.mean_square * (CLEARLY_LESS if added == answer.added else 1.0)
-        starts = [search.answers[added].result.model] if added in search.answers else []
+    known = [search.answers[added] for added in (answer.added, *less) if added in search.answers]
+    likely = [part for part in known if _could_leave(part, "linear") < _most(part, answer)]
+    if not likely:
+        return None
+    data = data_of(model, fitted, held_out, options)
+    for part in likely:
+        most = _most(part, answer)
         effort = replace(QUICK, tolerance=EFFORT.tolerance, hopeless=SURELY * most)
         with suppress(*FAILURES):
-            if refit(data.given, added, data.fitted, starts, effort).mean_square <= most:
+            starts = [part.result.model]
+            if refit(data.given, part.added, data.fitted, starts, effort).mean_square <= most:
                 return data
     return None
+
+
+def _most(part: Answer, answer: Answer) -> float:
+    """Mean square that straight lines have to leave at most with the effects of an answer or less
+    of them; a refit may have ended on the way, so an answer is held against where it leads."""
+    if part is not answer:
+        return answer.mean_square
+    return CLEARLY_LESS * min(answer.mean_square, _could_leave(answer, "cubic"))
+
+
+def _could_leave(answer: Answer, interpolation: Interpolation) -> float:
+    """Mean square that inputs of that interpolation leave with the effects of an answer, as far as
+    errors are linear in its parameters."""
+    result = answer.result
+    measurements = [
+        replace(part, interpolation=interpolation) for part in result.problem.measurements
+    ]
+    with suppress(*FAILURES):
+        problem = replace(result.problem, measurements=tuple(measurements))
+        errors = problem.residuals(result.vector, result.sigmas)
+        before = result.problem.residuals(result.vector, result.sigmas)
+        directions = np.linalg.qr(result.derivatives)[0]
+        left = errors - directions @ (directions.T @ errors)
+        return answer.mean_square * float(left @ left) / float(before @ before)
+    return np.inf
 
 
 def _difference(model: Model, measurement: Measurement) -> float:

@@ -9,6 +9,7 @@ N_eff log(sum of squares) + prior, so the rounds below converge.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from operator import itemgetter
@@ -269,7 +270,7 @@ def fit(
 
     Parameters
     ----------
-    given : Model; centre of the prior and first start
+    given : Model; centre of the prior and, unless limits shut it out, first start
     measurements : one or several, fitted together
     free : dotted paths of the parameters to fit; None: all that have an uncertainty
     starts : further models with the same effects to start from
@@ -342,12 +343,7 @@ def _fitted(
     progress: ShareProgress,
 ) -> FitResult:
     remembering = _Remembering(problem.coordinates, problem.measurements, problem.tolerance)
-    vectors = [problem.start(given)]
-    for model in starts:
-        try:
-            vectors.append(problem.start(model))
-        except SimulationError:  # a start that cannot be simulated is no start
-            continue
+    vectors = _vectors(problem, given, starts)
     end = worked() + effort.most
     search = _Search(remembering, _closest_sigmas(remembering, vectors), vectors[0], end)
     interrupted = False
@@ -366,6 +362,19 @@ def _fitted(
         start_cost=min(search.cost(start) for start in vectors),
         interrupted=interrupted,
     )
+
+
+def _vectors(problem: Problem, given: Model, starts: Sequence[Model]) -> list[Array]:
+    """Where a fit begins. The given model has no part in it where the limits shut it out and there
+    are other starts: a mass of nothing, moved inside, would swing endlessly fast."""
+    first = problem.start(given)
+    vectors = []
+    for model in starts:
+        with suppress(SimulationError):  # a start that cannot be simulated is no start
+            vectors.append(problem.start(model))
+    lower, upper = problem.bounds()
+    outside = bool(np.any((first < lower) | (first > upper)))
+    return vectors if outside and vectors else [first, *vectors]
 
 
 def _closest_sigmas(problem: Problem, vectors: Sequence[Array]) -> Sigmas:
