@@ -234,12 +234,12 @@ def heavy() -> Search:
 def test_what_the_torque_screen_does_not_see_is_found_by_looks_at_the_motion(heavy) -> None:
     assert not heavy.screen.sees(*MASS)
     looks = heavy._looks((), MASS)
-    masses = [start.effects["spring_mass"]["mass"] for start in heavy.starts[MASS]]
-    assert len({round(mass, 6) for mass in masses}) > 1  # each frequency has a minimum of its own
+    true = typical_model(*MASS).effects["spring_mass"]
+    begin = heavy.starts[MASS][0].effects["spring_mass"]
+    assert begin["mass"] == pytest.approx(true["mass"], rel=0.3)  # the rest is refitted
     assert looks[MASS] < searching.WORTH
     run(heavy)
     assert MASS not in heavy.estimates
-    true = typical_model(*MASS).effects["spring_mass"]
     assert heavy.answer.added == MASS
     assert heavy.answer.values("spring_mass")["mass"] == pytest.approx(true["mass"], rel=0.3)
 

@@ -38,7 +38,7 @@ DAMPING = 0.25  # times the typical one
 STAGES = ((0.125, 8), (0.2, 4), (0.35, 4), (0.6, 2), (1.0, 4))
 WORSE = 4.0  # times the least mean square, from which no refit goes on
 ALIKE = 0.01, 0.05  # shares by which frequency setting and mean square of one minimum differ
-MET = 1.2  # mean square of a longer beginning, from which no other start is tried
+SCATTER = 3.0  # standard deviations of the mean square of noise, up to which a beginning is met
 # mean square of a beginning, times that of a refit without the effect, from which the effect does
 # not show in it; if it errs there at least half as much as over the whole
 WORTH, TELLING = 0.9, 0.5
@@ -146,7 +146,8 @@ class Resonance:
         for share, kept in STAGES:
             beginnings = [_beginning(part, share) for part in self.measurements]
             # a short beginning may be met at many frequencies
-            found = self._distinct(self._refitted(models, beginnings, MET if best else 0.0))
+            met = _mean_square_of_noise(beginnings) if best else 0.0
+            found = self._distinct(self._refitted(models, beginnings, met))
             if not found:
                 break
             if without is not None and self._needless(found[0], without, beginnings):
@@ -255,6 +256,12 @@ def _range(parameter: Parameter, sizes: Sizes) -> tuple[float, float]:
 
 def _sizes(model: Model) -> Sizes:
     return sizes_of(model.transmission, model.link)
+
+
+def _mean_square_of_noise(measurements: Sequence[Measurement]) -> float:
+    """That noise alone hardly exceeds by chance."""
+    count = sum(len(part.time) * len(part.signals) for part in measurements)
+    return 1.0 + SCATTER * float(np.sqrt(2.0 / count))
 
 
 def _beginning(measurement: Measurement, share: float) -> Measurement:
