@@ -7,10 +7,18 @@ import numpy as np
 import pytest
 
 import elastic_tendon as et
+from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.data import data_of
+from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.search import Search
+from elastic_tendon.diagnosis.straight_inputs import with_straight_inputs
+from elastic_tendon.estimation.fit import Effort
+from elastic_tendon.progress import silent
 
 MODEL = et.load_model("biorob_x4_joint_3")
 TIME = np.arange(0.0, 8.0, 0.01)
 NOISE = 2e-5
+BEGUN = Effort(scouted=1, scouting=1, polished=0, evaluations=1, rounds=0)
 
 
 def smooth(time):
@@ -64,6 +72,16 @@ def test_a_diagnosis_takes_the_inputs_as_they_ran_and_says_so():
     assert found.ladder[-1].noise_ratio["joint_position"] < 1.05
     (note,) = (note for note in found.notes if "in straight lines" in note)
     assert "with curves more of the error is left" in note
+
+
+def test_straight_lines_do_not_win_because_a_refit_goes_on():
+    heavier = MODEL.with_values({"link.inertia": 1.05 * MODEL.link.inertia})
+    run = recording(smooth, "cubic", heavier)
+    search = Search.of(data_of(MODEL, [run], [], Options()), silent)
+    search.answers[()] = refit(MODEL, (), search.data.fitted, [], BEGUN)
+    assert search.answer.mean_square > 2.0
+    asked = (MODEL, [run], [], Options(), search)
+    assert with_straight_inputs(*asked, final=False) is None
 
 
 def test_what_was_asked_for_stays():

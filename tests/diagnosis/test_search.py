@@ -657,6 +657,25 @@ def test_a_refit_that_ended_early_goes_on_where_little_is_left(monkeypatch) -> N
     assert search.answer is again
 
 
+@pytest.mark.parametrize("near", [1e9, 1.0])
+def test_where_a_refit_was_too_dear_other_frequencies_are_looked_at_later(
+    heavy, monkeypatch, near
+) -> None:
+    true = typical_model(*MASS)
+    path = "effects.spring_mass.mass"
+    wrong = true.with_values({path: 1.2 * true.values()[path]})
+    glance = replace(refitting.EFFORT, scouting=1, evaluations=1)
+    heavy.answers = {MASS: refit(GIVEN, MASS, heavy.data.fitted, [wrong], glance)}
+    before = heavy.answer
+    monkeypatch.setattr(around, "NEAR", near)
+    monkeypatch.setattr(heavy, "_dear", lambda _answer: True)
+    heavy._tune()
+    assert heavy.answer.mean_square < 1.1 < 2.0 < before.mean_square
+    found = heavy.answer
+    heavy._tune()
+    assert heavy.answer is found  # nothing but noise is left
+
+
 def test_nothing_hops_where_only_noise_is_left(ended, monkeypatch) -> None:
     monkeypatch.setattr(ended, "_hopped", {})
     hops = counted(ended, monkeypatch)
