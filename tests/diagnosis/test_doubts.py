@@ -51,17 +51,6 @@ def test_an_effect_that_the_screen_does_not_miss_is_refitted_without() -> None:
     assert not search._close(COULOMB, answer)
 
 
-def test_what_is_left_of_a_refused_set_is_refitted() -> None:
-    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
-    both = (*COULOMB, *DRAG)
-    search._refit([both], "refitting")
-    search.refused[both] = "Coulomb friction makes the error on held-out data larger"
-    assert search.answer.added == ()
-    assert search._spared()
-    assert search.answer.added == DRAG
-    assert not search._spared()  # the other single was refitted too and does no better
-
-
 def test_what_errs_as_a_refused_answer_is_refused_too() -> None:
     truth = typical_model(*COULOMB, *ZEROS[0])
     search = begun(truth, *COULOMB, *ZEROS[0], *ZEROS[1])

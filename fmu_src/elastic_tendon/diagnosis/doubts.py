@@ -47,7 +47,7 @@ class Doubts(LikeliestSets):
 
     def _doubted(self) -> bool:
         """Whether effects of the answer, or of a better set, were in doubt and it has changed."""
-        return self._errs_as_refused() or self._refuse_one() or self._spared()
+        return self._errs_as_refused() or self._refuse_one()
 
     def _errs_as_refused(self) -> bool:
         """Where much is left and nothing is held out: refuse an answer that errs as a refused one
@@ -64,15 +64,6 @@ class Doubts(LikeliestSets):
                 self.refused[answer.added] = f"errs like {titles}: {why}"
                 return True
         return False
-
-    def _spared(self) -> bool:
-        """Refit what is left of a refused set that does better than the answer, each effect taken
-        out in turn: one may be all that spoils it."""
-        answer, best = self.answer, self.evidence.best(list(self.answers.values()))
-        if best is not answer and not self._tired:
-            less = [without(best.added, effect_id) for effect_id in best.added]
-            self._refit(less, "checking what is needed")
-        return self.answer is not answer
 
     def _refuse_one(self) -> bool:
         """Take out the effect of the answer that is least surely there, if any is in doubt, or

@@ -588,7 +588,8 @@ def _weight(residuals: Array, *, independent: bool) -> float:
 
 def _cost(structure: Structure, x: Array, residuals: Array, weight: float) -> float:
     prior = _prior(structure, x)
-    value = float(residuals @ residuals) / weight + float(prior @ prior)
+    with np.errstate(over="ignore"):  # an estimate that has run away costs more than any other
+        value = float(residuals @ residuals) / weight + float(prior @ prior)
     return value if np.isfinite(value) else np.inf
 
 
