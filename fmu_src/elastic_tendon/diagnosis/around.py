@@ -148,7 +148,8 @@ class Around(Refits):
         if answer.mean_square < NEAR:
             self._scan_around(added)
         elif self._dear(answer) and answer is not self._tuned.get(added):
-            way = partial(self._at_other_frequencies, answer, EFFORT)
+            effort = self._effort([answer.result.model])
+            way = partial(self._at_other_frequencies, answer, effort)
             self._take({added: way}, "refitting at other frequencies")
             self._tuned[added] = self.answers[added]
 

@@ -312,7 +312,8 @@ def _solved(
     progress: ShareProgress,
 ) -> FitResult:
     """A fit; again under a finer solver where the solver errs visibly beside what remains."""
-    found = _fitted(problem, given, starts, effort, progress)
+    end = worked() + effort.most
+    found = _fitted(problem, given, starts, effort, end, progress)
     if found.interrupted:
         return found
     finer = replace(problem, tolerance=FINER * problem.tolerance)
@@ -320,7 +321,7 @@ def _solved(
         return found
     again = [*starts, found.model]
     try:
-        return _fitted(finer, given, again, effort, lambda _share: progress(1.0))
+        return _fitted(finer, given, again, effort, end, lambda _share: progress(1.0))
     except SimulationError:  # it would take far too many steps wherever the fit may be
         return found
 
@@ -340,11 +341,12 @@ def _fitted(
     given: Model,
     starts: Sequence[Model],
     effort: Effort,
+    end: float,
     progress: ShareProgress,
 ) -> FitResult:
+    """A fit under one solver; `end` : multiplications after which descents end."""
     remembering = _Remembering(problem.coordinates, problem.measurements, problem.tolerance)
     vectors = _vectors(problem, given, starts)
-    end = worked() + effort.most
     search = _Search(remembering, _closest_sigmas(remembering, vectors), vectors[0], end)
     interrupted = False
     try:
