@@ -170,7 +170,8 @@ def free_numbers(effect: str, shape: dict[str, float], strength: dict[str, float
     """The numbers of an effect, free, from a start."""
     found = []
     for name, value in (shape | strength).items():
-        lower = -math.inf if name in UNBOUNDED else SMALLEST.get(name, 1e-3 * value)
+        signed = name in UNBOUNDED or value < 0.0  # a constant torque may act either way
+        lower = -math.inf if signed else SMALLEST.get(name, 1e-3 * value)
         upper = LARGEST.get(name, math.inf)
         scale = abs(value) if name not in ("angle", "phase", "lower", "upper") else 0.3
         found.append(Free(f"effects.{effect}.{name}", value, max(scale, 1e-9), lower, upper))

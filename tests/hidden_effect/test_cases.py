@@ -72,6 +72,12 @@ def test_rivals_cost_what_they_do_worse(drag):
     assert all(bic > -10.0 for bic in found.values())
 
 
+def test_no_rival_beats_a_torque_that_acts_backwards():
+    case = build(Order("effect", ("constant_torque",), 1.0, seed=1, duration=SHORT))
+    assert case.facts.numbers["effects.constant_torque.torque"] < 0.0
+    assert all(bic > -10.0 for bic in rivals_of(case, "constant_torque").values())
+
+
 def test_a_nested_law_costs_its_additional_numbers():
     case = build(Order("effect", ("coulomb_friction",), 1.0, seed=4, duration=SHORT))
     found = rivals_of(case, "coulomb_friction")
