@@ -8,6 +8,7 @@ many frequencies as a short beginning tells apart are refitted to that too.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from operator import attrgetter, itemgetter
 
@@ -143,21 +144,25 @@ class Resonance:
         begin where such a refit left them, and at their origin, as a beginning may not show
         them. None where a beginning is met as well without the effect."""
         best: list[Answer] = []
+        ways, rivals = [[model] for model in models], len(models)
         for share, kept in STAGES:
             beginnings = [_beginning(part, share) for part in self.measurements]
             # a short beginning may be met at many frequencies
-            met = _mean_square_of_noise(beginnings) if best else 0.0
-            found = self._distinct(self._refitted(models, beginnings, met))
+            found = self._distinct(self._refitted(ways, rivals, beginnings))
             if not found:
                 break
             if without is not None and self._needless(found[0], without, beginnings):
                 return []
             worst = WORSE * found[0].mean_square
             best = [answer for answer in found if answer.mean_square <= worst][:kept]
-            refitted = [answer.result.model for answer in best]
-            models = [*refitted, *(self._moved(model, origin) for model in refitted)]
-            models += [self._at(model, times) for model in refitted for times in BESIDE]
+            alike = _mean_square_of_noise(beginnings) ** 2 * found[0].mean_square
+            rivals = sum(answer.mean_square <= alike for answer in best)
+            ways = [self._ways_on(answer.result.model, origin) for answer in best]
         return best
+
+    def _ways_on(self, model: Model, origin: Mapping[str, float]) -> list[Model]:
+        """Where refits to a longer beginning start, of a refit to a shorter one."""
+        return [model, self._moved(model, origin), *(self._at(model, times) for times in BESIDE)]
 
     def _distinct(self, found: Iterable[Answer]) -> list[Answer]:
         """One refit of each minimum, the best first."""
@@ -213,20 +218,28 @@ class Resonance:
         return model.with_values({self._path: times * model.values()[self._path]})
 
     def _refitted(
-        self, models: Sequence[Model], measurements: Sequence[Measurement], met: float
+        self, ways: Sequence[Sequence[Model]], rivals: int, measurements: Sequence[Measurement]
     ) -> list[Answer]:
-        """Refits from models, where these can be simulated, until one leaves less than `met`."""
+        """Refits from models, where these can be simulated: the first of each way, then the second,
+        of each until one is met as well as noise allows; and then of no more ways than the first,
+        which are rivals."""
         found: list[Answer] = []
-        for model in models:
-            if enough() or (found and found[-1].mean_square < met):
-                break
-            self.check(0.0)
-            try:
-                found.append(
-                    refit(self.given, self.added, measurements, [model], REFITTING, self.check)
-                )
-            except ElasticTendonError:
-                continue
+        met = _mean_square_of_noise(measurements)
+        over: set[int] = set()
+        for models in zip(*ways, strict=True):
+            for number, model in enumerate(models):
+                if number in over or (over and number >= rivals):
+                    continue
+                if enough():
+                    return found
+                self.check(0.0)
+                with suppress(ElasticTendonError):
+                    answer = refit(
+                        self.given, self.added, measurements, [model], REFITTING, self.check
+                    )
+                    found.append(answer)
+                    if answer.mean_square < met:
+                        over.add(number)
         return found
 
 
