@@ -257,8 +257,9 @@ class Screen:
         whole, by_parameter = np.concatenate(residuals), np.vstack(derivatives)
         whole[self._of_link] /= scale
         by_parameter[self._of_link] /= scale
-        by_parameter[self._of_link] -= np.outer(whole[self._of_link], slopes)
-        return whole, by_parameter @ structure.coordinates.derivatives(x)
+        with np.errstate(invalid="ignore"):  # of what has run away no derivative is finite
+            by_parameter[self._of_link] -= np.outer(whole[self._of_link], slopes)
+            return whole, by_parameter @ structure.coordinates.derivatives(x)
 
     def _scale(
         self, structure: Structure, values: Mapping[str, float], slopes: Array
