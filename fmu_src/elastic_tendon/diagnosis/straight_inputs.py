@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-import numpy as np
-
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.compare import LOOKED_AT
 from elastic_tendon.comparison.initial_state import estimate_initial_state
@@ -20,9 +18,9 @@ from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.refits import EFFORT, FAILURES
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import without
+from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.estimation.fit import QUICK
 from elastic_tendon.measurement import CLEARLY_LESS, Measurement
-from elastic_tendon.native.interpolation import Interpolation
 
 SEEN = 0.1  # of the noise: a difference between two motions that matters
 STRAIGHT = (
@@ -61,13 +59,15 @@ def with_straight_inputs(
         [part.with_straight_inputs() for part in parts] for parts in (measurements, validation)
     )
     less = [without(answer.added, effect_id) for effect_id in answer.added] if final else []
-    known = [search.answers[added] for added in (answer.added, *less) if added in search.answers]
-    likely = [part for part in known if _could_leave(part, "linear") < _most(part, answer)]
+    known = [search.answers[added] for added in less if added in search.answers]
+    # the answer's refit may have ended on the way: it is held against where it leads
+    leads = min(answer.mean_square, _could_leave(answer, straight=False))
+    allowed = [(answer, CLEARLY_LESS * leads), *((part, answer.mean_square) for part in known)]
+    likely = [(part, most) for part, most in allowed if _could_leave(part, straight=True) < most]
     if not likely:
         return None
     data = data_of(model, fitted, held_out, options)
-    for part in likely:
-        most = _most(part, answer)
+    for part, most in likely:
         effort = replace(QUICK, tolerance=EFFORT.tolerance, hopeless=SURELY * most)
         with suppress(*FAILURES):
             starts = [part.result.model]
@@ -76,29 +76,16 @@ def with_straight_inputs(
     return None
 
 
-def _most(part: Answer, answer: Answer) -> float:
-    """Mean square that straight lines have to leave at most with the effects of an answer or less
-    of them; a refit may have ended on the way, so an answer is held against where it leads."""
-    if part is not answer:
-        return answer.mean_square
-    return CLEARLY_LESS * min(answer.mean_square, _could_leave(answer, "cubic"))
-
-
-def _could_leave(answer: Answer, interpolation: Interpolation) -> float:
-    """Mean square that inputs of that interpolation leave with the effects of an answer, as far as
-    errors are linear in its parameters."""
-    result = answer.result
+def _could_leave(answer: Answer, *, straight: bool) -> float:
+    """Mean square that an answer leaves where its parameters have followed to first order, with
+    curves straightened or as they are."""
     measurements = [
-        replace(part, interpolation=interpolation) for part in result.problem.measurements
+        replace(part, interpolation="linear")
+        if straight and part.interpolation == "cubic"
+        else part
+        for part in answer.result.problem.measurements
     ]
-    with suppress(*FAILURES):
-        problem = replace(result.problem, measurements=tuple(measurements))
-        errors = problem.residuals(result.vector, result.sigmas)
-        before = result.problem.residuals(result.vector, result.sigmas)
-        directions = np.linalg.qr(result.derivatives)[0]
-        left = errors - directions @ (directions.T @ errors)
-        return answer.mean_square * float(left @ left) / float(before @ before)
-    return np.inf
+    return answer.mean_square * TrajectoryScreen(answer).with_recordings(measurements)
 
 
 def _difference(model: Model, measurement: Measurement) -> float:

@@ -5,7 +5,8 @@ follow to first order. It sees what torques along the measured motion do not sho
 swinging of a spring's own mass, and costs a simulation a start.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from operator import itemgetter
 
 import numpy as np
@@ -22,6 +23,7 @@ from elastic_tendon.diagnosis.answer import Answer, with_nulls
 from elastic_tendon.diagnosis.sets import Set
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.problem import TOLERANCE
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.work import enough
 
 ROUNDING = 1e-10  # sum of squares, in sigmas, that is no change
@@ -94,6 +96,18 @@ class TrajectoryScreen:
             if enough():
                 break
         return sorted(found, key=itemgetter(0))
+
+    def with_recordings(self, measurements: Sequence[Measurement]) -> float:
+        """Share of the mean square that is left with recordings which differ in their inputs, once
+        parameters and initial states have followed; infinite where they cannot be simulated."""
+        result = self._result
+        problem = replace(result.problem, measurements=tuple(measurements))
+        try:
+            errors = problem.residuals(result.vector, result.sigmas)
+        except ElasticTendonError:
+            return np.inf
+        left = self._across(errors)[: self._count]
+        return float(left @ left) / self._before
 
     def told(self, model: Model) -> float:
         """What the errors tell of a model with one more effect: how much it changes, squared and
