@@ -249,8 +249,8 @@ class Around(Refits):
         return found
 
     def _scan_around(self, added: Set) -> None:
-        """Refit a set of which something swings at frequencies close by, go on from there, or refit
-        it at others far from it, as long as that helps."""
+        """Refit a set of which something swings at other frequencies, go on from where it is, or
+        refit it from other minima, as long as that helps."""
         for _ in range(MOST_SCANS):
             before = self.answers[added]
             if self._hopped.get(added) is before or before.mean_square < SETTLED:

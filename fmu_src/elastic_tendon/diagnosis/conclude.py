@@ -438,10 +438,10 @@ def different(sets: Sequence[Set]) -> list[str]:
     """What tells sets of effects apart, that taken first; "+" between the ids of one."""
     if not sets:
         return []
-    first, *others = sets
-    own = [effect_id for effect_id in first if any(effect_id not in other for other in others)]
+    first, *rivals = sets
+    own = [effect_id for effect_id in first if any(effect_id not in rival for rival in rivals)]
     names = ["+".join(own)] if own else []
     names += [
-        "+".join(effect_id for effect_id in other if effect_id not in first) for other in others
+        "+".join(effect_id for effect_id in rival if effect_id not in first) for rival in rivals
     ]
     return names

@@ -39,7 +39,7 @@ DAMPING = 0.25  # times the typical one
 STAGES = ((0.125, 8), (0.2, 4), (0.35, 4), (0.6, 2), (1.0, 4))
 WORSE = 4.0  # times the least mean square, from which no refit goes on
 ALIKE = 0.01, 0.05  # shares by which frequency setting and mean square of one minimum differ
-SCATTER = 3.0  # standard deviations of the mean square of noise, up to which a beginning is met
+SCATTER = 3.0  # standard deviations by which the mean square of noise alone may exceed 1
 # mean square of a beginning, times that of a refit without the effect, from which the effect does
 # not show in it; if it errs there at least half as much as over the whole
 WORTH, TELLING = 0.9, 0.5
@@ -220,15 +220,15 @@ class Resonance:
     def _refitted(
         self, ways: Sequence[Sequence[Model]], rivals: int, measurements: Sequence[Measurement]
     ) -> list[Answer]:
-        """Refits from models, where these can be simulated: the first of each way, then the second,
-        of each until one is met as well as noise allows; and then of no more ways than the first,
-        which are rivals."""
+        """Refits from models, where these can be simulated: from the first of each way, then from
+        the second. A way ends once it leaves no more than noise; then only rivals of the best, the
+        first ways, go on."""
         found: list[Answer] = []
-        met = _mean_square_of_noise(measurements)
-        over: set[int] = set()
+        least = _mean_square_of_noise(measurements)
+        ended: set[int] = set()
         for models in zip(*ways, strict=True):
             for number, model in enumerate(models):
-                if number in over or (over and number >= rivals):
+                if number in ended or (ended and number >= rivals):
                     continue
                 if enough():
                     return found
@@ -238,8 +238,8 @@ class Resonance:
                         self.given, self.added, measurements, [model], REFITTING, self.check
                     )
                     found.append(answer)
-                    if answer.mean_square < met:
-                        over.add(number)
+                    if answer.mean_square < least:
+                        ended.add(number)
         return found
 
 

@@ -346,7 +346,7 @@ def _fitted(
 ) -> FitResult:
     """A fit under one solver; `end` : multiplications after which descents end."""
     remembering = _Remembering(problem.coordinates, problem.measurements, problem.tolerance)
-    vectors = _vectors(problem, given, starts)
+    vectors = _starting_vectors(problem, given, starts)
     search = _Search(remembering, _closest_sigmas(remembering, vectors), vectors[0], end)
     interrupted = False
     try:
@@ -366,7 +366,7 @@ def _fitted(
     )
 
 
-def _vectors(problem: Problem, given: Model, starts: Sequence[Model]) -> list[Array]:
+def _starting_vectors(problem: Problem, given: Model, starts: Sequence[Model]) -> list[Array]:
     """Where a fit begins. The given model has no part in it where the limits shut it out and there
     are other starts: a mass of nothing, moved inside, would swing endlessly fast."""
     first = problem.start(given)
