@@ -46,7 +46,7 @@ def heldout_errors(
     (n,) array in units of the noise; one infinite value where the model cannot follow; no more than
     whoever expects the mean errs: beyond that, more says no more
     """
-    with counted(Work()):  # what is judged says nothing of how dear the refit was
+    with counted(Work()):  # how dear the refit was says nothing of what is judged
         errors = _judged(result, recordings, hopeless)
     return errors if np.isinf(errors).any() else min(errors, _about_mean(recordings), key=_square)
 

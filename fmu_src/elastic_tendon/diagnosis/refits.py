@@ -28,7 +28,7 @@ from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Progress
-from elastic_tendon.simulation.work import AFFORDABLE, Work, counted, enough
+from elastic_tendon.simulation.work import AFFORDABLE, Work, counted, enough, weight
 
 Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
 T = TypeVar("T")
@@ -37,7 +37,7 @@ AT_ONCE = 2  # refits; simulations let Python go on
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
 # multiplications after which nothing more is tried, and those of the way to a first answer
-MOST_WORK, CLIMBING = 3e9, 1.5e9
+MOST_WORK, CLIMBING = 4e9, 2e9
 EFFORT = Effort(
     scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5, most=AFFORDABLE
 )
@@ -248,7 +248,7 @@ class Refits:
             return 0.0
         with suppress(*FAILURES):
             columns = len(free_parameters(model)) * len(interface(*model.structure).states)
-            return _evaluations(model, base) * (1.0 + columns)
+            return weight(_evaluations(model, base), columns)
         return 0.0
 
     def _starts(self, added: Set) -> Iterator[Model]:

@@ -5,7 +5,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-AFFORDABLE = 6e8  # multiplications that one piece of work may take: some seconds
+AFFORDABLE = 8e8  # multiplications that one piece of work may take: some seconds
+PLAIN = 8  # multiplications that the rates alone take, in those of a derivative of one state
 
 
 @dataclass
@@ -20,18 +21,26 @@ _UNDER_WAY: ContextVar[Work | None] = ContextVar("work under way", default=None)
 
 @contextmanager
 def counted(work: Work) -> Iterator[None]:
-    """Count what this thread simulates."""
+    """Count what this thread simulates; also as part of what is counted already."""
+    whole, before = _UNDER_WAY.get(), work.multiplications
     token = _UNDER_WAY.set(work)
     try:
         yield
     finally:
         _UNDER_WAY.reset(token)
+        if whole is not None:
+            whole.multiplications += work.multiplications - before
 
 
 def count(evaluations: int, columns: int = 0) -> None:
     """Count a simulation: evaluations of the rates, each with so many derivatives of states."""
     if (work := _UNDER_WAY.get()) is not None:
-        work.multiplications += evaluations * (1.0 + columns)
+        work.multiplications += weight(evaluations, columns)
+
+
+def weight(evaluations: int, columns: int = 0) -> float:
+    """Multiplications, about, of a simulation with so many derivatives of states."""
+    return float(evaluations * (PLAIN + columns))
 
 
 def worked() -> float:
