@@ -12,13 +12,13 @@ from elastic_tendon.diagnosis import data
 from elastic_tendon.diagnosis.data import (
     EVERYTHING,
     FEWER,
-    FEWEST,
     MOST,
-    WINDOWS,
+    STRETCHES,
     data_of,
     idle_effects,
 )
 from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.windows import FEWEST
 from elastic_tendon.errors import MeasurementError, ModelError
 from elastic_tendon.measurement import Measurement
 
@@ -54,7 +54,7 @@ def test_of_long_recordings_the_search_sees_excerpts(lengths: tuple[int, ...]) -
     found = data_of(GIVEN, parts, [])
     assert samples(found.whole) == sum(lengths)
     assert 0.6 * FEWER < samples(found.fitted) <= FEWER
-    assert len(parts) <= len(found.fitted) <= max(WINDOWS, len(parts))
+    assert len(parts) <= len(found.fitted) <= max(STRETCHES, len(parts))
 
 
 def test_everything_is_all_that_excerpts_leave_out() -> None:
@@ -109,6 +109,9 @@ def test_samples_closer_than_need_be_are_averaged() -> None:
     # the mean of so many samples has so much less noise
     assert np.std(left) == pytest.approx(NOISE / np.sqrt(count), rel=0.1)
     assert found.load_torque == pytest.approx(0.1 * found.motor_position, abs=1e-3)
+    known = replace(fast, given_noise={"joint_position": NOISE})
+    (found,) = data_of(GIVEN, [known], []).fitted
+    assert found.noise["joint_position"].sigma == pytest.approx(NOISE / np.sqrt(count))
 
 
 def test_static_curves_stay_whole() -> None:
@@ -182,7 +185,11 @@ def test_every_effect_is_a_candidate_of_a_bare_model() -> None:
 
 def test_some_effects_are_candidates_only_on_request() -> None:
     rare = "directional_damping"
-    assert rare not in data_of(GIVEN, [recording(500)], []).candidates
+    found = data_of(GIVEN, [recording(500)], [])
+    assert rare not in found.candidates
+    assert rare in found.rare
+    assert rare not in data_of(GIVEN, [recording(500)], [], Options(without=(rare,))).rare
+    assert data_of(GIVEN, [recording(500)], [], Options(only=("gravity_load",))).rare == ()
     assert data_of(GIVEN, [recording(500)], [], Options(only=(rare,))).candidates == (rare,)
     at_nulls = GIVEN.with_effect(rare, None)
     assert rare in data_of(at_nulls, [recording(500)], []).candidates

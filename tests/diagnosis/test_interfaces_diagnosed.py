@@ -10,7 +10,7 @@ import pytest
 
 import elastic_tendon as et
 from elastic_tendon.actuator.parameters import parse_model
-from elastic_tendon.diagnosis.inputs import torque_notes
+from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
 from truth import torque_driven
 from truth.torque_driven import Drive
 
@@ -56,9 +56,9 @@ def load(t):
     return 1.2 * np.sin(2.3 * t)
 
 
-def recording(drive: Drive) -> et.Measurement:
+def recording(drive: Drive, seed: int = 4) -> et.Measurement:
     states = torque_driven.simulate(drive, TIME, torque, load)
-    rng = np.random.default_rng(4)
+    rng = np.random.default_rng(seed)
     pulls = np.array([drive.pulls(*row) for row in states])
     shown = drive.joint_radius * (pulls[:, 0] - pulls[:, 1])
     return et.Measurement(
@@ -145,10 +145,10 @@ def test_the_loss_of_a_gear_is_found_beside_its_friction():
 
 
 @pytest.mark.slow
-def test_the_loss_of_a_gear_is_named():
+def test_the_loss_of_a_gear_is_named_where_all_else_leaves_much():
+    """Rare effects are no candidates until then."""
     lossy = recording(replace(TRUE, rotor_friction=0.05, loss=(0.12, 0.25)))
-    asked = GIVEN.at("torque").with_effect("gear_loss", None)  # at its defaults: on request
-    found = et.diagnose(asked, lossy)
+    found = et.diagnose(GIVEN.at("torque"), lossy)
     assert set(found.added) == {"motor_friction", "gear_loss"}
     assert found.ladder[-1].noise_ratio["motor_position"] < 1.1
 
@@ -159,16 +159,43 @@ def test_nothing_is_called_missing_of_a_rotor_that_is_as_modelled(plain):
     assert found.verdict == "wrong_parameter"
 
 
-def test_a_noisy_motor_torque_is_told(plain):
-    """A rotor integrates it: what is named may be its drift."""
-    rng = np.random.default_rng(5)
-    torque_read = plain.signals["motor_torque"] + 0.02 * rng.standard_normal(len(TIME))
-    noisy = replace(plain, signals={**plain.signals, "motor_torque": torque_read})
-    (note,) = torque_notes(GIVEN, [noisy.at("torque")], None)
+def with_noisy_torque(clean, seed=5):
+    rng = np.random.default_rng(seed)
+    read = clean.signals["motor_torque"] + TORQUE_NOISE * rng.standard_normal(len(TIME))
+    signals = {"joint_position": clean.signals["joint_position"], "motor_torque": read}
+    return replace(clean, signals=signals, name=f"noisy{seed}")
+
+
+def test_windows_are_so_short_that_the_noise_of_the_torque_matters_little(plain):
+    torque_driven_model, noisy = GIVEN.at("torque"), with_noisy_torque(plain)
+    given = noisy.for_model(torque_driven_model)
+    horizon = horizon_for(torque_driven_model, [given])
+    assert 0.2 <= horizon < 1.0
+    (note,) = torque_notes(torque_driven_model, [given], None, horizon)
     assert "the motor torque has noise of 0.02 N·m" in note
-    assert "--horizon" in note
-    assert torque_notes(GIVEN, [plain.at("torque")], None) == []
-    assert torque_notes(GIVEN, [noisy], None) == []
+    assert f"in windows of {horizon:.2g} s" in note
+    (note,) = torque_notes(torque_driven_model, [given], 2.0, 2.0)
+    assert "Shorter windows drift less" in note
+    for part, model in ((plain, torque_driven_model), (noisy, GIVEN)):
+        shown = part.for_model(model)
+        assert horizon_for(model, [shown]) is None
+        assert torque_notes(model, [shown], None, None) == []
+
+
+def test_a_noisy_motor_torque_hides_nothing_and_makes_nothing_up(plain):
+    """A rotor integrates it, so that whole recordings end at many times the encoder's noise."""
+    found = et.diagnose(GIVEN.at("torque"), with_noisy_torque(plain))
+    assert found.added == ()
+    assert found.verdict == "wrong_parameter"
+    rough = replace(TRUE, rotor_friction=0.15)
+    fitted, heldout = (with_noisy_torque(recording(rough, seed), seed) for seed in (4, 6))
+    again = et.diagnose(GIVEN.at("torque"), fitted, validate=heldout)
+    assert again.added == ("motor_friction",)
+    assert again.model.effects["motor_friction"]["torque"] == pytest.approx(0.15, rel=0.05)
+    last = again.ladder[-1]
+    assert last.noise_ratio["motor_position"] < 1.2
+    assert last.heldout_rmse["motor_position"] < 1.5e-3
+    assert "Motor friction is surely missing" in again.sentence
 
 
 def test_what_an_interface_needs_and_lacks_is_told(plain):

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 from scipy.optimize import least_squares, lsq_linear
 
+from elastic_tendon.estimation import descent
 from elastic_tendon.estimation.descent import ROWS, descend
 
 FREE = (-np.inf, np.inf)
@@ -254,3 +256,19 @@ def test_a_start_at_a_minimum_on_a_bound_is_taken_for_one() -> None:
             1e-5,
         )
         assert found == pytest.approx(start, abs=1e-6)
+
+
+def test_variables_of_pieces_alone_cost_no_accuracy() -> None:
+    """As of the initial states of many windows of a recording."""
+    pieces, own, shared = 12, 3, 2
+    rng = np.random.default_rng(8)
+    rows = [
+        (rng.standard_normal((ROWS + 7, shared)), rng.standard_normal((ROWS + 7, own)))
+    ] * pieces
+    matrix = np.hstack(
+        [np.vstack([common for common, _ in rows]), block_diag(*(alone for _, alone in rows))]
+    )
+    values = rng.standard_normal(len(matrix))
+    triangle, rotated = descent._triangle(matrix, values)
+    assert np.allclose(triangle.T @ triangle, matrix.T @ matrix, atol=1e-9)
+    assert np.allclose(triangle.T @ rotated, matrix.T @ values, atol=1e-9)

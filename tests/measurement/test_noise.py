@@ -138,6 +138,8 @@ def test_uneven_samples_are_not_taken_for_noise(kind: str) -> None:
 
 def test_step_of_floating_point_noise_is_none() -> None:
     assert quantisation_step(np.random.default_rng(4).standard_normal(500)) == 0.0
+    steady = 0.057 * np.arange(60) + 1e-4 * np.random.default_rng(4).standard_normal(60)
+    assert quantisation_step(steady) == 0.0  # a constant speed is no encoder's step
 
 
 def test_actuators_with_kinks() -> None:

@@ -125,7 +125,9 @@ class Around(Refits):
 
     def _at_noise(self) -> bool:
         """Whether the best so far leaves nothing but noise, on held-out recordings too."""
-        answer = self.answer
+        return self._meets_noise(self.answer)
+
+    def _meets_noise(self, answer: Answer) -> bool:
         heldout = self.evidence.heldout_square(answer)
         return answer.mean_square < AT_NOISE and heldout < HELDOUT_AT_NOISE
 

@@ -18,6 +18,7 @@ from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.windows import FEWEST, heldout_with_drift, windows, with_drift
 from elastic_tendon.errors import MeasurementError, SimulationError
 from elastic_tendon.estimation.add import check_apart
 from elastic_tendon.estimation.problem import TOLERANCE
@@ -26,11 +27,10 @@ from elastic_tendon.measurement import Measurement
 # samples of all recordings together up to which a search works on each, and of an excerpt of more
 MOST, FEWER = 7_500, 3_000
 EVERYTHING = 100_000  # ... up to which all are searched where excerpts show nothing but noise
-WINDOWS = 2  # stretches of all recordings together that an excerpt has, at least one of each
+STRETCHES = 2  # stretches of all recordings together that an excerpt has, at least one of each
 # RMS by which straight lines from mean to mean of samples may miss the motion: shares of the noise
 # that means have, and of the error of the model as given
 OF_NOISE, OF_ERROR = 0.5, 1e-3
-FEWEST = 20  # samples in a piece
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,15 @@ class Data:
             if effect_id not in self.without and self._asked_for(effect_id)
         )
 
+    @cached_property
+    def rare(self) -> tuple[str, ...]:
+        """Effects that are tried only where all others leave much, in the catalogue's order."""
+        return tuple(
+            effect_id
+            for effect_id in candidates(self.given, self.fitted)
+            if not (self.only or effect_id in (*self.without, *self.candidates))
+        )
+
     def _asked_for(self, effect_id: str) -> bool:
         if self.only:
             return effect_id in self.only
@@ -114,17 +123,17 @@ def data_of(
     options = options or Options()
     check_apart(measurements, validation)
     _check_signals(measurements, validation)
-    clean = tuple(smoothed(part).settled() for part in measurements)
+    clean = tuple(_clean(with_drift(model, part, options.horizon)) for part in measurements)
     total = sum(len(part.time) for part in clean)
     motions = clean
     if any(part.static for part in clean):
         motions = tuple(_with_torque_noise(model, part) for part in clean)
     if total > MOST:
-        windows = max(WINDOWS // len(motions), 1)
+        count = max(STRETCHES // len(motions), 1)
         motions = tuple(
-            piece for part in motions for piece in _excerpt(model, part, FEWER / total, windows)
+            piece for part in motions for piece in _excerpt(model, part, FEWER / total, count)
         )
-    whole = _windows(clean, options.horizon)
+    whole = windows(clean, options.horizon)
     idle = idle_effects(model)
     given = model.without(idle)
     known = _shown_by_motion(given) if all(part.static for part in measurements) else ()
@@ -132,9 +141,11 @@ def data_of(
         given=given.model_copy(
             update={"uncertainty": {**given.uncertainty, **dict.fromkeys(known, 0.0)}}
         ),
-        fitted=whole if motions is clean else _windows(motions, options.horizon),
+        fitted=whole if motions is clean else windows(motions, options.horizon),
         motions=motions,
-        heldout=tuple(smoothed(part).settled() for part in validation),
+        heldout=tuple(
+            piece for part in validation for piece in _heldout(model, part, options.horizon)
+        ),
         whole=whole,
         only=options.only,
         without=options.without,
@@ -142,6 +153,20 @@ def data_of(
         known=known,
         uncertainty=given.uncertainty,
     )
+
+
+def _clean(measurement: Measurement) -> Measurement:
+    return smoothed(measurement).settled()
+
+
+def _heldout(
+    model: Model, measurement: Measurement, horizon: float | None
+) -> tuple[Measurement, ...]:
+    """A held-out recording, in windows where its motor drifts."""
+    drifting = heldout_with_drift(model, measurement, horizon)
+    if drifting is None:
+        return (_clean(measurement),)
+    return windows([_clean(drifting)], horizon)
 
 
 def _shown_by_motion(model: Model) -> tuple[str, ...]:
@@ -179,24 +204,6 @@ def _check_signals(measurements: Sequence[Measurement], validation: Sequence[Mea
             )
 
 
-def _windows(measurements: Sequence[Measurement], horizon: float | None) -> tuple[Measurement, ...]:
-    """Recordings in windows of so many s, each with its own initial state; None: as they are."""
-    if horizon is None:
-        return tuple(measurements)
-    return tuple(piece for part in measurements for piece in _pieces(part, horizon))
-
-
-def _pieces(measurement: Measurement, horizon: float) -> Iterator[Measurement]:
-    """Windows of one recording; static curves stay whole."""
-    count = max(round(float(measurement.time[-1] - measurement.time[0]) / horizon), 1)
-    if measurement.static or count == 1 or len(measurement.time) < FEWEST * count:
-        yield measurement
-        return
-    for part in np.array_split(np.arange(len(measurement.time)), count):
-        start, end = float(measurement.time[part[0]]), float(measurement.time[part[-1]])
-        yield measurement.window(start, end)
-
-
 def _with_torque_noise(model: Model, measurement: Measurement) -> Measurement:
     """A static curve with the noise that its torque has too, as the comparison counts it."""
     if not measurement.static or "joint_position" in measurement.given_noise:
@@ -210,7 +217,7 @@ def _with_torque_noise(model: Model, measurement: Measurement) -> Measurement:
 
 
 def _excerpt(
-    model: Model, measurement: Measurement, share: float, windows: int
+    model: Model, measurement: Measurement, share: float, stretches: int
 ) -> Iterator[Measurement]:
     """Means of samples, or the liveliest stretches of them, about this share of their number."""
     wanted = int(share * len(measurement.time))
@@ -222,11 +229,11 @@ def _excerpt(
     # of few samples the noise is known badly
     known = {name: noise.sigma for name, noise in short.noise.items()}
     short = replace(short, given_noise=known)
-    length = max(wanted // windows, FEWEST)
+    length = max(wanted // stretches, FEWEST)
     starts = np.arange(0, n - length + 1, length)
     moving = np.abs(np.gradient(short.signals["joint_position"]))
     lively = [float(np.mean(moving[start : start + length])) for start in starts]
-    for start in sorted(starts[np.argsort(lively)[::-1][:windows]]):
+    for start in sorted(starts[np.argsort(lively)[::-1][:stretches]]):
         yield short.samples(slice(int(start), int(start) + length))
 
 
@@ -275,4 +282,5 @@ def _averaged(measurement: Measurement, count: int) -> Measurement:
         signals={name: mean(values) for name, values in measurement.signals.items()},
         load_torque=None if load is None else mean(load),
         driving={name: mean(values) for name, values in measurement.driving.items()},
+        given_noise={name: s / np.sqrt(count) for name, s in measurement.given_noise.items()},
     )

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from signal import SIG_IGN, SIGINT, getsignal, signal
 from threading import Event, current_thread, main_thread
@@ -19,13 +20,13 @@ from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.confirmation import confirm
 from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.evidence import AT_NOISE
-from elastic_tendon.diagnosis.inputs import torque_notes
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set, model_with
 from elastic_tendon.diagnosis.straight_inputs import STRAIGHT, with_straight_inputs
+from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import REFIT
 from elastic_tendon.measurement import Measurement, Recordings, listed
@@ -93,10 +94,13 @@ def _diagnosed(
     model.check_interface("diagnose", WITH_LINK)
     measurements = [part.for_model(model) for part in measurements]
     validation = [part.for_model(model) for part in validation]
+    asked = options.horizon
+    if asked is None:
+        options = replace(options, horizon=horizon_for(model, (*measurements, *validation)))
     data = data_of(model, measurements, validation, options)
     looked_at = measurements if model.kind in AS_RECORDED else ()
     notes = [finding.sentence for finding in sign_errors(model, looked_at)]
-    notes += torque_notes(model, measurements, options.horizon)
+    notes += torque_notes(model, measurements, asked, options.horizon)
     recordings = (*measurements, *validation)
     notes += [f"{part.name}: {note}" for part in recordings for note in part.noise_notes]
     found = Found()

@@ -6,17 +6,14 @@ its noise is what stands alone at high frequencies, and a Wiener filter takes it
 moments where that would take away far more than noise, as at a jerk.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
-from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.measurement.noise import noise_floors
 
 NOISY = 0.5  # from this share of the highest frequency on the motor does not move
 NEIGHBOURS = 25  # frequencies over which power is averaged
@@ -43,42 +40,6 @@ def smoothed(measurement: Measurement) -> Measurement:
         motor_position=_filtered(measurement.motor_position),
         driving={name: _filtered(values) for name, values in measurement.driving.items()},
     )
-
-
-def torque_notes(
-    model: Model, measurements: Sequence[Measurement], horizon: float | None
-) -> list[str]:
-    """Where the noise of a measured motor torque, integrated, is larger than that of the encoder.
-
-    Parameters
-    ----------
-    model : Model
-    measurements : at its interface
-    horizon : s, length of the windows in which they are simulated; None: whole
-    """
-    notes = []
-    for part in measurements:
-        if "motor_torque" not in part.driving:
-            continue
-        sigma = noise_floors(part.time, {}, part.driving)["motor_torque"].sigma
-        duration = float(part.time[-1] - part.time[0])
-        step = duration / (len(part.time) - 1)
-        # white noise, twice integrated: its variance grows with the third power of time
-        drift = sigma * np.sqrt(step * (horizon or duration) ** 3 / 3.0) / _inertia(model)
-        if drift > part.noise["motor_position"].sigma:
-            notes.append(
-                f"{part.name}: the motor torque has noise of {sigma:.2g} N·m, by which the "
-                f"simulated motor may drift {drift:.2g} rad, beyond the encoder's noise; effects "
-                "of that size may be named wrongly. Shorter windows (--horizon) drift less"
-            )
-    return notes
-
-
-def _inertia(model: Model) -> float:
-    """Of rotor and link together, as the motor sees them, kg·m²."""
-    ratio = model.transmission.motor_share
-    rotor = 0.0 if model.motor is None else model.motor.inertia
-    return rotor + ratio**2 * model.link.inertia
 
 
 def _filtered(values: Array) -> Array:

@@ -37,6 +37,7 @@ APART = 1.14  # times the frequency before, of those that are tried where noise 
 DAMPING = 0.25  # times the typical one
 # share of a recording that is refitted, and how many of the best are refitted to the next
 STAGES = ((0.125, 8), (0.2, 4), (0.35, 4), (0.6, 2), (1.0, 4))
+SHORTEST = 0.4  # s, of a beginning that is refitted alone
 WORSE = 4.0  # times the least mean square, from which no refit goes on
 ALIKE = 0.01, 0.05  # shares by which frequency setting and mean square of one minimum differ
 SCATTER = 3.0  # standard deviations by which the mean square of noise alone may exceed 1
@@ -145,7 +146,10 @@ class Resonance:
         them. None where a beginning is met as well without the effect."""
         best: list[Answer] = []
         ways, rivals = [[model] for model in models], len(models)
+        longest = max(float(part.time[-1] - part.time[0]) for part in self.measurements)
         for share, kept in STAGES:
+            if share < 1.0 and share * longest < SHORTEST:
+                continue
             beginnings = [_beginning(part, share) for part in self.measurements]
             # a short beginning may be met at many frequencies
             found = self._distinct(self._refitted(ways, rivals, beginnings))

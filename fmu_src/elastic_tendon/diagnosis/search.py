@@ -67,6 +67,7 @@ BLIND = 10.0  # times the mean square of the trajectory that the torque screen l
 UNLIKE = 4.0  # times the fitted recordings' mean square, above which held-out ones are not alike
 # of a fit to all recordings that starts at an answer
 AGAIN = replace(EFFORT, scouted=1, evaluations=10)
+RARE = "it is tried on request only, as more than noise is left with it"
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
@@ -108,7 +109,12 @@ class Search(Looks):
                 self._follow_neighbours(np.inf)
                 if self._hop():
                     continue
-            if not (self._better_detour() or self._doubted() or self._fades_in_time()):
+            if not (
+                self._better_detour()
+                or self._doubted()
+                or self._fades_in_time()
+                or self._explained_by_rare()
+            ):
                 break
         added = self.answer.added
         if self._tired and added not in self.neighbours:
@@ -398,6 +404,33 @@ class Search(Looks):
             likely = [near for near in sorted(looks, key=looks.__getitem__) if looks[near] < WORTH]
             self._refit(likely[:REFITTED], "refitting what was passed by")
         return self.answer is not answer
+
+    def _explained_by_rare(self) -> bool:
+        """Where much is left: effects that are else tried on request only. One of them looks like
+        two common ones, so it is an answer only where nothing but noise is left with it.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer, added = self.answer, self.answer.added
+        if answer.mean_square < MUCH:
+            return False
+        sets = self._additions(added, self.data.rare)
+        unlike = [near for near in sets if near not in {*self.answers, *self.failures}]
+        if unlike and all(map(self.screen.sees, (*added, *sets.values()))):
+            own = self._own(added)
+            found, _ = self.screen.combined(own, [sets[near] for near in unlike], len(unlike))
+            self._keep(found.values())
+            unlike = [near for near in unlike if self._badness(near) < FIRST * own.square]
+        self._refit(unlike, "trying rare effects")
+        for near in filter(self.answers.__contains__, unlike):
+            if not self._meets_noise(self.answers[near]):
+                self.refused[near] = RARE
+        if self.answer is answer:
+            return False
+        self._follow_neighbours(np.inf)
+        return True
 
     def _refused_for_less(self, added: Set) -> bool:
         """Whether a set that cannot be the answer leaves far less than the answer."""

@@ -19,6 +19,7 @@ LEAST_DAMPING, MOST_DAMPING = 1e-12, 1e12
 ENOUGH = 1e-4  # share of the predicted fall of the cost with which a step is taken
 GOOD = 0.25  # share from which a small fall means convergence
 STILL = 1e-8  # relative change of the variables that is none
+SPARSE = 0.5  # share of the columns below which the others of a piece take no part
 ROWS = 128  # that are brought to a triangle at once: they fit the processor's cache
 
 
@@ -84,9 +85,23 @@ def _triangle(jacobian: Array, residuals: Array) -> tuple[Array, Array]:
     count = jacobian.shape[1]
     rows = np.zeros((-(-len(residuals) // ROWS) * ROWS, count + 1))
     rows[: len(residuals), :count], rows[: len(residuals), count] = jacobian, residuals
-    parts: Array = np.linalg.qr(rows.reshape(-1, ROWS, count + 1), mode="r")  # type: ignore[assignment]
-    whole: Array = np.linalg.qr(parts.reshape(-1, count + 1), mode="r")  # type: ignore[assignment]
+    pieces = rows.reshape(-1, ROWS, count + 1)
+    used: NDArray[np.bool_] = np.any(pieces != 0.0, axis=1)
+    if np.mean(used) < SPARSE:
+        parts = [_triangle_of(piece, own) for piece, own in zip(pieces, used, strict=True)]
+    else:
+        parts = [*np.linalg.qr(pieces, mode="r")]
+    whole: Array = np.linalg.qr(np.concatenate(parts), mode="r")  # type: ignore[assignment]
     return whole[:count, :count], whole[:count, count]
+
+
+def _triangle_of(rows: Array, used: NDArray[np.bool_]) -> Array:
+    """Triangle of rows of which some columns are zero, as of a recording that knows nothing of the
+    initial states of others."""
+    triangle: Array = np.linalg.qr(rows[:, used], mode="r")  # type: ignore[assignment]
+    whole = np.zeros((len(triangle), len(used)))
+    whole[:, used] = triangle
+    return whole
 
 
 def _step(

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from elastic_tendon.actuator.parameters import Model, sizes_of
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.noise import NoiseFloor
 
 # fewer stretches say little of how they scatter; more are no more independent
 FEWEST_STRETCHES, MOST_STRETCHES = 10, 24
 SHORTEST = 0.5  # s
 FEWEST_SAMPLES = 10  # in a stretch
 MEMORIES = 4.0  # in a stretch, so that neighbours are hardly correlated
+MOSTLY_SLOW, SLOW = 0.5, 2.0  # share of white noise; facts in a recording of slow noise alone
 SETTLED_ROWS = 10.0  # of a static curve, in which a wrong law changes its error
 
 
@@ -46,11 +48,20 @@ def independent_facts(model: Model, measurements: Sequence[Measurement], values:
     count, first = 0.0, 0
     for measurement in measurements:
         settled = settling_samples(model, measurement)
-        for _ in measurement.signals:
+        for name in measurement.signals:
             own = values[first : first + len(measurement.time)]
-            count += len(own) / min(autocorrelation_time(own), settled)
+            facts = len(own) / min(autocorrelation_time(own), settled)
+            count += min(facts, max(_white_share(measurement.noise[name]) * len(own), SLOW))
             first += len(own)
     return count
+
+
+def _white_share(floor: NoiseFloor) -> float:
+    """Share of white noise in what was given: far more than high frequencies show is slow."""
+    if floor.source != "given" or floor.kind != "white" or floor.spectrum is None:
+        return 1.0
+    share = (floor.spectrum / floor.sigma) ** 2
+    return float(share) if share < MOSTLY_SLOW else 1.0
 
 
 def stretch_numbers(measurements: Sequence[Measurement], memory: float) -> NDArray[np.int_]:

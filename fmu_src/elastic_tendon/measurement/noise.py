@@ -271,11 +271,14 @@ def quantisation_step(signal: Array) -> float:
     -------
     float, the unit of the signal
     """
-    gaps = np.diff(np.unique(signal))
+    levels = np.unique(signal)
+    gaps = np.diff(levels)
     gaps = gaps[gaps > _smallest(signal)]
     if len(gaps) < 2:
         return float(gaps[0]) if len(gaps) else 0.0
     step = float(np.median(gaps[gaps < 1.5 * gaps.min()]))
     counts = gaps / step
+    if len(levels) == len(signal) and np.all(np.round(counts) == 1.0):
+        return 0.0  # a constant speed, which takes a step of its own from sample to sample
     whole = np.abs(counts - np.round(counts)) < _COUNT_TOLERANCE
     return step if np.mean(whole) > 0.95 else 0.0

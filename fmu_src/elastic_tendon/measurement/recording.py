@@ -294,6 +294,7 @@ class Measurement(Result):
         given = {
             name: floors[name].given(sigma, rounding_noise(self.signals[name]))
             for name, sigma in self.given_noise.items()
+            if name in floors  # at some interfaces a signal is an input
         }
         return floors | given
 

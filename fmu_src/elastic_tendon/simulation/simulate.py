@@ -252,7 +252,7 @@ def spline_slopes(time: Array, samples: Array) -> Array:
     return _spline_slopes(*key) if len(time) <= _KEPT_SAMPLES else _spline_slopes.__wrapped__(*key)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=256)  # windows of a recording are many
 def _spline_slopes(time: bytes, samples: bytes) -> Array:
     from scipy.interpolate import CubicSpline
 

@@ -6,7 +6,9 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 
 AFFORDABLE = 8e8  # multiplications that one piece of work may take: some seconds
-PLAIN = 8  # multiplications that the rates alone take, in those of a derivative of one state
+# multiplications that the rates alone take, in those of a derivative of one state, and that a
+# simulation takes however short it is
+PLAIN, BEGINNING = 8, 40_000
 
 
 @dataclass
@@ -40,7 +42,7 @@ def count(evaluations: int, columns: int = 0) -> None:
 
 def weight(evaluations: int, columns: int = 0) -> float:
     """Multiplications, about, of a simulation with so many derivatives of states."""
-    return float(evaluations * (PLAIN + columns))
+    return float(BEGINNING + evaluations * (PLAIN + columns))
 
 
 def worked() -> float:

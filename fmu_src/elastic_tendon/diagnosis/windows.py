@@ -1,0 +1,229 @@
+"""Recordings in windows, each simulated from an initial state of its own.
+
+The noise of a measured motor torque is an error of the model's input, which a rotor integrates: the
+simulated motor drifts ever further, soon beyond any encoder's noise, and effects are named for it.
+So such recordings are cut into windows in which it drifts less, and what it does there counts as
+noise.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.initial_state import estimate_initial_state, residuals_from_beginning
+from elastic_tendon.comparison.residuals import (
+    Array,
+    residuals_of,
+    rms,
+    sensitivity,
+    simulate_measurement,
+    stack,
+)
+from elastic_tendon.diagnosis.inputs import smoothed
+from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.estimation.problem import TOLERANCE
+from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.noise import noise_floors
+
+TORQUE, MOTOR = "motor_torque", "motor_position"
+POSITIONS = ("joint_position", MOTOR)
+FEWEST = 20  # samples in a window
+# s of a window that is chosen, how many of a recording, and the share of the larger noise of both
+# encoders from which a drift is seen
+SHORTEST, MOST, HARDLY_SEEN = 0.2, 64, 0.5
+LOOKED_AT = 16  # windows of a recording that tell how far the motor drifts
+MATTERS = 0.1  # of an encoder's noise, from which a drift counts
+
+
+def horizon_for(model: Model, measurements: Sequence[Measurement]) -> float | None:
+    """Length of windows (s) in which the noise of the motor's torque does no more than that of the
+    encoders, or as short as windows may be; None where recordings are so as a whole.
+
+    Parameters
+    ----------
+    model : Model
+    measurements : at its interface
+    """
+    horizons = [horizon for part in measurements if (horizon := _horizon(model, part)) is not None]
+    return min(horizons, default=None)
+
+
+def windows(measurements: Iterable[Measurement], horizon: float | None) -> tuple[Measurement, ...]:
+    """Recordings in windows of so many s, each with its own initial state; None: as they are."""
+    if horizon is None:
+        return tuple(measurements)
+    return tuple(piece for part in measurements for piece in _pieces(part, horizon))
+
+
+def with_drift(model: Model, measurement: Measurement, horizon: float | None) -> Measurement:
+    """A recording that is fitted in windows of so many s, None: whole; its noise is that of the
+    whole, and what that of the motor's torque leaves once the initial states have followed."""
+    if horizon is None or measurement.static:
+        return measurement
+    return _with_noise(measurement, _drift(model, measurement, horizon))
+
+
+def heldout_with_drift(
+    model: Model, measurement: Measurement, horizon: float | None
+) -> Measurement | None:
+    """A held-out recording that is judged in windows of so many s, where the motor drifts; its
+    noise is what a true model errs from an initial state that the first 0.1 s of each show. None
+    where it is judged as a whole."""
+    drift = _drift(model, measurement, np.inf)
+    if horizon is None or all(
+        size < MATTERS * measurement.noise[name].sigma for name, size in drift.items()
+    ):
+        return None
+    return _with_noise(measurement, _error_from_beginning(model, measurement, horizon))
+
+
+def torque_notes(
+    model: Model, measurements: Sequence[Measurement], asked: float | None, horizon: float | None
+) -> list[str]:
+    """Where the noise of a measured motor torque does more than that of the encoders.
+
+    Parameters
+    ----------
+    model : Model
+    measurements : at its interface
+    asked, horizon : s, length of the windows that the user asked for, and of those that are used;
+        None: whole recordings
+    """
+    notes = []
+    for part in measurements:
+        drift = _drift(model, part, asked or np.inf)
+        if all(size < part.noise[name].sigma for name, size in drift.items()):
+            continue
+        text = (
+            f"{part.name}: the motor torque has noise of {_torque_noise(part):.2g} N·m, by which "
+            f"the simulated motor drifts by {drift[MOTOR]:.2g} rad, beyond the encoder's noise"
+        )
+        if asked is None and horizon is not None:
+            text += (
+                f"; so it is simulated in windows of {horizon:.2g} s, each from an initial state "
+                "of its own (--horizon sets another length)"
+            )
+        else:
+            text += "; effects of that size may be named wrongly. Shorter windows drift less"
+        notes.append(text)
+    return notes
+
+
+def _horizon(model: Model, measurement: Measurement) -> float | None:
+    """As `horizon_for`, of one recording."""
+    whole = float(measurement.time[-1] - measurement.time[0])
+    step = whole / max(len(measurement.time) - 1, 1)
+    shortest = max(SHORTEST, FEWEST * step, whole / MOST)
+    # an encoder may have far less noise than others
+    least = HARDLY_SEEN * max(
+        (measurement.noise[name].sigma for name in POSITIONS if name in measurement.noise),
+        default=0.0,
+    )
+    horizon = whole
+    while horizon >= 2.0 * shortest and any(
+        size > max(measurement.noise[name].sigma, least)
+        for name, size in _drift(model, measurement, horizon).items()
+    ):
+        horizon /= 2.0
+    return horizon if horizon < whole else None
+
+
+def _pieces(measurement: Measurement, horizon: float) -> Iterator[Measurement]:
+    """Windows of one recording; static curves stay whole."""
+    count = max(round(float(measurement.time[-1] - measurement.time[0]) / horizon), 1)
+    if measurement.static or count == 1 or len(measurement.time) < FEWEST * count:
+        yield measurement
+        return
+    for part in np.array_split(np.arange(len(measurement.time)), count):
+        start, end = float(measurement.time[part[0]]), float(measurement.time[part[-1]])
+        yield measurement.window(start, end)
+
+
+def _with_noise(measurement: Measurement, more: Mapping[str, float]) -> Measurement:
+    """A recording with noise that comes to that of its signals."""
+    noise = {
+        name: float(np.hypot(floor.sigma, more.get(name, 0.0)))
+        for name, floor in measurement.noise.items()
+    }
+    return replace(measurement, given_noise=noise)
+
+
+def _torque_noise(measurement: Measurement) -> float:
+    """Standard deviation of the noise of the motor's torque, N·m; 0 where none drives it."""
+    if TORQUE not in measurement.driving or measurement.static:
+        return 0.0
+    return noise_floors(measurement.time, {}, measurement.driving)[TORQUE].sigma
+
+
+def _drift(model: Model, measurement: Measurement, horizon: float) -> dict[str, float]:
+    """RMS by signal of what the noise of the motor's torque leaves in windows of so many s, once
+    their initial states have followed; nothing where no torque drives the motor."""
+    if not _torque_noise(measurement):
+        return {}
+    return _rms(_left(model, *pair) for pair in _pairs(measurement, horizon))
+
+
+def _error_from_beginning(
+    model: Model, measurement: Measurement, horizon: float
+) -> dict[str, float]:
+    """RMS by signal of what a true model errs beyond an encoder's noise in windows, from an initial
+    state that the first 0.1 s of each show."""
+    floors, random = measurement.noise, np.random.default_rng(1)
+    found = _rms(_from_beginning(model, *pair, random) for pair in _pairs(measurement, horizon))
+    return {
+        name: float(np.sqrt(max(size**2 - floors[name].sigma ** 2, 0.0)))
+        for name, size in found.items()
+    }
+
+
+def _pairs(measurement: Measurement, horizon: float) -> list[tuple[Measurement, Measurement]]:
+    """Some windows, evenly spread, of what is simulated, and with as much noise of the motor's
+    torque once more; the noise is the same each time."""
+    noise = np.random.default_rng(0).standard_normal(len(measurement.time))
+    torque = measurement.driving[TORQUE] + _torque_noise(measurement) * noise
+    noisy = replace(measurement, driving={**measurement.driving, TORQUE: torque})
+    known = {name: floor.sigma for name, floor in measurement.noise.items()}
+    parts = (replace(smoothed(part), given_noise=known) for part in (measurement, noisy))
+    every = list(zip(*(_pieces(part, horizon) for part in parts), strict=True))
+    return every[:: -(-len(every) // LOOKED_AT)]
+
+
+def _left(model: Model, window: Measurement, noisy: Measurement) -> dict[str, Array]:
+    """By signal, (n,): what noise of the torque leaves in a window once its initial state has
+    followed; nothing where the model cannot follow."""
+    with suppress(ElasticTendonError):
+        initial = estimate_initial_state(model, window)
+        found = sensitivity(model, window, initial, (), TOLERANCE)
+        errors = residuals_of(simulate_measurement(model, noisy, initial, TOLERANCE), noisy)
+        changes = {name: values - found.residuals[name] for name, values in errors.items()}
+        sigmas = window.given_noise
+        change, slopes = (stack([part], [sigmas]) for part in (changes, found.derivatives))
+        rest = np.split(change - slopes @ np.linalg.lstsq(slopes, change)[0], len(changes))
+        return {name: sigmas[name] * part for name, part in zip(changes, rest, strict=True)}
+    return {}
+
+
+def _from_beginning(
+    model: Model, window: Measurement, noisy: Measurement, random: np.random.Generator
+) -> dict[str, Array]:
+    """By signal, (n,): what the model errs on a noisy recording of its own motion; nothing where it
+    cannot follow."""
+    with suppress(ElasticTendonError):
+        initial = estimate_initial_state(model, window)
+        own = simulate_measurement(model, window, initial, TOLERANCE)
+        signals = {
+            name: own[own.measured(name)] + sigma * random.standard_normal(len(window.time))
+            for name, sigma in window.given_noise.items()
+        }
+        return residuals_from_beginning(model, replace(noisy, signals=signals), TOLERANCE)
+    return {}
+
+
+def _rms(errors: Iterable[Mapping[str, Array]]) -> dict[str, float]:
+    """RMS by signal of errors in several windows."""
+    every = [part for part in errors if part]
+    names = dict.fromkeys(name for part in every for name in part)
+    return {name: rms(np.concatenate([part[name] for part in every])) for name in names}
