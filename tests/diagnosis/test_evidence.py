@@ -22,6 +22,7 @@ from elastic_tendon.diagnosis.evidence import (
 )
 from elastic_tendon.diagnosis.held_out import EXPLAINED
 from elastic_tendon.diagnosis.verdict import hedge
+from elastic_tendon.measurement import NoiseFloor
 
 GIVEN = load_model("biorob_x4_joint_3")
 N = 1000  # samples, independent facts all of them
@@ -210,6 +211,18 @@ def test_what_nobody_would_hear_of_is_left_out() -> None:
     assert many * log(1.0 / 0.98) > DECISIVE + 2 * log(many)
     assert judge().allowed([clean, faint]) == [clean]
     assert judge().allowed([clean, loud], [("gravity_load",)]) == [clean]
+
+
+def test_beside_slow_noise_that_was_given_more_has_to_be_heard() -> None:
+    """As of a load that was computed: nobody knows its shape, and an effect may stand for it."""
+    clean, near, far = Made((), 1.4), Made(("gravity_load",), 1.2), Made(("gravity_load",), 1.0)
+    assert audible(near, [clean, near])
+    floor = NoiseFloor(3e-3, "white", "what was given", spectrum=1e-3)
+    recording = SimpleNamespace(static=False, noise={"joint_position": floor})
+    for answer in (near, far):
+        answer.result.problem.measurements = (recording,)
+    assert not audible(near, [clean, near])
+    assert audible(far, [clean, far])
 
 
 def test_against_a_large_error_only_a_share_of_it_is_heard() -> None:

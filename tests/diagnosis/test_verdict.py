@@ -102,6 +102,16 @@ def test_relevance_is_the_share_of_the_error_that_must_fall() -> None:
         assert verdict_of((), ("link.inertia",), NOTHING, 0.1, relevance) == expected
 
 
+def test_parameters_may_be_off_together() -> None:
+    """Without a load only their ratios show: each alone may be what was given."""
+    for as_given, expected in ((2.0, "adequate"), (100.0, "wrong_parameter")):
+        found = verdict_of((), (), NOTHING, 0.9, RELEVANCE, as_given=as_given)
+        assert found == expected
+    assert sentence("wrong_parameter").startswith(
+        "No effect is missing, but parameters are off together, of which these data determine none"
+    )
+
+
 # ---- what is left --------------------------------------------------------------------------------
 
 

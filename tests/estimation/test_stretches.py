@@ -1,5 +1,7 @@
 """Stretches of time that are left out, against leaving them out by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -63,3 +65,8 @@ def test_white_samples_are_facts_and_a_drift_is_few() -> None:
     assert independent_facts(model, [one], white) == pytest.approx(5000, rel=0.1)
     drift = np.linspace(1.0, 2.0, 5000)
     assert independent_facts(model, [one], drift) < 60
+    # of a tenth of the noise that was given the high frequencies know, of the rest nobody
+    noisy = replace(
+        one, signals={"joint_position": 1e-3 * white}, given_noise={"joint_position": 3e-3}
+    )
+    assert independent_facts(model, [noisy], white) == pytest.approx(5000 / 9, rel=0.15)

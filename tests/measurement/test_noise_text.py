@@ -95,7 +95,7 @@ def test_noise_of_what_was_not_measured_or_is_none_is_refused(noisy: Measurement
 
 
 def test_filtered_signal_is_told_until_its_noise_is_given(noisy: Measurement) -> None:
-    smooth = recording(filtfilt(*butter(4, 0.2), noisy.signals[SIGNAL]))
+    smooth = recording(filtfilt(*butter(4, 0.08), noisy.signals[SIGNAL]))
     (note,) = smooth.noise_notes
     assert note.startswith("joint_position looks filtered")
     assert "at least" in note

@@ -242,8 +242,9 @@ def conclude(
     fell = fall(given, final)
     contradicting = contradicting_of(recordings)
     verdict = verdict_of(
-        answer.added, changed, remaining, fell, options.least_change, elsewhere, contradicting
-    )
+        answer.added, changed, remaining, fell, options.least_change, elsewhere, contradicting,
+        as_given=max(given.noise_ratio().values()),
+    )  # fmt: skip
     shaped = no_chance(remaining)
     matter = () if verdict == "adequate" else changed
     names = different([part.added for part in found.alike])

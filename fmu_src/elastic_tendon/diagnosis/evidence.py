@@ -33,6 +33,7 @@ DECISIVE_IN_PLACE = 20.0
 AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left ...
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
+NEARLY_WHITE = 0.9  # share of white noise, below which some of it is as unknown
 WORSE = 1.01  # times a held-out mean square that is no worse
 # times by which the mean square of the fitted recordings falls, and held-out ones of which neither
 # answer explains much may then rise: what both lack rules there
@@ -240,17 +241,24 @@ def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     own = _mean_square(answer.floored)
     # beside something unknown a richer law of the same thing has to earn its parameters so too
     laws = set(simpler(in_order(answer.added))) if own > MUCH else set()
+    beside = any(map(_noise_is_slow, answer.result.problem.measurements))
     return all(
-        worth_hearing(_mean_square(part.floored), own)
+        worth_hearing(_mean_square(part.floored), own, beside_unknown=beside)
         for part in answers
         if set(part.added) < set(answer.added) or part.added in laws
     )
 
 
-def worth_hearing(before: float, after: float) -> bool:
+def _noise_is_slow(recording: Measurement) -> bool:
+    """Whether some of the noise that was given is of a shape that nobody knows."""
+    shares = (floor.white_share for floor in recording.noise.values())
+    return not recording.static and any(share < NEARLY_WHITE for share in shares)
+
+
+def worth_hearing(before: float, after: float, *, beside_unknown: bool = False) -> bool:
     """Whether anybody would hear of what lowers one mean square to another, in units of the
-    noise's."""
-    least = AUDIBLE_BESIDE if after > MUCH else AUDIBLE
+    noise's, maybe beside something unknown."""
+    least = AUDIBLE_BESIDE if beside_unknown or after > MUCH else AUDIBLE
     return before - after >= least**2 * max(after, 1.0)
 
 

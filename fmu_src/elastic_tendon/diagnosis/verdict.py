@@ -20,6 +20,7 @@ from elastic_tendon.diagnosis.result import RecordingSummary, Remaining, Verdict
 from elastic_tendon.estimation.determinability import Estimate
 
 LEFT = 1.5  # times the noise, up to which nobody wants to hear of what is left
+OFF = 3.0  # times the noise, from which the error as given is no matter of its initial state
 # times the noise, and the error on fitted recordings, that one on a held-out one may have
 ELSEWHERE, MORE_THAN_FITTED = 5.0, 3.0
 FALSE_SHIFTS = 0.05  # of any parameter, where none is wrong
@@ -178,6 +179,7 @@ def verdict_of(
     relevance: float,
     elsewhere: str = "",
     contradicting: Sequence[str] = (),
+    as_given: float = 1.0,
 ) -> Verdict:
     """The verdict.
 
@@ -190,12 +192,15 @@ def verdict_of(
     relevance : share below which that is not worth a verdict
     elsewhere : held-out recording on which the answer fails
     contradicting : fitted recordings that no parameters suit together
+    as_given : error of the model as given, times the noise; where it is large parameters are off,
+        even if the data show only how they are off together
     """
     if unexplained(remaining) or contradicting or (elsewhere and not added):
         return "unexplained"
     if added:
         return "missing_effect"
-    return "wrong_parameter" if changed and fell > relevance else "adequate"
+    off = bool(changed) or as_given > OFF
+    return "wrong_parameter" if off and fell > relevance else "adequate"
 
 
 def fall(given: Comparison, last: Comparison) -> float:
@@ -245,6 +250,8 @@ def sentence_of(
         text = f"{given.model.name} explains these data: what is left is {left}"
     elif verdict == "wrong_parameter":
         numbers = f"{', '.join(changed)} {'is' if len(changed) == 1 else 'are'} off"
+        if not changed:
+            numbers = "parameters are off together, of which these data determine none by itself"
         slight = " that matters" if structured else ""
         text = f"No effect{slight} is missing, but {numbers}: refitted, {falls}"
     elif verdict == "missing_effect":

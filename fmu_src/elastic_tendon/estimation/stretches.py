@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from elastic_tendon.actuator.parameters import Model, sizes_of
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.measurement import Measurement
-from elastic_tendon.measurement.noise import NoiseFloor
 
 # fewer stretches say little of how they scatter; more are no more independent
 FEWEST_STRETCHES, MOST_STRETCHES = 10, 24
@@ -51,17 +50,11 @@ def independent_facts(model: Model, measurements: Sequence[Measurement], values:
         for name in measurement.signals:
             own = values[first : first + len(measurement.time)]
             facts = len(own) / min(autocorrelation_time(own), settled)
-            count += min(facts, max(_white_share(measurement.noise[name]) * len(own), SLOW))
+            share = measurement.noise[name].white_share
+            slow = share < MOSTLY_SLOW and not measurement.static
+            count += min(facts, max(share * len(own), SLOW)) if slow else facts
             first += len(own)
     return count
-
-
-def _white_share(floor: NoiseFloor) -> float:
-    """Share of white noise in what was given: far more than high frequencies show is slow."""
-    if floor.source != "given" or floor.kind != "white" or floor.spectrum is None:
-        return 1.0
-    share = (floor.spectrum / floor.sigma) ** 2
-    return float(share) if share < MOSTLY_SLOW else 1.0
 
 
 def stretch_numbers(measurements: Sequence[Measurement], memory: float) -> NDArray[np.int_]:

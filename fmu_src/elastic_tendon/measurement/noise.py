@@ -91,6 +91,15 @@ class NoiseFloor:
         """Whether the noise may be larger, and nothing in the recording tells by how much."""
         return self.source == "spectrum" and self.falls_above is not None
 
+    @property
+    def white_share(self) -> float:
+        """Share of white noise in the variance that was given, 0 to 1: what is more than the high
+        frequencies show is slow, as the noise of a load that was computed. 1 where none was given.
+        """
+        if self.source != "given" or self.kind != "white" or self.spectrum is None:
+            return 1.0
+        return min((self.spectrum / self.sigma) ** 2, 1.0)
+
     def given(self, sigma: float, least: float) -> "NoiseFloor":
         """The floor that a user gives, beside what the recording itself says.
 

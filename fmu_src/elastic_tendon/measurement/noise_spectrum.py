@@ -13,7 +13,8 @@ size out of the motion before the taper has to.
 
 A signal that was filtered has no such part: its spectrum falls, somewhere in its upper half, far
 more steeply than any motion or noise does; or, after averages over neighbouring samples, it has
-gaps. What is left at the top is then the least that the noise can be, and the rest is not known
+gaps. Below the fall the noise may still show, as a shoulder beside the motion. Where it does not,
+what is left at the top is the least that the noise can be, and the rest is not known
 (`SpectralNoise.falls_at`).
 """
 
@@ -63,6 +64,9 @@ _INFORMATION = 0.5 * 0.5
 # the tail of a motion falls by 64 in an octave of the power; noisy motions of the truth simulator
 # were seen to fall by 131 above this share of the sampling rate, filters of second order by 19 000
 _FALL, _FALL_LOWEST, _OCTAVE = 1000.0, 0.12, 2.0
+# octaves that a shoulder is wide at least; power of the frequency, less than which noise falls there
+_SHOULDER, _NOISE_SLOPE = 0.5, 2.0
+_MOST_CORRELATED = 0.99
 # averages leave gaps that are so many times lower than what is beside them on either side, which
 # the spectrum of noise over at least `_GAP_SEGMENTS` segments does once in a thousand recordings
 _GAP, _GAP_SEGMENTS = 20.0, 5
@@ -131,7 +135,8 @@ def spectral_noise(signal: Array, smallest: float, rounding: float, top: float) 
     sigma, correlation = _fitted(power, weight[::-1], _models(length, top), rounding)
     fall = _steep_fall(power, _centres(length, top))
     if fall is not None:
-        return SpectralNoise(sigma, correlation, fall, float(np.sqrt(np.min(power))))
+        shoulder = _shoulder(power, _centres(length, top), fall)
+        return shoulder or SpectralNoise(sigma, correlation, fall, float(np.sqrt(np.min(power))))
     return SpectralNoise(sigma, correlation, _gap(signal, top), sigma)
 
 
@@ -150,6 +155,39 @@ def _steep_fall(power: Array, frequency: Array) -> float | None:
     fall = np.where(frequency >= _FALL_LOWEST, power / lowest, 0.0)
     steepest = int(np.argmax(fall))
     return float(frequency[steepest]) if fall[steepest] >= _FALL else None
+
+
+def _shoulder(power: Array, frequency: Array, fall: float) -> SpectralNoise | None:
+    """Noise that a filter has left, where it shows between the motion and where the filter falls:
+    there the power falls as that of noise does. None where it does not show.
+
+    Parameters
+    ----------
+    power : (k,) array, from high to low frequencies
+    frequency : (k,) array, shares of the sampling rate
+    fall : of these, above which the spectrum falls too steeply
+    """
+    place, height = np.log2(frequency), np.log2(power)
+    slopes = np.full(len(power), -np.inf)
+    for index in np.flatnonzero(frequency <= fall):
+        near = np.abs(place - place[index]) <= _SHOULDER
+        if np.sum(near) >= _FEWEST_BANDS:
+            slopes[index] = np.polyfit(place[near], height[near], 1)[0]
+    flat = np.flatnonzero(np.abs(slopes) < _NOISE_SLOPE)
+    if not len(flat):
+        return None
+    steep = np.flatnonzero(np.abs(slopes[flat[0] :]) >= _NOISE_SLOPE)
+    last = flat[0] + (steep[0] if len(steep) else len(slopes) - flat[0])
+    inside = slice(flat[0], last)
+    if place[flat[0]] - place[last - 1] < _SHOULDER:
+        return None
+    # as high below as the shoulder is in its middle, and above as it is seen
+    low = int(np.median(np.arange(len(power))[inside]))
+    grid = np.concatenate([frequency[: low + 1], [0.0]])[::-1]
+    density = np.concatenate([power[: low + 1], [power[low]]])[::-1]
+    variance = 2.0 * float(np.trapezoid(density, grid))
+    together = 2.0 * float(np.trapezoid(density * np.cos(2.0 * pi * grid), grid))
+    return SpectralNoise(float(np.sqrt(variance)), min(together / variance, _MOST_CORRELATED))
 
 
 def _gap(signal: Array, top: float) -> float | None:
