@@ -64,7 +64,7 @@ _INFORMATION = 0.5 * 0.5
 # the tail of a motion falls by 64 in an octave of the power; noisy motions of the truth simulator
 # were seen to fall by 131 above this share of the sampling rate, filters of second order by 19 000
 _FALL, _FALL_LOWEST, _OCTAVE = 1000.0, 0.12, 2.0
-# octaves that a shoulder is wide at least; power of the frequency, less than which noise falls there
+# octaves that a shoulder is wide at least; noise falls there by less than this power of frequency
 _SHOULDER, _NOISE_SLOPE = 0.5, 2.0
 _MOST_CORRELATED = 0.99
 # averages leave gaps that are so many times lower than what is beside them on either side, which
