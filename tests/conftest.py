@@ -30,7 +30,8 @@ LONGEST_FIRST = (
     "test_public_door.py",
 )
 
-pytest_plugins = ["recorded_machines"]  # recordings of the independent simulator, for all tests
+# recordings of the independent simulator, and binaries that are not optimised, for all tests
+pytest_plugins = ["recorded_machines", "made_soon"]
 
 
 @pytest.fixture(scope="module", autouse=True)
