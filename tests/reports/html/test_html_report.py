@@ -447,8 +447,8 @@ def test_long_recordings_make_no_large_file() -> None:
 # ---- in a browser ------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def browser():
+@pytest.fixture(scope="module")
+def chromium():
     if not CHROMIUM.exists():
         pytest.skip("chromium is not installed")
     playwright = pytest.importorskip("playwright.sync_api")
@@ -456,6 +456,14 @@ def browser():
         chromium = running.chromium.launch(executable_path=str(CHROMIUM), args=["--no-sandbox"])
         yield chromium
         chromium.close()
+
+
+@pytest.fixture
+def browser(chromium):
+    """Started once; the pages of a test are closed after it."""
+    yield chromium
+    for context in chromium.contexts:
+        context.close()
 
 
 DRAWN = "document.querySelectorAll('.drawing .main-svg').length"
