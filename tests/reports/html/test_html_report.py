@@ -469,7 +469,8 @@ def browser(chromium):
 DRAWN = "document.querySelectorAll('.drawing .main-svg').length"
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+# in CI the test of words below looks at a light page
+@pytest.mark.parametrize("scheme", [pytest.param("light", marks=pytest.mark.slow), "dark"])
 def test_a_browser_draws_all_and_asks_for_nothing(browser, tmp_path: Path, scheme: str) -> None:
     path = tmp_path / "report.html"
     path.write_text(evil(), encoding="utf-8")
