@@ -151,7 +151,9 @@ def rates_time(model: Model) -> float:
                     "-target",
                     compiler.host_platform().target,
                 ),
-                *("-std=c11", "-O2", "-ffp-contract=off", "-Wno-unused-function", "-D_GNU_SOURCE"),
+                # without debugging as the models, else zig builds its own once more for this one
+                *("-std=c11", "-O2", "-g0", "-s"),
+                *("-ffp-contract=off", "-Wno-unused-function", "-D_GNU_SOURCE"),
                 *(f"-I{folder}" for folder in (work, compiler.RUNTIME, compiler.fmi_headers())),
                 *(str(source), "-o", str(program), "-lm"),
             ],

@@ -22,10 +22,11 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import files, packages_distributions, version
 from multiprocessing import get_context
 from pathlib import Path
@@ -322,6 +323,12 @@ EVERY = ("FMI 2", "FMI 3", "pythonfmu")
 COMPILED = EVERY[:2]  # without a Python in the importer
 
 
+@cache
+def _distributions() -> Mapping[str, Sequence[str]]:
+    """Of each package; looking through all that is installed takes a second."""
+    return packages_distributions()
+
+
 @dataclass(frozen=True)
 class Importer:
     """An importer: the package that it needs, the flavours it can load, what is allowed in rad.
@@ -344,8 +351,8 @@ class Importer:
     @property
     def version(self) -> str:
         """Of its package."""
-        distributions = packages_distributions()[self.package]
-        return f"{distributions[0]} {version(distributions[0])}"
+        distribution = _distributions()[self.package][0]
+        return f"{distribution} {version(distribution)}"
 
 
 # Where communication points are the same, co-simulation agrees to rounding: of times in nanoseconds

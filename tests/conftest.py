@@ -12,25 +12,32 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 # those that take longest begin first: else the last of them keeps one worker busy and the others
-# wait
+# wait; test_packing well after test_platforms, whose FMU it takes: side by side one waits for it
 LONGEST_FIRST = (
     "app/test_app_walk.py",
+    "fmu/test_platforms.py",
     "hidden_effect/test_hidden_effect.py",
     "app/test_app_access.py",
-    "test_examples.py",
-    "diagnosis/test_sample_of_studies.py",
-    "test_readme.py",
-    "test_real_data.py",
-    "fmu/test_fuzzing.py",
     "fmu/test_fmu_importers.py",
+    "reports/html/test_html_report.py",
+    "test_readme.py",
+    "effects/test_truth_agreement.py",
+    "misreadings/test_suspicion.py",
     "sweeps/test_dask.py",
+    "diagnosis/test_sample_of_studies.py",
+    "cli/test_cli_measurements.py",
+    "test_examples.py",
     "fmu/test_packing.py",
-    "fmu/test_platforms.py",
     "test_site.py",
-    "test_public_door.py",
+    "comparison/test_in_words.py",
+    "test_notebooks.py",
+    "effects/test_contract_fmu.py",
+    "fmu/test_fuzzing.py",
+    "app/test_app_kill.py",
 )
 
-pytest_plugins = ["recorded_machines"]  # recordings of the independent simulator, for all tests
+# recordings of the independent simulator, and binaries that are not optimised, for all tests
+pytest_plugins = ["recorded_machines", "made_soon"]
 
 
 @pytest.fixture(scope="module", autouse=True)

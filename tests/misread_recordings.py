@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -81,6 +82,7 @@ def random_model(rng: np.random.Generator) -> Model:
     )
 
 
+@lru_cache(maxsize=16)  # the truth takes seconds to simulate
 def truth_case(seed: int, *, hidden: bool = True, duration: float = 4.0) -> Case:
     """The recording of a seed: every effect, experiment, noise and wrong belief in turn.
 

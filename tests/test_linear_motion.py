@@ -127,6 +127,7 @@ def test_tables_figures_and_reports_have_its_units(tmp_path):
 
 
 @pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.usefixtures("made_soon")
 def test_units_and_terminals_of_its_fmu(version, tmp_path):
     path = et.export_fmu(LINEAR, tmp_path / "x.fmu", fmi_version=version)
     described = fmpy.read_model_description(str(path))

@@ -176,6 +176,7 @@ def test_the_friction_that_is_missing_is_found():
 
 
 @pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.usefixtures("made_soon")
 def test_its_fmu_moves_as_simulated(version, tmp_path):
     model = axis(coulomb_friction={"torque": 20.0}, joint_encoder_offset={"offset": 0.1})
     path = et.export_fmu(model, tmp_path / "x.fmu", fmi_version=version)

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from elastic_tendon import cli
 from elastic_tendon.demo import DATA
-from elastic_tendon.native import compiler
+from made_soon import not_optimised
 
 
 def _run(words: str):
@@ -27,8 +27,7 @@ def exported(tmp_path_factory) -> Path:
         f"export {folder}/demo_model.toml -o {folder}/x.fmu "
         f"--with-evidence {folder}/demo_fit.csv[0:2]"
     )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiler, "_FLAGS", (*compiler._FLAGS, "-Xclang", "-O0"))
+    with not_optimised(), pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.argv", ["elastic-tendon", *words.split()])
         result = _run(words)
     assert result.exit_code == 0, result.output

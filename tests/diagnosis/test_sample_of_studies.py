@@ -39,10 +39,10 @@ ENGINE = tuple(
     )
 )
 FRESH = (  # quick to build; the slow ones take long to diagnose
-    *(FreshOrder(seed, 6e-4) for seed in (10, 18, 36)),
-    *(pytest.param(FreshOrder(seed, 6e-4), marks=pytest.mark.slow) for seed in (0, 4, 5)),
+    *(FreshOrder(seed, 6e-4) for seed in (18, 36)),
+    *(pytest.param(FreshOrder(seed, 6e-4), marks=pytest.mark.slow) for seed in (0, 4, 5, 10)),
 )
-# tests/hidden_effect asks about the same cells with another seed
+# tests/hidden_effect asks about such a weight, MuJoCo's machines above are late and submerged
 ALSO_ELSEWHERE = tuple(
     pytest.param(
         cases.Order("effect", (hidden,), 3.0, experiment, noise, 0, duration=CELL),

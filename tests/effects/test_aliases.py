@@ -40,8 +40,14 @@ def test_encoder_offsets_are_the_same_once_the_start_is_free():
     ("effect", "numbers"),
     [
         ("gravity_load", {"torque": 2.0, "angle": 0.3}),
-        ("joint_stop", {"lower": -0.3, "upper": 0.3, "stiffness": 500.0}),
-        ("pulley_eccentricity", {"amplitude": 0.1, "phase": 0.4}),
+        # alike, but simulated for seconds: studies
+        pytest.param(
+            *("joint_stop", {"lower": -0.3, "upper": 0.3, "stiffness": 500.0}),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            *("pulley_eccentricity", {"amplitude": 0.1, "phase": 0.4}), marks=pytest.mark.slow
+        ),
     ],
 )
 def test_encoder_offsets_differ_where_an_effect_knows_the_angle(effect, numbers):

@@ -12,6 +12,8 @@ from elastic_tendon.fmu.export import export_fmu
 from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import Fmu, Segments, run_co_simulation, run_model_exchange
 
+pytestmark = pytest.mark.usefixtures("all_made_soon")
+
 TOLERANCE = 1e-9
 AGREEMENT = 1e-6  # rad; CVode restarts at every sample
 DIFFERENCES = 1e-5  # relative, of central differences

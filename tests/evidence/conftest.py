@@ -13,7 +13,7 @@ from cryptography.hazmat.primitives.serialization import (
 from evidence_cases import friction_diagnosis, friction_model
 
 import elastic_tendon as et
-from elastic_tendon.native import compiler
+from made_soon import not_optimised
 
 
 def _key(folder: Path, name: str) -> Path:
@@ -49,8 +49,7 @@ def sealed(tmp_path_factory, evidence, keys):
     def get(version):
         if version not in made:
             path = tmp_path_factory.mktemp("sealed") / "x.fmu"
-            with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(compiler, "_FLAGS", (*compiler._FLAGS, "-Xclang", "-O0"))
+            with not_optimised():
                 options = {"fmi_version": version, "evidence": evidence, "sign": keys["ours"]}
                 made[version] = et.export_fmu(friction_model(), path, **options)
         return made[version]

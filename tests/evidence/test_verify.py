@@ -17,7 +17,6 @@ from elastic_tendon.evidence.gather import REPORT, replayable
 from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, Related, manifest
 from elastic_tendon.evidence.parameter_set import Uncertainty, parameter_set
 from elastic_tendon.evidence.replay import IMPORTERS
-from elastic_tendon.native import compiler
 from fmu_driver import Fmu
 
 PLAIN = ("modelDescription.xml", "binaries/")
@@ -98,8 +97,8 @@ def test_a_planned_motion_is_judged_by_its_range(sealed) -> None:
     assert at == pytest.approx(stronger.time[np.argmax(beyond)], abs=1e-6)
 
 
-def test_a_spring_that_damps_is_replayed_with_the_motors_velocity(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(compiler, "_FLAGS", (*compiler._FLAGS, "-Xclang", "-O0"))
+@pytest.mark.usefixtures("made_soon")
+def test_a_spring_that_damps_is_replayed_with_the_motors_velocity(tmp_path) -> None:
     damping = {f"transmission.{side}_spring.damping": 300.0 for side in ("upper", "lower")}
     model = friction_model().with_values(damping)
     evidence = et.gather_evidence(model, et.load_demo().recording.window(0.0, 2.0))
@@ -213,10 +212,8 @@ def test_nothing_is_written_outside_its_folder(sealed, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_an_output_tells_where_the_model_was_not_validated(
-    version, evidence, tmp_path, monkeypatch
-) -> None:
-    monkeypatch.setattr(compiler, "_FLAGS", (*compiler._FLAGS, "-Xclang", "-O0"))
+@pytest.mark.usefixtures("made_soon")
+def test_an_output_tells_where_the_model_was_not_validated(version, evidence, tmp_path) -> None:
     options = {"fmi_version": version, "evidence": evidence, "outside_validity": True}
     path = et.export_fmu(friction_model(), tmp_path / "x.fmu", **options)
     assert validate_fmu(str(path)) == []

@@ -8,7 +8,6 @@ import pytest
 from fmu_cases import MODELS, PAPER_AND_EFFECTS
 
 from elastic_tendon.fmu.export import export_fmu
-from elastic_tendon.native import compiler
 from fmu_driver import Fmu
 from made_once import made_once
 
@@ -61,16 +60,6 @@ def complete(tmp_path_factory):
         return made_once(tmp_path_factory, f"complete-fmi{version}", make) / "x.fmu"
 
     return get
-
-
-@pytest.fixture
-def made_soon(monkeypatch):
-    """Binaries are not optimised, for tests in which they run once or not at all.
-
-    Clang alone is told: for a plain -O0, zig would first build its C library once more. Not for
-    tests that take the FMUs of the fixtures here, which others see too.
-    """
-    monkeypatch.setattr(compiler, "_FLAGS", (*compiler._FLAGS, "-Xclang", "-O0"))
 
 
 @pytest.fixture

@@ -36,6 +36,7 @@ def driven(kind):
 
 
 @pytest.mark.parametrize(("kind", "version"), CASES, ids=lambda part: str(part))
+@pytest.mark.usefixtures("made_soon")
 def test_an_fmu_moves_as_simulated(kind, version, tmp_path):
     model = driven(kind)
     path = et.export_fmu(model, tmp_path / "x.fmu", fmi_version=version)
@@ -108,6 +109,7 @@ def test_each_interface_of_a_model_has_a_name_of_its_own():
 
 
 @pytest.mark.parametrize("kind", WITH_SPRINGS)
+@pytest.mark.usefixtures("made_soon")
 def test_names_of_inputs_and_outputs_are_those_of_the_interface(kind, tmp_path):
     path = et.export_fmu(
         et.models.figure_7.at(kind) if not kind.has_rotor else driven(kind),

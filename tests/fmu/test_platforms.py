@@ -170,8 +170,8 @@ def _drive(fmu, version, platform, emulator, folder, environment=None):
     references = {one.name: str(one.valueReference) for one in description.modelVariables}
     (library,) = _unpacked(fmu).glob(f"binaries/{platform.folder(version)}/*")
     program = folder / f"drive-{platform.name}.exe"
-    command = [  # as optimised as the libraries, else zig builds the platform's own once more
-        *(sys.executable, "-m", "ziglang", "cc", "-target", platform.target, "-O2"),
+    command = [  # as the libraries, else zig builds the platform's own once more, for a minute
+        *(sys.executable, "-m", "ziglang", "cc", "-target", platform.target, "-O2", "-g0", "-s"),
         *(f"-DFMI_VERSION={version}", f"-I{compiler.fmi_headers()}"),
         *(str(Path(__file__).with_name("drive.c")), "-o", str(program)),
     ]

@@ -42,12 +42,19 @@ def effect(name: str, experiment: str = "multisine", noise: str = "white") -> Or
 HIDDEN = [
     effect("coulomb_friction"),
     effect("gravity_load", "steps"),
-    effect("spring_hardening"),
     effect("joint_encoder_offset", "steps", "quantised"),
-    effect("measurement_delay"),
     effect("gear_backlash", "steps"),
-    effect("quadratic_drag", noise="quantised"),
     replace(effect("spring_hardening", "free decay"), ratio=0.3),  # the base leaves but noise
+]
+# the sample of studies in tests/diagnosis finds these in CI, in machines that MuJoCo plays and
+# beside friction
+ELSEWHERE = [
+    pytest.param(order, marks=pytest.mark.slow)
+    for order in (
+        effect("spring_hardening"),
+        effect("measurement_delay"),
+        effect("quadratic_drag", noise="quantised"),
+    )
 ]
 NOTHING = [
     Order("nothing", (), 0.0, kind, noise, SEED, duration=SHORT)
@@ -55,7 +62,7 @@ NOTHING = [
 ]
 
 
-@pytest.mark.parametrize("order", HIDDEN, ids=lambda order: order.name)
+@pytest.mark.parametrize("order", [*HIDDEN, *ELSEWHERE], ids=lambda order: order.name)
 def test_a_hidden_effect_is_found(order):
     found = result(order)
     right = true_class(found, order.effects[0])
@@ -80,6 +87,7 @@ def test_wrong_numbers_are_not_taken_for_an_effect():
     assert error_ratio(found) < HELD_OUT
 
 
+@pytest.mark.slow  # in CI the sample of studies in tests/diagnosis asks for two
 def test_two_effects_are_both_found():
     pair = ("coulomb_friction", "gravity_load")
     assert found_both(result(Order("two effects", pair, 3.0, seed=SEED, duration=SHORT)))

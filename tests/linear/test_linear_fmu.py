@@ -21,6 +21,8 @@ from elastic_tendon.linear.result import Drive, OperatingPoint
 from elastic_tendon.simulation.simulate import simulate
 from fmu_driver import Fmu
 
+pytestmark = pytest.mark.usefixtures("all_made_soon")
+
 BASE = load_model("biorob_x4_joint_3")
 EQUAL = 1e-9  # of the largest entry of a row
 STATIC = STATES[:3]

@@ -12,7 +12,7 @@ from elastic_tendon.actuator.parameters import Model, load_model
 from elastic_tendon.actuator.transmission import characteristic_torque
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.misreadings.signs import sign_errors
-from misread_recordings import Case, scaled, truth_case
+from misread_recordings import scaled, truth_case
 from truth.actuator import Actuator, Link, Spring
 from truth.experiments import Limits, multisine
 from truth.friction import Coulomb
@@ -48,11 +48,6 @@ def recorded() -> Measurement:
     return Measurement(time, run["motor_position"], signals, run["load_torque"], name="made.csv")
 
 
-@cache
-def hidden_effect(seed: int) -> Case:
-    return truth_case(seed)
-
-
 def flipped(measurement: Measurement, signal: str) -> Measurement:
     if signal in measurement.signals:
         turned = {**measurement.signals, signal: -measurement.signals[signal]}
@@ -83,7 +78,7 @@ def test_only_the_flipped_recording_is_told() -> None:
 
 
 def test_joint_and_motor_cannot_be_told_apart_without_a_load() -> None:
-    case = hidden_effect(2)
+    case = truth_case(2)
     for signal in ("joint_position", "motor_position"):
         (found,) = sign_errors(case.model, [scaled(**{signal: -1.0})(case.measurement)])
         assert found.signals == ("joint_position", "motor_position")
@@ -91,7 +86,7 @@ def test_joint_and_motor_cannot_be_told_apart_without_a_load() -> None:
 
 @pytest.mark.parametrize("seed", HIDDEN_EFFECTS)
 def test_hidden_effects_are_not_accused_and_hide_no_flip(seed: int) -> None:
-    case = hidden_effect(seed)
+    case = truth_case(seed)
     assert case.effect
     assert sign_errors(case.model, [case.measurement]) == []
     (found,) = sign_errors(case.model, [scaled(joint_position=-1.0)(case.measurement)])

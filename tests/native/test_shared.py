@@ -39,8 +39,8 @@ def _in_c(structures, folder):
     (folder / "shared.h").write_text(shared.header(structures))
     (folder / "program.c").write_text(_PROGRAM.format(lines="\n".join(lines)))
     target = compiler.host_platform().target
-    command = [  # target and -O2 as the models', else zig builds its C library for this one again
-        *(sys.executable, "-m", "ziglang", "cc", "-target", target, "-O2"),
+    command = [  # target and flags as the models', else zig builds its own once more for this one
+        *(sys.executable, "-m", "ziglang", "cc", "-target", target, "-O2", "-g0", "-s"),
         *("-Wall", "-Werror", "program.c", "-o", "x"),
     ]
     subprocess.run(command, cwd=folder, check=True)

@@ -6,7 +6,7 @@ import elastic_tendon as et
 from other_machines.cases import Case, Order, made, orders
 
 ORDERS = list(orders(reported=False))
-SAMPLE = ("laminate_spring_hardening", "series_elastic_friction")
+SAMPLE = "laminate_spring_hardening"  # in CI
 
 
 def named(case: Case) -> bool:

@@ -447,8 +447,8 @@ def test_long_recordings_make_no_large_file() -> None:
 # ---- in a browser ------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def browser():
+@pytest.fixture(scope="module")
+def chromium():
     if not CHROMIUM.exists():
         pytest.skip("chromium is not installed")
     playwright = pytest.importorskip("playwright.sync_api")
@@ -458,10 +458,19 @@ def browser():
         chromium.close()
 
 
+@pytest.fixture
+def browser(chromium):
+    """Started once; the pages of a test are closed after it."""
+    yield chromium
+    for context in chromium.contexts:
+        context.close()
+
+
 DRAWN = "document.querySelectorAll('.drawing .main-svg').length"
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+# in CI the test of words below looks at a light page
+@pytest.mark.parametrize("scheme", [pytest.param("light", marks=pytest.mark.slow), "dark"])
 def test_a_browser_draws_all_and_asks_for_nothing(browser, tmp_path: Path, scheme: str) -> None:
     path = tmp_path / "report.html"
     path.write_text(evil(), encoding="utf-8")
