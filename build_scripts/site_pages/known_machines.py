@@ -10,6 +10,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarking import known_misses
 from elastic_tendon.reports.comparison_figures import BLUE, VERMILLION, tidy
 from site_pages import Pages
 from site_pages.markdown import plain, table
@@ -53,14 +54,26 @@ def _row(outcome: Outcome) -> list[str]:
 
 
 def _section(outcome: Outcome) -> list[str]:
-    """What was given and said, and the error of the fitted part after each step."""
+    """What was given and said, the error of the fitted part after each step, and what is missed."""
     ladder = zip(outcome["steps"], outcome["errors"], strict=True)
     steps = ((plain(title), f"{error:.3g} {outcome['unit']}") for title, error in ladder)
+    calls = f"The test part was simulated {outcome['calls']} times by this script."
     return [
         f"## {outcome['machine']}",
-        f"Given: {plain(outcome['given'])}. {plain(outcome['sentence'])}",
+        f"Given: {plain(outcome['given'])}. {plain(outcome['sentence'])} {calls}",
+        *_missed(outcome),
         table(("step", "error of the fitted part"), steps),
     ]
+
+
+def _missed(outcome: Outcome) -> list[str]:
+    """Each target that is missed, and why."""
+    known = known_misses()
+    sentences = [
+        f"* {plain(what.removeprefix(outcome['machine'] + ': '))}: {plain(known[what])}"
+        for what in outcome["missed"]
+    ]
+    return ["Missed:\n\n" + "\n".join(sentences)] if sentences else []
 
 
 def _save(figure: Figure, path: Path) -> None:
