@@ -48,8 +48,8 @@ class Machine:
     `given` : what the model as given comes from. `published` : best known figure and its source,
     `best` : that of the test part in `unit`, None where there is none. `scale` and `unit` show
     errors of `signal`. `named` : sets of effects each of which is right. `targets` : the most that
-    the error of fit and test may be, in `unit`, None where none is set. `literature` : numbers as
-    known, by dotted path.
+    the error of fit and test may be, in `unit`, None where none is set. `bundled` : as which model,
+    or why as none. `literature` : numbers as known, by dotted path.
     """
 
     name: str
@@ -63,6 +63,7 @@ class Machine:
     named: tuple[frozenset[str], ...]
     targets: tuple[float | None, float | None]
     most_seconds: float
+    bundled: str
     scale: float = 1e3
     unit: str = "mrad"
     signal: str = "joint_position"
@@ -163,6 +164,7 @@ MACHINES = (
         (frozenset(["spring_hardening"]),),
         (None, 0.32),
         60.0,
+        "not, for it is a circuit: its volts only stand for angles and torques",
         unit="mV",
     ),
     Machine(
@@ -178,6 +180,7 @@ MACHINES = (
         (frozenset(["coulomb_friction", "constant_torque"]),),
         (6.5, 6.5),
         60.0,
+        "not, for bundled models have springs, and its dry and viscous friction are open by half",
         unit="mm",
         literature={
             "effects.coulomb_friction.torque": 20.4,  # N
@@ -196,6 +199,7 @@ MACHINES = (
         (frozenset(["coulomb_friction"]), frozenset(["coulomb_friction", "joint_encoder_offset"])),
         (9.2, 4.7),
         60.0,
+        "as et.models.muir_bench",
     ),
     Machine(
         "mrd, slow",
@@ -209,6 +213,7 @@ MACHINES = (
         JAW,
         (None, None),
         60.0,
+        "as et.models.mrd_tool_4",
     ),
     Machine(
         "mrd, fast",
@@ -222,6 +227,7 @@ MACHINES = (
         JAW,
         (None, None),
         60.0,
+        "as the slow run, of the same jaw",
     ),
 )
 
@@ -288,6 +294,7 @@ def as_json(outcome: Outcome) -> Content:
         "published": machine.published,
         "best": machine.best,
         "unit": machine.unit,
+        "bundled": machine.bundled,
         "sentence": found.sentence,
         "added": list(found.added),
         "before": rounded(outcome.before),

@@ -13,7 +13,10 @@ import pytest
 
 import elastic_tendon as et
 import scoreboard
+import study_other_machines
 from benchmarking import known_misses
+from make_identified_models import MODELS_MADE
+from other_machines.cases import orders
 from site_pages import known_machines
 
 KEPT = json.loads(known_machines.KEPT.read_text("utf-8"))
@@ -82,6 +85,14 @@ def test_a_shortened_row_is_of_each_machine() -> None:
     assert sources == {name.split(",")[0] for name in MACHINES}
 
 
+def test_what_is_said_to_be_bundled_is() -> None:
+    said = {machine.bundled.partition("et.models.")[2] for machine in scoreboard.MACHINES} - {""}
+    assert said == {entry.name for entry in MODELS_MADE}
+    for entry in MODELS_MADE:
+        assert MACHINES[entry.machine].bundled == f"as et.models.{entry.name}"
+        assert entry.name in et.models
+
+
 def test_each_missed_target_is_told_and_has_its_sentence() -> None:
     for found in KEPT:
         rows = scoreboard.rows_of(MACHINES[found["machine"]], found)
@@ -90,10 +101,8 @@ def test_each_missed_target_is_told_and_has_its_sentence() -> None:
 
 
 def test_every_machine_is_kept_as_it_is_asked_about() -> None:
-    asked = [
-        {name: getattr(machine, name) for name in ("name", "given", "published", "best", "unit")}
-        for machine in scoreboard.MACHINES
-    ]
+    names = ("name", "given", "published", "best", "unit", "bundled")
+    asked = [{name: getattr(machine, name) for name in names} for machine in scoreboard.MACHINES]
     kept = [{name: found[name] for name in asked[0] if name != "name"} for found in KEPT]
     assert [machine["machine"] for machine in KEPT] == [machine.pop("name") for machine in asked]
     assert kept == asked
@@ -176,3 +185,24 @@ def test_the_page_tells_each_step(tmp_path) -> None:
         assert section.count("\n* ") == len(found["missed"])
         assert f"({known_machines.PICTURES}/{number}.svg)" in section
         assert (tmp_path / known_machines.PICTURES / f"{number}.svg").stat().st_size > 5_000
+
+
+def test_the_page_has_a_row_for_each_machine_of_another_kind(tmp_path) -> None:
+    kept = json.loads(known_machines.OTHER_KINDS.read_text("utf-8"))
+    names = [order.name for order in orders(reported=True)]
+    done = [row["name"] for row in kept]
+    assert done == [name for name in names if name in done]
+    ((_, text),) = known_machines.pages(tmp_path)
+    section = text.split("## Simulated machines of other kinds")[1]
+    assert section.count("\n| ") == len(kept) + 2
+    assert f"{sum(row['right'] for row in kept)} are named rightly" in section
+
+
+def test_answers_that_are_done_are_kept_for_the_page(tmp_path, monkeypatch) -> None:
+    _, second, *_ = orders(reported=True)
+    row = dict.fromkeys(study_other_machines.SHOWN, "") | {"ratio": 1.23456}
+    (tmp_path / f"{second.name}.json").write_text(json.dumps(row | {"name": second.name}))
+    monkeypatch.setattr(study_other_machines, "OTHER_KINDS", tmp_path / "kept.json")
+    assert study_other_machines.keep(tmp_path) == 0
+    (kept,) = json.loads((tmp_path / "kept.json").read_text())
+    assert (kept["name"], kept["ratio"]) == (second.name, 1.235)
