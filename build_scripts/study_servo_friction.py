@@ -13,6 +13,7 @@ published M3 shares, so its column is also what M5 has without stiction.
 
 import argparse
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -139,7 +140,7 @@ MODELS: dict[str, dict[str, tuple[str, ...]]] = {
     "M6": {"gear_loss": SHARES, "motor_stiction": (*STICTION, *SHARES, *SQUARES)},
 }
 SLOW = (0.3, 2.0)  # rad/s, Stribeck velocities from which fits start
-SHARE = 0.05  # from which they start
+SHARE, SQUARE = 0.05, 0.005  # from which they start, the second over the weight
 
 
 def log(servo: Servo, seed: int, seconds: float) -> et.Measurement:
@@ -170,11 +171,11 @@ def log(servo: Servo, seed: int, seconds: float) -> et.Measurement:
     )
 
 
-def starts(servo: Servo, name: str) -> list[et.Model]:
-    """One of the models, from where it is fitted."""
+def starts(servo: Servo, name: str, simpler: Iterable[et.Model]) -> list[et.Model]:
+    """One of the models, from where it is fitted: from small shares, and from simpler models."""
     values = {
         **dict.fromkeys(SHARES, SHARE),
-        **dict.fromkeys(SQUARES, SHARE / servo.weight),
+        **dict.fromkeys(SQUARES, SQUARE / servo.weight),
         "torque": SHARE * servo.weight,
         "exponent": 1.0,
     }
@@ -185,28 +186,39 @@ def starts(servo: Servo, name: str) -> list[et.Model]:
             known = values | {"stribeck_velocity": slow}
             model = model.with_effect(effect_id, {name: known[name] for name in parameters})
         found.append(model)
+    first = found[0]
+    own = first.values()
+    for model in simpler:
+        known = {path: value for path, value in model.values().items() if path in own}
+        found.append(first.with_values(known))
     return found
 
 
-def fitted(servo: Servo, name: str, logs: list[et.Measurement]) -> et.Model:
-    """One of the models, fitted to logs."""
-    first, *others = starts(servo, name)
-    added = [
-        f"effects.{effect_id}.{parameter}"
-        for effect_id, parameters in MODELS[name].items()
-        for parameter in parameters
-    ]
-    free = ("motor.inertia", "motor.damping", "effects.motor_friction.torque", *added)
-    return et.fit(first, logs, free=free, starts=others if added else ()).model
+def fitted(servo: Servo, logs: list[et.Measurement]) -> dict[str, et.Model]:
+    """The models, fitted to logs one after the other."""
+    found: dict[str, et.Model] = {}
+    for name, effects in MODELS.items():
+        simpler = [
+            model for known, model in found.items() if MODELS[known].keys() <= effects.keys()
+        ]
+        first, *others = starts(servo, name, simpler)
+        added = [
+            f"effects.{effect_id}.{parameter}"
+            for effect_id, parameters in effects.items()
+            for parameter in parameters
+        ]
+        free = ("motor.inertia", "motor.damping", "effects.motor_friction.torque", *added)
+        found[name] = et.fit(first, logs, free=free, starts=others).model
+    return found
 
 
 def errors(servo: Servo, logs: int, seconds: float) -> dict[str, float]:
     """RMS error of the motor's position, rad, on logs that were not fitted, by model."""
     seen = [log(servo, seed, seconds) for seed in range(logs)]
     others = [log(servo, 100 + seed, seconds) for seed in range(logs)]
-    models = {name: fitted(servo, name, seen) for name in MODELS}
     return {
-        name: et.compare(model, others).rmse()["motor_position"] for name, model in models.items()
+        name: et.compare(model, others).rmse()["motor_position"]
+        for name, model in fitted(servo, seen).items()
     }
 
 
