@@ -11,7 +11,8 @@ call of `diagnose` with its defaults on the part to fit; the test part is simula
 that; no option that another machine does not get; every search draws its random numbers from fixed
 seeds. scoreboard.json counts the runs of this script on each test part, kept or not. The count
 begins with the runs whose results it held; test parts were simulated during development before
-that too, so they are not unseen by its authors.
+that too, so they are not unseen by its authors. Published figures are quoted from memory of the
+papers named beside them, of which we could not read the results again.
 """
 
 import argparse
