@@ -47,13 +47,13 @@ def refitted(
     def at(scale: NDArray[np.float64]) -> et.Model:
         return model.with_values(dict(zip(paths, (scale * centre).tolist(), strict=True)))
 
-    scale = least_squares(
-        lambda scale: begun(at(scale), recording, signal)[::EVERY],
-        np.ones(len(paths)),
-        diff_step=STEP,
-        max_nfev=EVALUATIONS,
-    ).x
-    return at(scale)
+    def residuals(scale: NDArray[np.float64]) -> NDArray[np.float64]:
+        return begun(at(scale), recording, signal)[::EVERY]
+
+    steps = np.full(len(paths), STEP)
+    start = np.ones(len(paths))
+    found = least_squares(residuals, start, diff_step=steps, max_nfev=EVALUATIONS)
+    return at(found.x)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
