@@ -1,11 +1,14 @@
 """Whether the diagnosis is right on seven kinds of machine that are no tendon arms.
 
     python build_scripts/study_other_machines.py [--seeds dev|report] [--jobs 2] [--only KIND]
+        [--keep]
 
 Recordings come from tests/truth/other_machines.py; see other_machines/cases.py. Results are kept:
-interrupt and go on at will.
+interrupt and go on at will. `--keep` runs nothing: it writes those on reporting seeds that are done
+to other_machines.json beside this script, of which the site's page "Known machines" has a table.
 """
 
+import json
 import sys
 from dataclasses import asdict
 from functools import partial
@@ -27,7 +30,9 @@ from kept_answers import (
     print_faults,
 )
 from other_machines.cases import Order, made, orders
+from site_pages.known_machines import OTHER_KINDS
 
+SHOWN = ("name", "kind", "hidden", "verdict", "named", "right", "ratio")
 TARGET = 95.0  # %, of cases in which nothing wrong is named
 
 
@@ -63,9 +68,26 @@ def line_of(row: Content) -> list[str]:
     ]
 
 
+def keep(folder: Path) -> int:
+    """Write the results on reporting seeds that are at hand for the site; the exit status."""
+    paths = [folder / f"{order.name}.json" for order in orders(reported=True)]
+    found = [json.loads(path.read_text("utf-8")) for path in paths if path.is_file()]
+    rows = [
+        {name: row[name] for name in SHOWN} | {"ratio": round(row["ratio"], 3)} for row in found
+    ]
+    lines = ",\n".join(f" {json.dumps(row)}" for row in rows)
+    OTHER_KINDS.write_text(f"[\n{lines}\n]\n", "utf-8")
+    print(f"{OTHER_KINDS}: {len(rows)} of {len(paths)}")
+    return 0
+
+
 def main() -> int:
     """Run what is not yet done and print the table; exit status 1 where a target is missed."""
-    chosen = parser_of(__doc__, "elastic-tendon-study-other-machines").parse_args()
+    parser = parser_of(__doc__, "elastic-tendon-study-other-machines")
+    parser.add_argument("--keep", action="store_true", help="write results for the site, run none")
+    chosen = parser.parse_args()
+    if chosen.keep:
+        return keep(chosen.folder)
     every = orders(reported=chosen.seeds == "report")
     wanted = [order for order in every if chosen.only in order.name]
     rows, faults = collected(wanted, partial(judged, folder=chosen.folder), chosen.jobs)

@@ -1,4 +1,7 @@
-"""Known machines: what `build_scripts/scoreboard.py --keep` found, as a page and as pictures."""
+"""Known machines: what `build_scripts/scoreboard.py --keep` found, as a page and as pictures.
+
+Simulated machines of other kinds follow, as `build_scripts/study_other_machines.py --keep` wrote.
+"""
 
 import ast
 import json
@@ -10,12 +13,14 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarking import known_misses
 from elastic_tendon.reports.comparison_figures import BLUE, VERMILLION, tidy
 from site_pages import Pages
 from site_pages.markdown import plain, table
 
 SCRIPT = Path(__file__).resolve().parents[1] / "scoreboard.py"
 KEPT = SCRIPT.with_suffix(".json")
+OTHER_KINDS = SCRIPT.with_name("other_machines.json")
 GREY = "0.6"
 PICTURES = "known_machines"
 
@@ -24,7 +29,7 @@ Outcome = Mapping[str, Any]  # of one machine, as `scoreboard.as_json` writes it
 
 def pages(folder: Path) -> Pages:
     """The page of all machines; its pictures go to a folder beside it."""
-    outcomes = json.loads(KEPT.read_text())
+    outcomes = json.loads(KEPT.read_text("utf-8"))
     (folder / PICTURES).mkdir()
     _save(summary_figure(outcomes), folder / PICTURES / "all.svg")
     parts = ["# Known machines", _rules(), f"![Errors on the test parts]({PICTURES}/all.svg)"]
@@ -34,6 +39,7 @@ def pages(folder: Path) -> Pages:
         picture = f"{PICTURES}/{number}.svg"
         _save(errors_figure(outcome), folder / picture)
         parts += [*_section(outcome), f"![Largest errors on the test part]({picture})"]
+    parts += _other_kinds(json.loads(OTHER_KINDS.read_text("utf-8")))
     yield "known_machines.md", "\n\n".join(parts)
 
 
@@ -53,13 +59,49 @@ def _row(outcome: Outcome) -> list[str]:
 
 
 def _section(outcome: Outcome) -> list[str]:
-    """What was given and said, and the error of the fitted part after each step."""
+    """What was given and said, the error of the fitted part after each step, and what is missed."""
     ladder = zip(outcome["steps"], outcome["errors"], strict=True)
     steps = ((plain(title), f"{error:.3g} {outcome['unit']}") for title, error in ladder)
+    calls = f"The test part was simulated {outcome['calls']} times by this script."
+    bundled = f"Bundled: {plain(outcome['bundled'])}."
     return [
         f"## {outcome['machine']}",
-        f"Given: {plain(outcome['given'])}. {plain(outcome['sentence'])}",
+        f"Given: {plain(outcome['given'])}. {plain(outcome['sentence'])} {calls} {bundled}",
+        *_missed(outcome),
         table(("step", "error of the fitted part"), steps),
+    ]
+
+
+def _missed(outcome: Outcome) -> list[str]:
+    """Each target that is missed, and why."""
+    known = known_misses()
+    sentences = [
+        f"* {plain(what.removeprefix(outcome['machine'] + ': '))}: {plain(known[what])}"
+        for what in outcome["missed"]
+    ]
+    return ["Missed:\n\n" + "\n".join(sentences)] if sentences else []
+
+
+def _other_kinds(rows: Sequence[Outcome]) -> list[str]:
+    """What was named on simulated machines that are no tendon arms."""
+    right = sum(row["right"] for row in rows)
+    cells = (
+        [
+            plain(row["kind"]),
+            row["hidden"],
+            plain(" + ".join(row["named"]) or "nothing"),
+            "yes" if row["right"] else "no",
+            f"{row['ratio']:.3g}",
+        ]
+        for row in rows
+    )
+    heading = ("kind", "hidden", "named", "right", "error over noise")
+    return [
+        "## Simulated machines of other kinds",
+        "Seven kinds of machine, three of each, whose laws are not those of the catalogue, with "
+        "seeds from which nothing was tuned (`build_scripts/study_other_machines.py --seeds "
+        f"report`). Of the {len(rows)} that were run {right} are named rightly.",
+        table(heading, cells),
     ]
 
 
