@@ -152,6 +152,8 @@ def find_layout(
         if RUN in group.columns and any(column.group == group.name for column in signals)
     )
     notes = _notes(groups, [*times.values(), *signals], runs)
+    if times and joint_required and read not in {column.signal for column in signals}:
+        notes += (f"there is no column {read}_rad: what moves the joint is seen by torques alone",)
     idle = preparation.columns.keys() - {
         "time",
         *(column.signal for column in columns if column is not None),
@@ -205,10 +207,11 @@ class _Search:
         return () if alone else ("motor_position",)
 
     def joint_required(self, read: str) -> tuple[str, ...]:
-        """What has to be there of the joint: nothing where the motor's position is read, and a
-        torque beside it shows what the joint does."""
+        """What has to be there of the joint: nothing where the motor's position is read, a torque
+        beside it shows what the joint does, and no column may be meant."""
         shown = self._mentioned("joint_torque") or self._mentioned("motor_torque")
-        return () if shown and self._mentioned("motor_position") else (read,)
+        meant = self._mentioned(read) or self._near(read, f"{read}_rad") is not None
+        return () if shown and self._mentioned("motor_position") and not meant else (read,)
 
     def check_time(self) -> None:
         """Refuse a file without time, and a static curve that has one."""
