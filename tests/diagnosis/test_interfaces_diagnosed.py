@@ -217,7 +217,7 @@ def test_a_position_that_the_interface_computes_need_not_be_measured(
     if kind == "torque":
         assert found["link.inertia"] == pytest.approx(0.035, rel=0.02)
     assert max(fitted.ladder[-1].noise_ratio.values()) < 1.1
-    # as held out: the first 0.1 s tell the initial state, and nothing holds a rotor that starts wrong
+    # as held out: the first 0.1 s tell the state, and nothing holds a rotor that starts wrong
     assert max(et.compare(fitted.model, shown).noise_ratio().values()) < 10.0
     compared = et.compare(GIVEN.at(kind), shown)
     (where,) = et.locate(compared).files
