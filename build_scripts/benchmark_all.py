@@ -59,6 +59,7 @@ def groups(quick: bool) -> list[Group]:
         ),
         Group("A thousand cores", partial(benchmark_cluster.rows, quick)),
         Group("Actuators of an arm, a step of 1 ms", benchmark_arm.rows),
+        Group("A diagnosis where nothing was compiled", benchmark_startup.refit_rows),
         Group("Start-up", partial(benchmark_startup.process_rows, 5 if quick else 20)),
     ]
 

@@ -152,6 +152,12 @@ def test_processes_are_told_beside_one_that_imports_numpy():
     assert_finite(benchmark_startup.process_rows(1))
 
 
+def test_a_first_refit_is_told_where_nothing_was_compiled():
+    parameters, effects = benchmark_startup.refit_rows()
+    assert_finite([parameters, effects])
+    assert parameters.target == "≤ 10 s"
+
+
 def test_every_group_has_a_heading_of_its_own():
     titles = [group.title for group in benchmark_all.groups(quick=True)]
     assert len(set(titles)) == len(titles) > 5

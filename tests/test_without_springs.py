@@ -131,7 +131,7 @@ def test_a_file_needs_no_motor_position_where_the_load_drives_the_joint(tmp_path
     recording = et.read(tmp_path / "x.csv")
     assert set(recording.inputs) == {"load_torque"}
     assert recording.signals["joint_position"] == pytest.approx(LOAD)
-    with pytest.raises(et.MeasurementError, match="motor_position was not measured"):
+    with pytest.raises(et.MeasurementError, match="driven by motor_position, which was not meas"):
         et.compare(et.models.figure_7, recording)
     table.drop(columns="load_torque_Nm").to_csv(tmp_path / "y.csv", index=False)
     with pytest.raises(et.MeasurementError, match="there is no column motor_position_rad"):

@@ -11,6 +11,7 @@ import pytest
 import elastic_tendon as et
 from elastic_tendon.actuator.parameters import parse_model
 from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
+from elastic_tendon.reports.location_figures import all_figures
 from truth import torque_driven
 from truth.torque_driven import Drive
 
@@ -204,6 +205,8 @@ def test_what_an_interface_needs_and_lacks_is_told(plain):
         et.compare(GIVEN.at("torque"), without)
     with pytest.raises(et.MeasurementError, match="so there is nothing to compare"):
         et.compare(GIVEN.at("joint"), without)
+    moved = et.simulate(GIVEN.at("joint"), without)  # to which nothing needs to be compared
+    assert np.ptp(moved["joint_torque"]) > 0.1
     with pytest.raises(et.ModelError, match="diagnose works at interface position or tor"):
         et.diagnose(GIVEN.at("joint"), plain)
     curve = replace(without, static=True)
@@ -211,6 +214,68 @@ def test_what_an_interface_needs_and_lacks_is_told(plain):
         et.compare(GIVEN.at("torque"), curve)
     with pytest.raises(et.ModelError, match="evidence in an FMU works at interface position"):
         et.gather_evidence(GIVEN.at("torque"), plain)
+
+
+def lacking(plain, position, *signals):
+    """The recording without one of the positions, with some of the signals."""
+    shown = {name: plain.signals[name] for name in ("motor_torque", *signals)}
+    if position != "motor_position":
+        return replace(plain, signals=shown)
+    shown["joint_position"] = plain.signals["joint_position"]
+    return et.Measurement(TIME, None, shown, plain.load_torque, name="driven")
+
+
+@pytest.mark.parametrize(
+    ("kind", "position", "signals"),
+    [
+        ("torque", "joint_position", ()),
+        ("torque", "motor_position", ()),
+        ("torque_joint", "motor_position", ("joint_torque",)),
+    ],
+)
+def test_a_position_that_the_interface_computes_need_not_be_measured(
+    kind, position, signals, plain, tmp_path
+):
+    shown = lacking(plain, position, *signals)
+    fitted = et.add(GIVEN.at(kind), (), shown)
+    found = fitted.model.values()
+    assert found["motor.inertia"] == pytest.approx(0.0048, rel=0.02)
+    assert found["motor.damping"] == pytest.approx(0.024, rel=0.05)
+    if kind == "torque":
+        assert found["link.inertia"] == pytest.approx(0.035, rel=0.02)
+    assert max(fitted.ladder[-1].noise_ratio.values()) < 1.1
+    # as held out: the first 0.1 s tell the state, and nothing holds a rotor that starts wrong
+    assert max(et.compare(fitted.model, shown).noise_ratio().values()) < 10.0
+    compared = et.compare(GIVEN.at(kind), shown)
+    (where,) = et.locate(compared).files
+    assert all(where.in_words.values())
+    assert not where.missing_torque.known
+    assert where.missing_torque.notes == (
+        f"{position} was not measured, so the missing torque is not known",
+    )
+    assert compared.to_dict()["files"][0]["missing_torque"]["rms"] is None
+    et.report(compared, tmp_path / "x.html")
+
+
+@pytest.mark.parametrize("position", ["joint_position", "motor_position"])
+def test_a_diagnosis_says_which_position_it_lacks(position, plain):
+    with pytest.raises(et.MeasurementError, match=f"and {position} was not measured; name its col"):
+        et.diagnose(GIVEN.at("torque"), lacking(plain, position))
+
+
+def test_a_joint_torque_alone_tells_of_a_joint_that_is_computed(plain):
+    shown = replace(plain, signals={"joint_torque": plain.signals["joint_torque"]})
+    found = et.fit(GIVEN, shown).model
+    assert found.link.inertia == pytest.approx(0.035, rel=0.02)
+    assert et.compare(found, shown).noise_ratio()["joint_torque"] < 1.1
+
+
+@pytest.mark.parametrize("kind", ["joint", "torque_joint"])
+def test_every_figure_of_a_given_joint_is_drawn(kind, plain, tmp_path):
+    compared = et.compare(GIVEN.at(kind), plain)
+    for _, draw in all_figures(compared, et.locate(compared)):
+        assert draw().axes
+    et.report(compared, tmp_path / "x.html")
 
 
 def test_the_linear_model_has_the_rotor_or_what_the_joint_feels():

@@ -83,7 +83,14 @@ def test_mapped_column(column: str, item: str, factor: float) -> None:
         (("Joint_Position_rad",), (), {}, r"--map joint_position=Joint_Position_rad$"),
         (("Joint_Position [deg]",), (), {}, r'--map joint_position="Joint_Position \[deg\]"$'),
         # not that of another signal, however near it is
-        (("motor_torque_Nm",), (), {}, "with --map joint_position=COLUMN$"),
+        (("load_torque_Nm",), (), {}, "with --map joint_position=COLUMN$"),
+        # with a torque that shows what the joint does, its position may be missing; here it is not
+        (
+            ("motor_torque_Nm", "Joint_Position_rad"),
+            (),
+            {},
+            r"--map joint_position=Joint_Position_rad$",
+        ),
         (
             ("joint_position",),
             (),
@@ -233,3 +240,9 @@ def test_brackets_of_a_place_are_no_unit(name: str) -> None:
 
 def test_number_in_brackets_is_no_unit() -> None:
     assert joint(layout("data[1]", items=("joint_position=data[1]",)))[2] == "rad"
+
+
+def test_a_torque_shows_what_a_joint_does_whose_position_is_missing():
+    found = layout("motor_torque_Nm")
+    assert {column.signal for column in found.signals} == {"motor_position", "motor_torque"}
+    assert any("there is no column joint_position_rad: what moves" in note for note in found.notes)

@@ -234,8 +234,9 @@ class Model(BaseModel):
         raise ModelError(
             self.name,
             [
-                f"interface: {what} works at interface {places}, not at "
-                f"{self.kind}; take the model with that kind, or its method `at`"
+                f"interface: {what} works at interface {places}, not at {self.kind}; write "
+                f'kind = "{allowed[0]}" in its file, or take it with --interface {allowed[0]}, '
+                f'model.at("{allowed[0]}") in Python'
             ],
         )
 

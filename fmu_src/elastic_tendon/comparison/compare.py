@@ -62,7 +62,7 @@ def compare(
     SimulationError : the solver could not go on
     MeasurementError : a condition cannot be read, or holds for no sample
     """
-    measurements = [part.for_model(model) for part in listed(measurements)]
+    measurements = [part.to_compare(model) for part in listed(measurements)]
     if initial_states is None:
         measurements = [_as_inputs_ran(model, part) for part in measurements]
         initial_states = [estimate_initial_state(model, part) for part in measurements]

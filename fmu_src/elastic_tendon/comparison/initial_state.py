@@ -30,6 +30,9 @@ SETTLING = 10.0  # s in which a joint that is damped critically comes to rest
 def estimate_initial_state(model: Model, measurement: Measurement) -> InitialState:
     """Least squares on the positions of what is moved, joint or motor, over the first 0.1 s.
 
+    Where such a position was not measured, all signals tell, each by its noise, and the start is
+    where springs without load would hold it.
+
     Where the joint's sensor is late these are the first 0.1 s after the delay: before, it shows
     what followed from inputs that were not recorded.
 
@@ -56,14 +59,17 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
     if not positions:
         return InitialState()
     beginning, late = _beginning(model, measurement)
-    start = np.concatenate([_parabola(beginning, name) for name in positions])
+    start = np.concatenate([_start(model, beginning, name) for name in positions])
+    weights = dict.fromkeys(positions, 1.0)
+    if measurement.unmeasured_positions:
+        weights = {name: 1.0 / noise.sigma for name, noise in measurement.noise.items()}
 
     @lru_cache(maxsize=1)  # residuals and derivatives are asked for one after the other
     def evaluate(*x: float) -> tuple[Array, Array]:
         result = sensitivity(model, beginning, InitialState.of(model.kind, x), ())
         return (
-            np.concatenate([result.residuals[name][late:] for name in positions]),
-            np.concatenate([result.derivatives[name][late:] for name in positions]),
+            np.concatenate([w * result.residuals[name][late:] for name, w in weights.items()]),
+            np.concatenate([w * result.derivatives[name][late:] for name, w in weights.items()]),
         )
 
     def jacobian(x: Array) -> Array:
@@ -73,7 +79,7 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
         try:
             return evaluate(*x)[0]
         except SimulationError:
-            return np.full(len(positions) * (len(beginning.time) - late), np.inf)
+            return np.full(len(weights) * (len(beginning.time) - late), np.inf)
 
     evaluate(*start)  # let a model that cannot be simulated say so itself
     span = float(beginning.time[-1] - beginning.time[0])
@@ -88,10 +94,23 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
     return InitialState.of(model.kind, solution.x)
 
 
-def _parabola(beginning: Measurement, signal: str) -> Array:
-    """Position and velocity at the first sample of a parabola through all, rad and rad/s."""
-    elapsed = beginning.time - beginning.time[0]
-    fit = np.polynomial.Polynomial.fit(elapsed, beginning.signals[signal], 2).convert()
+def _start(model: Model, beginning: Measurement, position: str) -> Array:
+    """Position and velocity from which the search begins, rad and rad/s."""
+    measured = {**beginning.inputs, **beginning.signals}
+    if position in measured:
+        return _parabola(beginning.time, measured[position])
+    (other,) = {"joint_position", "motor_position"} - {position}
+    if other not in measured:
+        return np.zeros(2)
+    share = model.transmission.motor_share
+    ratio = share if position == "joint_position" else 1.0 / share
+    return ratio * _parabola(beginning.time, measured[other])
+
+
+def _parabola(time: Array, values: Array) -> Array:
+    """Value and rate at the first sample of a parabola through all, the values' unit and per s."""
+    elapsed = time - time[0]
+    fit = np.polynomial.Polynomial.fit(elapsed, values, 2).convert()
     # a parabola through samples that all agree comes back shorter
     return np.append(fit.coef, [0.0, 0.0])[:2]
 

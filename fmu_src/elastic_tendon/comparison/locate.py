@@ -14,7 +14,11 @@ from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.correlations import Correlation, correlations
 from elastic_tendon.comparison.in_words import in_words
-from elastic_tendon.comparison.missing_torque import MissingTorque, missing_torque
+from elastic_tendon.comparison.missing_torque import (
+    MissingTorque,
+    missing_torque,
+    without_torque,
+)
 from elastic_tendon.comparison.partition import Partition
 from elastic_tendon.comparison.patterns import Evidence
 from elastic_tendon.comparison.residuals import Array, residuals_of
@@ -137,20 +141,27 @@ def locate(comparison: Comparison, progress: Progress = silent) -> Location:
     return Location(tuple(files))
 
 
-def _seen_from_joint(model: Model, file: FileComparison) -> tuple[Model, FileComparison]:
-    """Model and comparison at interface position, where a torque missing at the joint shows."""
+def _seen_from_joint(
+    model: Model, file: FileComparison, progress: Progress
+) -> tuple[MissingTorque, Mapping[str, Array], Mapping[str, Partition]]:
+    """Missing torque as at interface position, where one that is missing at the joint shows."""
+    if file.measurement.unmeasured_positions:
+        return without_torque(model, file)
     position = model.at_position()
-    if position.kind is model.kind:
-        return model, file
-    return position, compare(position, file.measurement).files[0]
+    if position.kind is not model.kind:
+        model, file = position, compare(position, file.measurement).files[0]
+    return missing_torque(model, file, progress)
 
 
 def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileLocation:
     file = at(model, file, None)
     measurement = file.measurement
-    missing, variables, parts = missing_torque(*_seen_from_joint(model, file), progress)
+    missing, variables, parts = _seen_from_joint(model, file, progress)
     progress("where the error lies", 0.9)
     residuals = residuals_of(file.trajectory, measurement)
+    measured = {"time": measurement.time}
+    if "motor_position" not in measurement.unmeasured_positions:
+        measured["motor_position"] = measurement.motor_position
     n = len(measurement.time)
     stride = stride_of(n)
     bins = {
@@ -185,8 +196,7 @@ def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileL
         ),
         variables={
             **{name: spread(values, stride, n) for name, values in variables.items()},
-            "time": measurement.time,
-            "motor_position": measurement.motor_position,
+            **measured,
         },
         parts=parts,
         comparison=file,

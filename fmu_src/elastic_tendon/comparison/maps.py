@@ -28,30 +28,35 @@ class CellMap:
 
 @dataclass(frozen=True)
 class ErrorMap:
-    """Error over two `variables`, across and up: the RMS of the joint position, rad, and the mean
+    """Error over two `variables`, across and up: the RMS of a `signal`, in its unit, and the mean
     of the missing torque, N·m; None where there is too little to tell.
     """
 
+    signal: str
     variables: tuple[str, str]
     rms: CellMap | None
     torque: CellMap | None
 
 
 def error_maps(file: FileComparison, location: FileLocation) -> tuple[ErrorMap, ...]:
-    """Where the error of a recording lies, over each of `PAIRS`, or `WITHOUT_SPRINGS`.
+    """Where the error of a recording lies, over each of `PAIRS`, or `WITHOUT_SPRINGS`: that of the
+    joint position, or of the first signal where that is not compared.
 
     Parameters
     ----------
     file : FileComparison of a time series
     location : FileLocation of the same recording
     """
-    error = residuals_of(file.trajectory, file.measurement)["joint_position"]
+    signal = "joint_position" if "joint_position" in file.signals else next(iter(file.signals))
+    error = residuals_of(file.trajectory, file.measurement)[signal]
+    missing = location.missing_torque
     maps = []
     for pair in PAIRS if file.measurement.kind.has_springs else WITHOUT_SPRINGS:
         across, up = (location.variables[variable] for variable in pair)
         squares = mean_by_cell(across, up, error**2)
         rms = squares and replace(squares, values=np.sqrt(squares.values))
-        maps.append(ErrorMap(pair, rms, mean_by_cell(across, up, location.missing_torque.torque)))
+        torque = mean_by_cell(across, up, missing.torque) if missing.known else None
+        maps.append(ErrorMap(signal, pair, rms, torque))
     return tuple(maps)
 
 

@@ -99,7 +99,8 @@ class MissingTorque:
 
     `torque` (n,), N·m on the joint, positive with its position; `sigma` (n,), what the noise of
     the joint position does to it; `notes` say where it could not be found as well as usual.
-    `found`: the model moves nearly as measured under it.
+    `found`: the model moves nearly as measured under it. Both are NaN where a position was not
+    measured.
     """
 
     torque: Array
@@ -107,6 +108,11 @@ class MissingTorque:
     curves: tuple[TorqueCurve, ...]
     notes: tuple[str, ...]
     found: bool
+
+    @property
+    def known(self) -> bool:
+        """Whether the positions from which it is told were measured."""
+        return not bool(np.isnan(self.torque).any())
 
 
 @dataclass(frozen=True)
@@ -198,6 +204,22 @@ def missing_torque(
     parts = partitions(variables, model, shaking, static=measurement.static, sizes=sizes)
     curves = _curves(track.torque, sigma, variables, parts)
     return MissingTorque(track.torque, sigma, curves, tuple(notes), follows), variables, parts
+
+
+def without_torque(
+    model: Model, file: FileComparison
+) -> tuple[MissingTorque, Mapping[str, Array], Mapping[str, Partition]]:
+    """What `missing_torque` returns, where a position was not measured: the motion is as simulated,
+    and the torque unknown."""
+    whole, stride = file.measurement, stride_of(len(file.measurement.time))
+    file = averaged_file(file, stride)
+    variables = _variables(model, file.measurement, file.trajectory)
+    sizes = None if stride == 1 else block_sizes(len(whole.time), stride)
+    parts = partitions(variables, model, 0.0, static=False, sizes=sizes)
+    unknown = np.full(len(file.measurement.time), np.nan)
+    lacking = " and ".join(whole.unmeasured_positions)
+    note = f"{lacking} was not measured, so the missing torque is not known"
+    return MissingTorque(unknown, unknown, (), (note,), found=False), variables, parts
 
 
 def _track(
@@ -349,7 +371,9 @@ def _damping(model: Model, trajectory: Trajectory) -> Array:
 
 
 def _variables(model: Model, measurement: Measurement, trajectory: Trajectory) -> dict[str, Array]:
-    velocity = trajectory["joint_velocity"]
+    known = measurement.inputs | {name: trajectory[name] for name in trajectory.output_names}
+    joint = known["joint_position"]
+    velocity = known.get("joint_velocity", np.gradient(joint, measurement.time))
     load = measurement.load_torque
     nothing = np.zeros(len(velocity))
     return {
@@ -358,9 +382,9 @@ def _variables(model: Model, measurement: Measurement, trajectory: Trajectory) -
         "deflection": deflection_of(trajectory),
         "joint_velocity": velocity,
         "joint_acceleration": np.gradient(velocity, measurement.time),
-        "joint_position": trajectory["joint_position"],
+        "joint_position": joint,
         "joint_torque": trajectory["joint_torque"] if model.kind.has_springs else nothing,
-        "motor_position": measurement.motor_position,
+        "motor_position": known.get("motor_position", nothing),
         "load_torque": nothing if load is None else load,
     }
 

@@ -27,6 +27,7 @@ from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set, model_with
 from elastic_tendon.diagnosis.straight_inputs import STRAIGHT, with_straight_inputs
 from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
+from elastic_tendon.errors import MeasurementError
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import REFIT
 from elastic_tendon.measurement import Measurement, Recordings, listed
@@ -70,7 +71,8 @@ def diagnose(
 
     Raises
     ------
-    MeasurementError : a recording is both fitted and held out, or a held-out one lacks a signal
+    MeasurementError : a recording is both fitted and held out, a held-out one lacks a signal, or a
+        position was not measured
     ModelError : options name effects that do not exist, or the interface has no link
     SimulationError : the model as given cannot be simulated
     BuildError : the compiler refuses the model as given
@@ -79,6 +81,15 @@ def diagnose(
     with threadpool_limits(1, user_api="blas"):
         recordings = listed(measurements), listed(validate)
         return _diagnosed(model, *recordings, options or Options(), progress, ask)
+
+
+def _check_positions(measurement: Measurement) -> None:
+    if lacking := measurement.unmeasured_positions:
+        raise MeasurementError(
+            f"{measurement.name}: diagnose reads what is missing from the motion of joint and "
+            f"motor, and {' and '.join(lacking)} was not measured; name its column with --map "
+            f"{lacking[0]}=COLUMN; compare and add work without it"
+        )
 
 
 def _diagnosed(
@@ -92,8 +103,10 @@ def _diagnosed(
     begin = time.monotonic()
     options.check_ids()
     model.check_interface("diagnose", WITH_LINK)
-    measurements = [part.for_model(model) for part in measurements]
-    validation = [part.for_model(model) for part in validation]
+    measurements = [part.to_compare(model) for part in measurements]
+    validation = [part.to_compare(model) for part in validation]
+    for part in (*measurements, *validation):
+        _check_positions(part)
     asked = options.horizon
     if asked is None:
         options = replace(options, horizon=horizon_for(model, (*measurements, *validation)))

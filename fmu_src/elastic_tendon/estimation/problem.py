@@ -218,6 +218,6 @@ def problem_of(
     ------
     MeasurementError : a recording does not hold what the model's interface needs
     """
-    measurements = tuple(part.for_model(given) for part in measurements)
+    measurements = tuple(part.to_compare(given) for part in measurements)
     coordinates = Coordinates.of(given, paths, limits, measurements)
     return Problem(coordinates, measurements)

@@ -132,7 +132,8 @@ def find_layout(
         times = {}
     else:
         read, unread = search.joint_signals()
-        required = [*search.motor_signals(read), *([read] if joint_required else [])]
+        joint = search.joint_required(read) if joint_required else ()
+        required = [*search.motor_signals(read), *joint]
         search.check_time()
         columns = [
             search.column(signal, required=signal in required)
@@ -151,6 +152,8 @@ def find_layout(
         if RUN in group.columns and any(column.group == group.name for column in signals)
     )
     notes = _notes(groups, [*times.values(), *signals], runs)
+    if times and joint_required and read not in {column.signal for column in signals}:
+        notes += (f"there is no column {read}_rad: what moves the joint is seen by torques alone",)
     idle = preparation.columns.keys() - {
         "time",
         *(column.signal for column in columns if column is not None),
@@ -197,10 +200,18 @@ class _Search:
         return position, deflection
 
     def motor_signals(self, read: str) -> tuple[str, ...]:
-        """What has to be there of the motor: nothing where a load drives the joint, and its own
-        position is read."""
-        driven = self._mentioned("load_torque") and read == "joint_position"
-        return () if driven else ("motor_position",)
+        """What has to be there of the motor: nothing where a load drives the joint or a torque the
+        motor, and the joint's own position is read."""
+        driven = self._mentioned("load_torque") or self._mentioned("motor_torque")
+        alone = driven and read == "joint_position" and self._mentioned(read)
+        return () if alone else ("motor_position",)
+
+    def joint_required(self, read: str) -> tuple[str, ...]:
+        """What has to be there of the joint: nothing where the motor's position is read, a torque
+        beside it shows what the joint does, and no column may be meant."""
+        shown = self._mentioned("joint_torque") or self._mentioned("motor_torque")
+        meant = self._mentioned(read) or self._near(read, f"{read}_rad") is not None
+        return () if shown and self._mentioned("motor_position") and not meant else (read,)
 
     def check_time(self) -> None:
         """Refuse a file without time, and a static curve that has one."""

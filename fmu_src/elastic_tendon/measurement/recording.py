@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 JOINT, DEFLECTION = "joint_position", "joint_deflection"
+_COMPARED = (JOINT, "motor_position", "joint_torque", "motor_torque")
 # fewer samples than this cannot distinguish an initial state from noise
 MINIMUM_SAMPLES = 10
 CLEARLY_LESS = 0.95  # of a mean square error, which straight inputs have to leave at most
@@ -77,11 +78,11 @@ class Measurement(Result):
     ----------
     time : (n,) array, s; strictly increasing, starts where the file says
     motor_position : (n,) array, rad at the motor pulley; None where there is no motor or it was
-        not measured: the recording is one for interface load then, and zeros stand here
-    signals : name of a model output -> (n,) array in its SI unit; what is compared with the model.
-        Holds ``joint_position`` (rad) wherever it is compared, or in its place
-        ``joint_deflection`` (rad), see `with_joint_position`; ``joint_torque`` and
-        ``motor_torque`` (N·m) where measured
+        not measured: the recording is one for interface load, or with a motor torque for those
+        that it drives, and zeros stand here
+    signals : name of a model output -> (n,) array in its SI unit; what is compared with the model:
+        where measured, ``joint_position`` (rad), or in its place ``joint_deflection`` (rad), see
+        `with_joint_position`; ``joint_torque`` and ``motor_torque`` (N·m)
     load_torque : (n,) array, N·m on the joint, or None: none acts
     interpolation : of motor position and load between the samples, as of `simulate`, or "auto":
         as their spectra show, see `input_interpolation`
@@ -144,6 +145,12 @@ class Measurement(Result):
             inputs["load_torque"] = self.load_torque
         return inputs
 
+    @property
+    def unmeasured_positions(self) -> tuple[str, ...]:
+        """Which of motor and joint position was not measured, neither as input nor as signal."""
+        positions = ("motor_position", JOINT) if self.kind.has_springs else (JOINT,)
+        return tuple(name for name in positions if name not in {**self.inputs, **self.signals})
+
     def for_model(self, model: "Model") -> "Measurement":
         """The recording as a model is compared with it: at its interface, with a joint position.
 
@@ -152,6 +159,22 @@ class Measurement(Result):
         MeasurementError : see `with_joint_position` and `at`; or one turns and the other slides
         """
         return self.of_motion(model.motion).with_joint_position(model).at(model.kind)
+
+    def to_compare(self, model: "Model") -> "Measurement":
+        """The recording `for_model`, which has to show something that the model computes.
+
+        Raises
+        ------
+        MeasurementError : see `for_model`; or nothing is left to compare
+        """
+        taken = self.for_model(model)
+        if not taken.signals:
+            computed = [name for name in _COMPARED if name not in taken.inputs]
+            raise MeasurementError(
+                f"{self.name}: interface {model.kind} computes {', '.join(computed)}, of which "
+                "none was measured, so there is nothing to compare"
+            )
+        return taken
 
     def of_motion(self, motion: MotionKind) -> "Measurement":
         """The recording as of a machine that turns or slides.
@@ -200,8 +223,7 @@ class Measurement(Result):
 
         Raises
         ------
-        MeasurementError : what drives this interface was not measured, or nothing is left to
-            compare
+        MeasurementError : what drives this interface was not measured
         """
         kind = InterfaceKind(kind)
         if kind is self.kind:
@@ -212,13 +234,9 @@ class Measurement(Result):
             )
         if not kind.has_springs:
             return self._without_motor()
-        if not self.kind.has_springs:
-            raise MeasurementError(
-                f"{self.name}: motor_position was not measured, from which a model with springs "
-                "starts; name its column with --map motor_position=COLUMN, or leave [transmission] "
-                "out of the model if it has no springs"
-            )
-        measured = {**self.signals, **self.driving, "motor_position": self.motor_position}
+        measured = {**self.signals, **self.driving}
+        if "motor_position" in self.inputs:
+            measured["motor_position"] = self.motor_position
         driving: dict[str, Array] = {}
         for name in (
             *(("motor_torque",) if kind.has_rotor else ("motor_position",)),
@@ -227,16 +245,19 @@ class Measurement(Result):
             if name not in measured:
                 raise MeasurementError(
                     f"{self.name}: interface {kind} is driven by {name}, which was not measured; "
-                    f"name its column with --map {name}=COLUMN"
+                    f"name its column with --map {name}=COLUMN{self._or_without(name)}"
                 )
             driving[name] = measured.pop(name)
         driving.pop("motor_position", None)  # has a field of its own
-        if not measured:
-            raise MeasurementError(
-                f"{self.name}: interface {kind} computes joint_torque and motor_torque, of which "
-                "none was measured, so there is nothing to compare"
-            )
         return replace(self, signals=measured, kind=kind, driving=driving)
+
+    def _or_without(self, name: str) -> str:
+        """What else helps where a motor position was not measured."""
+        if name != "motor_position":
+            return ""
+        if "motor_torque" in self.signals:
+            return ", or take --interface torque, which motor_torque drives"
+        return ", or leave [transmission] out of the model if it has no springs"
 
     def _without_motor(self) -> "Measurement":
         """The recording for a model without springs, of which only the joint moves."""

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.misreadings.sampling import sampling_warnings
@@ -25,8 +24,8 @@ def believed(
     Parameters
     ----------
     model : Model
-    measurements : as read; believed as they are where the joint's position is not in them, or where
-        the model's interface has no link
+    measurements : as read; believed as they are where a position was not measured, or where the
+        model's interface has no link
     progress : called with what is being done, and the share of it that is done
     as_declared : note what looks read wrongly instead of refusing it
 
@@ -36,17 +35,17 @@ def believed(
 
     Raises
     ------
-    MeasurementError : a recording looks as if it was read wrongly, or lacks the motor position from
-        which springs start
+    MeasurementError : a recording looks as if it was read wrongly, or lacks what drives the model
     """
-    kind = model.at_position().kind if model.kind.has_link else InterfaceKind.POSITION
     measurements = [
-        part.of_motion(model.motion).with_joint_position(model).at(kind) for part in measurements
+        part.of_motion(model.motion).with_joint_position(model) for part in measurements
     ]
-    known = all("joint_position" in measurement.signals for measurement in measurements)
-    if not known or not model.kind.has_link:  # a load that was not given looks like anything
+    if not model.kind.has_link:  # a load that was not given looks like anything
+        return measurements
+    if any(part.at(model.kind).unmeasured_positions for part in measurements):
         return measurements
     model = model.at_position()
+    measurements = [part.at(model.kind) for part in measurements]
     # simulating comes next, and a library that has yet to be compiled takes a while
     library_path(*model.structure, progress)
     progress("looking at the data", 0.0)

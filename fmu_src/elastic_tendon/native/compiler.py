@@ -137,7 +137,9 @@ def platforms_named(names: str | Iterable[str] | None) -> tuple[Platform, ...]:
 def _link_flags(library: Path) -> tuple[str, ...]:
     """Linker flags by the suffix of the library to write."""
     return {
-        ".so": ("-Wl,-z,defs", "-lm"),  # else symbols that are missing show when it is loaded only
+        # not zig's own library beside that of C: compiling it took most of the first compilation.
+        # defs: else symbols that are missing show when it is loaded only
+        ".so": ("-nostdlib", "-Wl,-z,defs", "-lc", "-lm"),
         ".dylib": (f"-Wl,-install_name,@rpath/{library.name}",),  # else where it was built
         ".dll": (),
         ".wasm": ("-Wl,--no-entry", "-rdynamic"),  # a page calls what is marked EXPORT

@@ -70,9 +70,10 @@ def all_figures(comparison: Comparison, location: Location) -> Iterator[tuple[st
 def _of_one_file(
     name: str, model: Model, file: FileComparison, location: FileLocation
 ) -> Iterator[tuple[str, Drawing]]:
-    if model.kind.has_springs:
-        yield f"{name}_torque_over_deflection", partial(torque_loop, model, file, location)
-    yield f"{name}_missing_torque", partial(missing_torque, file, location)
+    if location.missing_torque.known:
+        if model.kind.has_springs:
+            yield f"{name}_torque_over_deflection", partial(torque_loop, model, file, location)
+        yield f"{name}_missing_torque", partial(missing_torque, file, location)
     for signal in file.signals:
         yield f"{name}_{signal}_share_of_error", partial(share_of_error, file, location, signal)
     if file.measurement.static:
@@ -143,7 +144,7 @@ def _draw_model(axes: Axes, model: Model, file: FileComparison, deflection: Arra
 
 
 def error_maps(file: FileComparison, location: FileLocation) -> Figure:
-    """RMS error of the joint position and mean missing torque over what the joint did.
+    """RMS error and mean missing torque over what the joint did, see `maps.error_maps`.
 
     Parameters
     ----------
@@ -155,9 +156,9 @@ def error_maps(file: FileComparison, location: FileLocation) -> Figure:
     matplotlib.figure.Figure
     """
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    quantity = shown("joint_position")
     maps = maps_of(file, location)
     for panels, error_map in zip(figure.subplots(len(maps), 2), maps, strict=True):
+        quantity = shown(error_map.signal)
         words = f"RMS error, {quantity.words}\n({quantity.small_unit})"
         _draw_map(panels[0], error_map.rms, error_map.variables, words, quantity.small)
         words = "mean missing torque (N·m)"
@@ -180,7 +181,7 @@ def _draw_map(
     axes.set_ylabel(with_unit(pair[1]))
     axes.spines[["top", "right"]].set_visible(False)
     if cell_map is None:
-        axes.text(0.5, 0.5, "too few samples", transform=axes.transAxes, ha="center")
+        axes.text(0.5, 0.5, "too few samples, or not known", transform=axes.transAxes, ha="center")
         return
     values = factor * cell_map.values
     axes.set_facecolor(BLANK)

@@ -37,7 +37,7 @@ def measured_loop(
     """
     measurement = file.measurement
     transmission = model.transmission
-    position = measurement.signals["joint_position"]
+    position = {**measurement.inputs, **measurement.signals}["joint_position"]
     if measurement.static:
         return position, static_torque(measurement), MEASURED
     if "joint_torque" in measurement.signals:

@@ -145,9 +145,10 @@ def places(comparison: Comparison, location: Location, alike: Alike) -> Iterator
         yield _maps(file, file_location)
         for table in bin_tables(file, file_location):
             yield as_table(table)
-        if comparison.model.kind.has_springs:
-            yield _loop(comparison, file, file_location)
-        yield torque(file, file_location)
+        if file_location.missing_torque.known:
+            if comparison.model.kind.has_springs:
+                yield _loop(comparison, file, file_location)
+            yield torque(file, file_location)
     yield from _left_out(len(located) - MOST)
 
 

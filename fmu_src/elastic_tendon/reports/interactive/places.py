@@ -48,12 +48,12 @@ def error_maps(file: FileComparison, location: FileLocation, *, theme: Theme = L
     plotly.graph_objects.Figure
     """
     maps = maps_of(file, location)
-    quantity = shown("joint_position")
     title = {"text": f"{plain(abridged(file.measurement.name))}: where the error lies"}
     figure = make_subplots(len(maps), 2, horizontal_spacing=0.24, vertical_spacing=0.18)
     style = {"height": HEIGHT, "margin": {"t": 48}, "plot_bgcolor": theme.blank}
     dressed(figure, theme, title=title, **style)
     for row, error_map in enumerate(maps, start=1):
+        quantity = shown(error_map.signal)
         rms = f"RMS error, {quantity.words} ({quantity.small_unit})"
         drawn = (
             (error_map.rms, quantity.small, rms),
