@@ -66,7 +66,8 @@ _INFORMATION = 0.5 * 0.5
 _FALL, _FALL_LOWEST, _OCTAVE = 1000.0, 0.12, 2.0
 # octaves that a shoulder is wide at least; noise falls there by less than this power of frequency
 _SHOULDER, _NOISE_SLOPE = 0.5, 2.0
-_MOST_CORRELATED = 0.99
+# times the shoulder's power, above which what lies higher is a line, and no filter's fall
+_MOST_CORRELATED, _NO_LINE = 0.99, 4.0
 # averages leave gaps that are so many times lower than what is beside them on either side, which
 # the spectrum of noise over at least `_GAP_SEGMENTS` segments does once in a thousand recordings
 _GAP, _GAP_SEGMENTS = 20.0, 5
@@ -183,6 +184,8 @@ def _shoulder(power: Array, frequency: Array, fall: float) -> SpectralNoise | No
         return None
     # as high below as the shoulder is in its middle, and above as it is seen
     low = int(np.median(np.arange(len(power))[inside]))
+    if np.max(power[:low]) > _NO_LINE * power[low]:
+        return None
     grid = np.concatenate([frequency[: low + 1], [0.0]])[::-1]
     density = np.concatenate([power[: low + 1], [power[low]]])[::-1]
     variance = 2.0 * float(np.trapezoid(density, grid))
