@@ -41,7 +41,8 @@ HorizonOption = Annotated[
     typer.Option(
         "--horizon",
         metavar="S",
-        help="Simulate windows of so many s, each from its own initial state.",
+        help="Simulate windows of so many s, each from its own initial state. Without it recordings "
+        "are whole, but for those in which the noise of a motor torque makes the motor drift.",
     ),
 ]
 TimeLimitOption = Annotated[

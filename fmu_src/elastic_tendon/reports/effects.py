@@ -59,8 +59,9 @@ def effect_page(effect: Effect, example: Model) -> Group:
 
 
 ON_REQUEST = (
-    "Only where it is asked for: by its name in `add`, in `diagnose --only` beside what else may "
-    "be missing, or at its defaults in the model."
+    "Where it is asked for: by its name in `add`, in `diagnose --only` beside what else may be "
+    "missing, or at its defaults in the model. Else only at the end, where all other effects leave "
+    "much, and for an answer that leaves nothing but noise."
 )
 
 
