@@ -1,10 +1,11 @@
 """What an effect explains has to be found on stretches of time that it was not fitted to."""
 
 import numpy as np
+import pytest
 
 import elastic_tendon as et
 from elastic_tendon.diagnosis.answer import refit
-from elastic_tendon.diagnosis.cross_validation import crossed_square
+from elastic_tendon.diagnosis.cross_validation import crossed_squares, mean_explained
 
 MODEL = et.load_model("biorob_x4_joint_3")
 TIME = np.arange(0.0, 12.0, 0.005)
@@ -28,7 +29,10 @@ def in_turn(tasks):
 def squares(measurement, *sets):
     """Mean square error where fitted, and where left out, of each set of effects."""
     answers = [refit(MODEL, added, [measurement]) for added in sets]
-    return [(answer.mean_square, crossed_square(MODEL, answer, in_turn)) for answer in answers]
+    return [
+        (answer.mean_square, float(np.mean(crossed_squares(MODEL, answer, in_turn))))
+        for answer in answers
+    ]
 
 
 def test_an_effect_that_is_there_explains_what_was_left_out():
@@ -48,4 +52,15 @@ def test_an_effect_that_is_not_there_does_not():
 
 def test_a_recording_too_short_to_be_divided_tells_nothing():
     answer = refit(MODEL, (), [recording(MODEL, time=TIME[:200])])
-    assert np.isnan(crossed_square(MODEL, answer, in_turn))
+    assert np.isnan(crossed_squares(MODEL, answer, in_turn)).all()
+    assert np.isnan(mean_explained(np.full(1, np.nan), np.full(1, np.nan)))
+
+
+def test_a_stretch_that_goes_beyond_all_others_is_one_of_several():
+    before, after = np.array([100.0, 900.0, 200.0, 100.0]), np.array([1.0, 600.0, 1.0, 1.0])
+    assert mean_explained(before, after) > 0.8
+    assert mean_explained(after, before) < -0.8
+    assert mean_explained(before, before) == 0.0
+    # a fit that fails has explained nothing; what is gone is no more than all
+    assert mean_explained(before, np.array([1.0, 1.0, 1.0, np.inf])) == pytest.approx(0.5, abs=0.01)
+    assert mean_explained(np.full(2, 0.9), np.full(2, 0.8)) == pytest.approx(1.0)

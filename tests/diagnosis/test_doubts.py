@@ -17,14 +17,14 @@ def test_what_is_not_found_on_stretches_left_out_is_refused(monkeypatch) -> None
     assert search.answer.mean_square > MUCH
     monkeypatch.setattr(doubting, "BEYOND_CHANCE", np.inf)
     monkeypatch.setattr(
-        doubting, "crossed_square", lambda _given, answer, _at_once: answer.mean_square
+        doubting, "crossed_squares", lambda _given, answer, _at_once: np.full(4, answer.mean_square)
     )
     assert not search._fades_in_time()
     search._across.clear()
-    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer, _at_once: np.nan)
+    monkeypatch.setattr(doubting, "crossed_squares", lambda *_asked: np.full(1, np.nan))
     assert not search._fades_in_time()  # too short to tell
     search._across.clear()
-    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer, _at_once: 100.0)
+    monkeypatch.setattr(doubting, "crossed_squares", lambda *_asked: np.full(4, 100.0))
     assert search._fades_in_time()
     assert search.why_refused(GRAVITY) == FADES_IN_TIME
     assert search.answer.added == ()
@@ -36,7 +36,7 @@ def test_what_explains_nearly_all_is_no_chance_wherever_it_shows(monkeypatch) ->
     search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY)
     search._refit([GRAVITY], "refitting")
     gain = search._left(()) / search._left(GRAVITY)
-    monkeypatch.setattr(doubting, "crossed_square", lambda _given, _answer, _at_once: 100.0)
+    monkeypatch.setattr(doubting, "crossed_squares", lambda *_asked: np.full(4, 100.0))
     monkeypatch.setattr(doubting, "BEYOND_CHANCE", 0.99 * gain)
     assert not search._fades_in_time()
     monkeypatch.setattr(doubting, "BEYOND_CHANCE", 1.01 * gain)

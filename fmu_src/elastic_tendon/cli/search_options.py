@@ -41,8 +41,8 @@ HorizonOption = Annotated[
     typer.Option(
         "--horizon",
         metavar="S",
-        help="Simulate windows of so many s, each from its own initial state. Without it recordings "
-        "are whole, but for those in which the noise of a motor torque makes the motor drift.",
+        help="Simulate windows of so many s, each from its own initial state. Without it "
+        "recordings are whole, unless the noise of a motor torque makes the motor drift.",
     ),
 ]
 TimeLimitOption = Annotated[

@@ -13,7 +13,7 @@ import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.initial_state import residuals_from_beginning
-from elastic_tendon.comparison.residuals import beyond_rounding, noise_floors, stack
+from elastic_tendon.comparison.residuals import Array, beyond_rounding, noise_floors, stack
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.refits import Check
 from elastic_tendon.estimation.fit import QUICK
@@ -30,8 +30,8 @@ Tasks = Sequence[tuple[str, Callable[[Check], float]]]
 AtOnce = Callable[[Tasks], Iterable[float | Exception]]
 
 
-def crossed_square(given: Model, answer: Answer, at_once: AtOnce) -> float:
-    """Mean square error on each stretch of time, predicted from the others; in the noise's.
+def crossed_squares(given: Model, answer: Answer, at_once: AtOnce) -> Array:
+    """Mean square errors on each stretch of time, predicted from the others; in the noise's.
 
     Parameters
     ----------
@@ -41,18 +41,32 @@ def crossed_square(given: Model, answer: Answer, at_once: AtOnce) -> float:
 
     Returns
     -------
-    float; NaN where recordings are too short, and infinite where a fit fails
+    (k,) array for k stretches; NaN where recordings are too short, and infinite where a fit fails
     """
     measurements = answer.result.problem.measurements
     if not _long_enough(given, measurements):
-        return np.nan
+        return np.full(1, np.nan)
     folds = list(_folds(measurements))
     words = "predicting stretches from one another"
     squares = list(at_once([(words, partial(_square, given, answer, *fold)) for fold in folds]))
-    if any(isinstance(square, Exception) for square in squares):
-        return np.inf
-    counts = [len(left_out.time) * len(left_out.signals) for left_out, _ in folds]
-    return float(np.average(np.array(squares, dtype=float), weights=counts))
+    return np.array([np.inf if isinstance(square, Exception) else square for square in squares])
+
+
+def mean_explained(before: Array, after: Array) -> float:
+    """Mean over stretches of the share of squared error above the noise that an effect explains, or
+    adds, -1 to 1.
+
+    Each counts alike: in one of them both may have to go far beyond what they were fitted to, and
+    err there most.
+
+    Parameters
+    ----------
+    before, after : (k,) mean square errors without and with it, see `crossed_squares`
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        gains = before - after
+        shares = np.where(gains == 0.0, 0.0, gains / np.maximum(before - 1.0, np.abs(gains)))
+    return float(np.mean(np.where(np.isinf(after), -1.0, shares)))
 
 
 def _square(

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.around import POOR
-from elastic_tendon.diagnosis.cross_validation import Tasks, crossed_square
+from elastic_tendon.diagnosis.cross_validation import Tasks, crossed_squares, mean_explained
 from elastic_tendon.diagnosis.evidence import (
     FADES,
     FADES_IN_TIME,
@@ -43,7 +44,7 @@ class Doubts(LikeliestSets):
     """What speaks against the best so far; an answer in doubt is refused, and the next is best."""
 
     # answers, and their mean square errors on stretches that were left out of the fit
-    _across: dict[Set, tuple[Answer, float]] = field(default_factory=dict)
+    _across: dict[Set, tuple[Answer, Array]] = field(default_factory=dict)
 
     def _doubted(self) -> bool:
         """Whether effects of the answer, or of a better set, were in doubt and it has changed."""
@@ -110,17 +111,17 @@ class Doubts(LikeliestSets):
         if self._left(less) > BEYOND_CHANCE * self._left(more):
             return True
         fitted = explained(self._left(less), self._left(more))
-        crossed = explained(self._crossed(less), self._crossed(more))
+        crossed = mean_explained(self._crossed(less), self._crossed(more))
         return not crossed < LASTING * fitted
 
-    def _crossed(self, added: Set) -> float:
-        """Mean square error of a set on stretches that it was not fitted to."""
+    def _crossed(self, added: Set) -> Array:
+        """Mean square errors of a set on stretches that it was not fitted to."""
         answer = self.answers[added]
-        known, square = self._across.get(added, (None, np.nan))
+        known, squares = self._across.get(added, (None, np.empty(0)))
         if known is not answer:
-            square = crossed_square(self.data.given, answer, self._uncounted)
-            self._across[added] = answer, square
-        return square
+            squares = crossed_squares(self.data.given, answer, self._uncounted)
+            self._across[added] = answer, squares
+        return squares
 
     def _uncounted(self, tasks: Tasks) -> Iterator[float | Exception]:
         """Results of tasks, two at a time; who doubts much has no less time to search."""
