@@ -37,7 +37,7 @@ AT_ONCE = 2  # refits; simulations let Python go on
 PATIENCE = 0.5  # s between reports of a refit that takes long
 FAILURES = (ElasticTendonError, ArithmeticError, ValueError)  # of a refit; the search goes on
 # multiplications after which nothing more is tried, and those of the way to a first answer
-MOST_WORK, CLIMBING = 4e9, 2e9
+MOST_WORK, CLIMBING = 5e9, 2.5e9
 EFFORT = Effort(
     scouted=4, scouting=4, polished=0, evaluations=40, rounds=1, tolerance=1e-5, most=AFFORDABLE
 )
