@@ -165,7 +165,7 @@ def test_wrong_use_is_refused_in_a_sentence():
     model = MODELS["none"]
     with pytest.raises(ValueError, match="there are no actuators"):
         Actuators([])
-    with pytest.raises(ModelError, match="works at interface joint, not at position; take"):
+    with pytest.raises(ModelError, match="works at interface joint, not at position; write"):
         Actuators([model, load_model("biorob_x4_joint_3")])
     with pytest.raises(ValueError, match="0 threads"):
         Actuators([model], threads=0)
