@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from elastic_tendon.diagnosis import block_test
 from elastic_tendon.diagnosis.block_test import (
     RIDGES,
     Products,
@@ -154,3 +155,12 @@ def test_memory_is_that_of_the_noise() -> None:
     # an oscillation that dies away within 100 samples is not told by its first half period
     assert 30.0 < memory_of(ringing) < 200.0
     assert memory_of(np.zeros(100)) == 1.0
+
+
+def test_what_is_out_of_all_scale_is_judged_by_its_shape() -> None:
+    """An error that has run away is squared like any other."""
+    values = np.random.default_rng(3).standard_normal(40)
+    values[20] = 9.0
+    chances = block_test._outlying(values)
+    assert np.allclose(block_test._outlying(1e200 * values), chances)
+    assert np.argmin(chances) == 20
