@@ -66,8 +66,8 @@ _INFORMATION = 0.5 * 0.5
 _FALL, _FALL_LOWEST, _OCTAVE = 1000.0, 0.12, 2.0
 # octaves that a shoulder is wide at least; noise falls there by less than this power of frequency
 _SHOULDER, _NOISE_SLOPE = 0.5, 2.0
-# times the shoulder's power, above which what lies higher is a line, and no filter's fall
-_MOST_CORRELATED, _NO_LINE = 0.99, 4.0
+# ... what is higher above it than so many times its power is a line, and no filter's fall
+_NO_LINE, _MOST_CORRELATED = 4.0, 0.99
 # averages leave gaps that are so many times lower than what is beside them on either side, which
 # the spectrum of noise over at least `_GAP_SEGMENTS` segments does once in a thousand recordings
 _GAP, _GAP_SEGMENTS = 20.0, 5
@@ -168,6 +168,8 @@ def _shoulder(power: Array, frequency: Array, fall: float) -> SpectralNoise | No
     frequency : (k,) array, shares of the sampling rate
     fall : of these, above which the spectrum falls too steeply
     """
+    from scipy.integrate import trapezoid
+
     place, height = np.log2(frequency), np.log2(power)
     slopes = np.full(len(power), -np.inf)
     for index in np.flatnonzero(frequency <= fall):
@@ -188,8 +190,8 @@ def _shoulder(power: Array, frequency: Array, fall: float) -> SpectralNoise | No
         return None
     grid = np.concatenate([frequency[: low + 1], [0.0]])[::-1]
     density = np.concatenate([power[: low + 1], [power[low]]])[::-1]
-    variance = 2.0 * float(np.trapezoid(density, grid))
-    together = 2.0 * float(np.trapezoid(density * np.cos(2.0 * pi * grid), grid))
+    variance = 2.0 * float(trapezoid(density, grid))
+    together = 2.0 * float(trapezoid(density * np.cos(2.0 * pi * grid), grid))
     return SpectralNoise(float(np.sqrt(variance)), min(together / variance, _MOST_CORRELATED))
 
 
