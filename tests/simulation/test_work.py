@@ -17,11 +17,11 @@ def test_simulations_count_by_their_evaluations_and_derivatives() -> None:
     own, rest = work.Work(), work.Work()
     with work.counted(own):
         rates = simulate_measurement(GIVEN, RECORDING, REST).statistics["rates"]
-        assert work.worked() == own.multiplications == work.weight(rates)
+        assert work.worked() == own.multiplications == work.multiplications_of(rates)
         with work.counted(rest):
             sensitivity(GIVEN, RECORDING, REST, ["link.inertia"])
-        assert own.multiplications == work.weight(rates) + rest.multiplications
-    assert rest.multiplications > work.weight(rates)
+        assert own.multiplications == work.multiplications_of(rates) + rest.multiplications
+    assert rest.multiplications > work.multiplications_of(rates)
     assert work.worked() == 0.0  # nobody counts
 
 
@@ -30,7 +30,7 @@ def test_the_long_steps_of_a_static_curve_count_for_more() -> None:
     for own, static in zip(counts, (False, True), strict=True):
         with work.counted(own):
             rates = simulate_measurement(GIVEN, replace(RECORDING, static=static), REST).statistics
-    assert counts[0].multiplications == work.weight(rates["rates"])
+    assert counts[0].multiplications == work.multiplications_of(rates["rates"])
     assert counts[1].multiplications > 2 * counts[0].multiplications
 
 

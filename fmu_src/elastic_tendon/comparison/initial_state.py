@@ -99,12 +99,12 @@ def _start(model: Model, beginning: Measurement, position: str) -> Array:
     measured = {**beginning.inputs, **beginning.signals}
     if position in measured:
         return _parabola(beginning.time, measured[position])
-    (other,) = {"joint_position", "motor_position"} - {position}
-    if other not in measured:
+    (opposite,) = {"joint_position", "motor_position"} - {position}
+    if opposite not in measured:
         return np.zeros(2)
     share = model.transmission.motor_share
     ratio = share if position == "joint_position" else 1.0 / share
-    return ratio * _parabola(beginning.time, measured[other])
+    return ratio * _parabola(beginning.time, measured[opposite])
 
 
 def _parabola(time: Array, values: Array) -> Array:

@@ -279,9 +279,8 @@ def outburst(products: Products) -> tuple[Array, Array]:
 def _outlying(values: Array) -> Array:
     """Probability that each value (k,) is so large if it is of the kind of those apart from it."""
     index = np.arange(len(values))
-    values = values / max(
-        float(np.max(np.abs(values))), np.finfo(float).tiny
-    )  # any size is squared
+    # what has run away could not be squared
+    values = values / max(float(np.max(np.abs(values))), np.finfo(float).tiny)
     apart = np.abs(index[:, np.newaxis] - index) >= APART
     count = apart.sum(axis=1)
     spread = np.sqrt(apart @ values**2 / count)

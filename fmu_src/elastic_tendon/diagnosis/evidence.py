@@ -241,9 +241,9 @@ def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     own = _mean_square(answer.floored)
     # beside something unknown a richer law of the same thing has to earn its parameters so too
     laws = set(simpler(in_order(answer.added))) if own > MUCH else set()
-    beside = any(map(_noise_is_slow, answer.result.problem.measurements))
+    unknown = any(map(_noise_is_slow, answer.result.problem.measurements))
     return all(
-        worth_hearing(_mean_square(part.floored), own, beside_unknown=beside)
+        worth_hearing(_mean_square(part.floored), own, unknown_noise=unknown)
         for part in answers
         if set(part.added) < set(answer.added) or part.added in laws
     )
@@ -255,10 +255,10 @@ def _noise_is_slow(recording: Measurement) -> bool:
     return not recording.static and any(share < NEARLY_WHITE for share in shares)
 
 
-def worth_hearing(before: float, after: float, *, beside_unknown: bool = False) -> bool:
+def worth_hearing(before: float, after: float, *, unknown_noise: bool = False) -> bool:
     """Whether anybody would hear of what lowers one mean square to another, in units of the
-    noise's, maybe beside something unknown."""
-    least = AUDIBLE_BESIDE if beside_unknown or after > MUCH else AUDIBLE
+    noise's; where the shape of some of the noise is unknown, an effect may stand for that."""
+    least = AUDIBLE_BESIDE if unknown_noise or after > MUCH else AUDIBLE
     return before - after >= least**2 * max(after, 1.0)
 
 

@@ -28,7 +28,7 @@ from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Progress
-from elastic_tendon.simulation.work import AFFORDABLE, Work, counted, enough, weight
+from elastic_tendon.simulation.work import AFFORDABLE, Work, counted, enough, multiplications_of
 
 Check = Callable[[float], None]  # called on the way with the share that is done; may end the work
 T = TypeVar("T")
@@ -248,7 +248,7 @@ class Refits:
             return 0.0
         with suppress(*FAILURES):
             columns = len(free_parameters(model)) * len(interface(*model.structure).states)
-            return weight(_evaluations(model, base), columns)
+            return multiplications_of(_evaluations(model, base), columns)
         return 0.0
 
     def _starts(self, added: Set) -> Iterator[Model]:

@@ -37,10 +37,10 @@ def counted(work: Work) -> Iterator[None]:
 def count(evaluations: int, columns: int = 0) -> None:
     """Count a simulation: evaluations of the rates, each with so many derivatives of states."""
     if (work := _UNDER_WAY.get()) is not None:
-        work.multiplications += weight(evaluations, columns)
+        work.multiplications += multiplications_of(evaluations, columns)
 
 
-def weight(evaluations: int, columns: int = 0) -> float:
+def multiplications_of(evaluations: int, columns: int = 0) -> float:
     """Multiplications, about, of a simulation with so many derivatives of states."""
     return float(BEGINNING + evaluations * (PLAIN + columns))
 
