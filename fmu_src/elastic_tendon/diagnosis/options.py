@@ -19,8 +19,8 @@ class Options:
     the user answers for what that hides; None: 5 % for changes, nothing for what is left, which
     matters from 1.5 times the noise on. `horizon` : recordings are simulated in windows of so many
     s, each from its own initial state; None: as a whole, but where the noise of a measured motor
-    torque makes the motor drift (`windows`). `time_limit` : s after which the best
-    answer so far is given; None: no limit.
+    torque makes the motor drift (`windows`). `time_limit` : s after which the best answer so far
+    is given; None: no limit.
     """
 
     only: tuple[str, ...] = ()

@@ -285,9 +285,10 @@ class Effect:
 
     Texts are sentences. `law_of`: of what the effect is the whole law; a model takes one law of
     each. `singular_null`: at its null the effect is structurally absent, so its derivative
-    there says nothing. `catalogue_order`: effects of the catalogue are listed, and act within a
-    slot, by it and then by id; the more common come first. `refuses` and `cautions` judge the
-    numbers of model.toml together.
+    there says nothing. `on_request`: a rare one, which a search tries only where it is asked for,
+    or where all others leave much. `catalogue_order`: effects of the catalogue are listed, and act
+    within a slot, by it and then by id; the more common come first. `refuses` and `cautions` judge
+    the numbers of model.toml together.
     """
 
     id: str
