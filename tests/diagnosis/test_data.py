@@ -67,6 +67,20 @@ def test_everything_is_all_that_excerpts_leave_out() -> None:
     assert data_of(GIVEN, [recording(EVERYTHING + 1000)], []).everything is None
 
 
+def test_stretches_where_a_model_errs_most_come_beside_the_liveliest() -> None:
+    part = recording(16_000, step=0.1)
+    found = data_of(GIVEN, [part], [])
+    errors = np.where(np.arange(16_000) < 2000, 0.1, 0.0)  # while the joint rests
+    more = found.with_worst([{"joint_position": errors}])
+    assert more.motions[: len(found.motions)] == found.motions
+    assert more.fitted == more.motions
+    assert min(part.time[0] for part in more.fitted[len(found.fitted) :]) == part.time[0]
+    lively = np.where(np.arange(16_000) >= 8000, 0.1, 0.0)
+    again = found.with_worst([{"joint_position": lively}])
+    assert samples(again.fitted) <= samples(more.fitted)
+    assert len({part.time[0] for part in again.fitted}) == len(again.fitted)
+
+
 def test_excerpts_have_the_noise_of_the_whole_recording() -> None:
     whole = recording(50_000, step=0.2)
     sigma = whole.noise["joint_position"].sigma

@@ -15,6 +15,7 @@ from elastic_tendon.diagnosis import refits as refitting
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.errors import MeasurementError, ModelError, SimulationError
 from hidden_effect.cases import Order, build
 from recorded_machines import FRICTION
@@ -276,6 +277,28 @@ def test_neighbours_are_held_against_the_answer_to_the_same_excerpt(brief, monke
     ((searched, answer),) = asked
     assert answer is searched
     assert len(answer.floored) < len(recording.time)
+
+
+def test_what_excerpts_do_not_show_is_searched_where_the_answer_errs(brief, monkeypatch) -> None:
+    model, recording = brief
+    n = len(recording.time)
+    monkeypatch.setattr(excerpting, "MOST", n // 2)
+    monkeypatch.setattr(excerpting, "FEWER", n // 4)
+    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.ELSEWHERE", 0.0)
+    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.MUCH", 0.0)
+    searched = []
+
+    class Watched(Search):
+        @classmethod
+        def of(cls, data, progress) -> Search:
+            searched.append(sum(len(part.time) for part in data.fitted))
+            return super().of(data, progress)
+
+    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.Search", Watched)
+    found = diagnose(model, [recording], options=Options(only=(COULOMB,)))
+    assert found.added == (COULOMB,)
+    first, second = searched
+    assert first < second < n
 
 
 @pytest.mark.parametrize("horizon", [None, 1.0])

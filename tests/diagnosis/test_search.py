@@ -47,7 +47,7 @@ from elastic_tendon.simulation.simulate import simulate
 from recorded_machines import FRICTION
 from smooth_motion import DURATION, GIVEN, played, typical_model
 
-STOP = ("joint_stop",)
+STOP, OFFSET = ("joint_stop",), ("joint_encoder_offset",)
 THREE = ("gear_backlash", "joint_encoder_offset", "constant_torque")
 
 
@@ -338,6 +338,20 @@ def test_where_much_is_left_sets_that_were_passed_by_are_grown(monkeypatch) -> N
     assert not search._better_detour()
 
 
+def test_two_effects_are_found_at_once() -> None:
+    """An eccentricity whose error is not zero where the motor's position is zero."""
+    truth = typical_model().with_effect("pulley_eccentricity", ECCENTRIC)
+    offset = {"offset": -0.006}
+    search = begun(truth.with_effect("joint_encoder_offset", offset), *ECCENTRICITY, *OFFSET, *DRAG)
+    both = in_order((*ECCENTRICITY, *OFFSET))
+    assert search._two_at_once((), [*ECCENTRICITY, *OFFSET, *DRAG]) == [both]
+    assert search._better_with_two()
+    assert search.answer.added == both
+    assert search._at_noise()
+    search.answers = {(): search.answers[()]}
+    assert not search._better_with_two()  # once is enough
+
+
 def disturbed(truth: Model) -> Search:
     """A search beside a random load of which nobody knows."""
     run = played(truth, DURATION)
@@ -479,18 +493,19 @@ def test_exchanges_that_torques_bear_are_looked_at_beside_what_they_do_not_show(
     assert in_order((*MASS, *DRAG)) in heavy._neighbours(both)
 
 
-SCREENED, RINGING, ADDITION = "_promised", "_better_ringing", "_affordable_addition"
+SCREENED, RINGING = "_promised", "_better_ringing"
+TWO, ADDITION = "_better_with_two", "_affordable_addition"
 
 
 @pytest.mark.parametrize(
     ("blind", "promises", "rings", "order"),
     [
-        (False, False, False, (SCREENED, RINGING, ADDITION)),
-        (False, False, True, (RINGING, SCREENED, ADDITION)),
+        (False, False, False, (SCREENED, RINGING, TWO, ADDITION)),
+        (False, False, True, (RINGING, SCREENED, TWO, ADDITION)),
         # a little that the torque screen promises is worth nothing where it errs far more than the
         # trajectory
-        (True, False, False, (RINGING, ADDITION, SCREENED)),
-        (True, True, False, (SCREENED, RINGING, ADDITION)),
+        (True, False, False, (RINGING, TWO, ADDITION, SCREENED)),
+        (True, True, False, (SCREENED, RINGING, TWO, ADDITION)),
     ],
 )
 def test_looks_at_what_swings_come_last(blind, promises, rings, order, monkeypatch) -> None:

@@ -201,3 +201,17 @@ def test_a_look_can_be_stopped_before_each_simulation(hanging) -> None:
     with pytest.raises(KeyboardInterrupt):
         hanging.screen.best(hanging.models(GRAVITY), check)
     assert len(asked) == 3
+
+
+def test_two_changes_are_scored_together(hanging) -> None:
+    """One that makes room for the other, one that comes in with the other sign, and one alike."""
+    screen, rng = hanging.screen, np.random.default_rng(1)
+    left = screen._residuals
+    room = 10.0 * float(np.std(left)) * rng.standard_normal(len(left))
+    shares = screen.together([room - left, -room, left, 2.0 * (room - left)])
+    assert shares[0, 1] == pytest.approx(0.0, abs=1e-6)
+    assert shares[0, 1] == shares[1, 0]
+    assert shares[0, 0] > 0.8
+    assert shares[1, 1] > 0.8
+    assert (shares[2] == 1.0).all()
+    assert shares[0, 3] == 1.0

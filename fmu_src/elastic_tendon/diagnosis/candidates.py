@@ -21,13 +21,12 @@ STIFFNESSES = tuple(f"{spring}.stiffness" for spring in SPRINGS)
 QUADRANTS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 REACHES = tuple(0.05 * step for step in range(20))  # of the largest displacement
 MARGINS = (0.002, 0.01, 0.05)  # of the range of the joint, from either end
-FARTHEST = 0.2  # of that range, from its end to where a stop may be
+FARTHEST = 0.45  # of that range, from its end to where a stop may be
 LITTLE_DAMPING = (1.0, 0.01)  # of the typical one, where an effect oscillates
 FAR = 10.0  # standard deviations of the prior by which inertia and stiffness may grow, or shrink
 # of an estimate, where its other minima may lie; of what sets a frequency these are close together
 FACTORS = tuple(np.geomspace(0.4, 2.5, 31))
 CLOSE = tuple(np.linspace(0.96, 1.04, 65))
-LEAST = 0.03  # of the typical strength, where an effect has no derivative at its null
 
 
 def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, ...]:
@@ -103,7 +102,8 @@ def sensible(
                 beside.spread is Spread.JOINT_RANGE for beside in effect.parameters
             )
             if held and not parameter.shape and not is_damping(parameter):
-                limits[path] = (parameter.null + LEAST * typical_value(model, parameter), np.inf)
+                least = effect.smallest_share * typical_value(model, parameter)
+                limits[path] = (parameter.null + least, np.inf)
             elif parameter.spread is Spread.JOINT_RANGE:
                 end, inward = _end(parameter, measurements)
                 border = end + FARTHEST * inward

@@ -77,6 +77,24 @@ class Data:
             return None
         return replace(self, fitted=self.whole, motions=self.whole)
 
+    def with_worst(self, errors: Sequence[Mapping[str, Array]]) -> "Data":
+        """Excerpts where a model errs most beside those there are.
+
+        Parameters
+        ----------
+        errors : of each whole recording, signal -> (n,) in its unit
+        """
+        total = sum(len(part.time) for part in self.whole)
+        count = max(STRETCHES // len(self.whole), 1)
+        known = {(part.name, part.time[0]) for part in self.motions}
+        worst = tuple(
+            piece
+            for part, found in zip(self.whole, errors, strict=True)
+            for piece in _excerpt(self.given, part, FEWER / total, count, found["joint_position"])
+            if (piece.name, piece.time[0]) not in known
+        )
+        return replace(self, fitted=(*self.fitted, *worst), motions=(*self.motions, *worst))
+
     @cached_property
     def candidates(self) -> tuple[str, ...]:
         """Effects that may be missing, in the catalogue's order."""
@@ -217,9 +235,14 @@ def _with_torque_noise(model: Model, measurement: Measurement) -> Measurement:
 
 
 def _excerpt(
-    model: Model, measurement: Measurement, share: float, stretches: int
+    model: Model,
+    measurement: Measurement,
+    share: float,
+    stretches: int,
+    errors: Array | None = None,
 ) -> Iterator[Measurement]:
-    """Means of samples, or the liveliest stretches of them, about this share of their number."""
+    """Means of samples, or the liveliest stretches of them, about this share of their number; those
+    of the largest errors (n,) of the joint's position, rad, where these are known."""
     wanted = int(share * len(measurement.time))
     short = measurement if measurement.static else _coarser(model, measurement, wanted)
     n = len(short.time)
@@ -231,8 +254,11 @@ def _excerpt(
     short = replace(short, given_noise=known)
     length = max(wanted // stretches, FEWEST)
     starts = np.arange(0, n - length + 1, length)
-    moving = np.abs(np.gradient(short.signals["joint_position"]))
-    lively = [float(np.mean(moving[start : start + length])) for start in starts]
+    if errors is None:
+        telling = np.abs(np.gradient(short.signals["joint_position"]))
+    else:
+        telling = np.interp(short.time, measurement.time, errors**2)
+    lively = [float(np.mean(telling[start : start + length])) for start in starts]
     for start in sorted(starts[np.argsort(lively)[::-1][:stretches]]):
         yield short.samples(slice(int(start), int(start) + length))
 

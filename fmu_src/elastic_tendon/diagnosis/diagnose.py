@@ -15,11 +15,11 @@ from threadpoolctl import threadpool_limits
 from elastic_tendon import effects
 from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
 from elastic_tendon.diagnosis.confirmation import confirm
 from elastic_tendon.diagnosis.data import Data, data_of
-from elastic_tendon.diagnosis.evidence import AT_NOISE
+from elastic_tendon.diagnosis.evidence import AT_NOISE, MUCH
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
@@ -40,6 +40,9 @@ Ask = Callable[[Round], bool]
 WITH_LINK = tuple(kind for kind in InterfaceKind if kind.has_link)
 # of a fit that was stopped before it had begun
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
+
+# times its mean square on excerpts, above which an answer errs where these do not show
+ELSEWHERE = 4.0
 
 
 def diagnose(
@@ -145,6 +148,15 @@ def _diagnosed(
                 search.settle()
             if data.excerpts:
                 found.confirmed = confirm(data, search, search.progress)
+                known = search.answer
+                whole = found.confirmed[known.added]
+                if options.horizon is None and _errs_elsewhere(known, whole):
+                    data = data.with_worst(whole.errors)
+                    search = begun(data)
+                    search.starts[known.added] = [whole.result.model]
+                    _climbed(search)
+                    search.settle()
+                    found.confirmed = confirm(data, search, search.progress)
             _tell(search, found, ask, refit=True)
             judge(data, search, found, options, search.progress)
     except KeyboardInterrupt:
@@ -169,6 +181,12 @@ def _climbed(search: Search, straight: Callable[..., Data | None] | None = None)
         if (data := straight(search, final=False)) is not None:
             return data
     return None if straight is None else straight(search, final=True)
+
+
+def _errs_elsewhere(answer: Answer, whole: Answer) -> bool:
+    """Whether an answer leaves far more of the whole recordings than of the excerpts on which it
+    was found: these lack what the machine does elsewhere."""
+    return whole.mean_square > max(ELSEWHERE * answer.mean_square, MUCH)
 
 
 @contextmanager

@@ -4,12 +4,17 @@ One simulation a start, see `trajectory_screen`; what swings is sought at its fr
 `resonance`. What they find is where a refit begins.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from operator import itemgetter
+from typing import TypeVar
+
+import numpy as np
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.around import UNSEEN_SHARES
 from elastic_tendon.diagnosis.candidates import starts
@@ -17,14 +22,18 @@ from elastic_tendon.diagnosis.doubts import Doubts
 from elastic_tendon.diagnosis.evidence import AT_NOISE
 from elastic_tendon.diagnosis.refits import EFFORT, Check
 from elastic_tendon.diagnosis.resonance import Resonance, swings
-from elastic_tendon.diagnosis.sets import Set, in_order, told
+from elastic_tendon.diagnosis.sets import Set, in_order, model_with, told
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.native.library import library_path
 
 # of typical strengths, at which trajectories are looked at; what a weak effect changes is linear
 SHARES, SMALL_SHARES = (0.3,), (0.03, 0.3)
+WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
+TOGETHER = 0.8  # share of what the better of two effects leaves alone, that both have to leave
 MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
+
+T = TypeVar("T")
 
 
 @dataclass(kw_only=True)
@@ -49,22 +58,61 @@ class Looks(Doubts):
 
     def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
         """Share of the mean square that additions would leave, by the trajectory screen."""
-        sets = self._additions(added, effect_ids)
-        alone = TrajectoryScreen(self.answers[added])
-        together = self._in_one_library(added, list(sets.values()))
-        shared = dict.fromkeys(together, TrajectoryScreen(self.answers[added], together))
-        work = [
-            (
-                told("looking at additions", near),
-                partial(self._look, shared.get(effect_id, alone), added, effect_id),
-            )
-            for near, effect_id in sets.items()
-        ]
         found = {}
-        for near, best in self._without_failures(list(sets), self._at_once(work)):
+        for near, best in self._of_each(added, self._additions(added, effect_ids), self._look):
             self.starts[near] = [model for _, model in best]
             found[near] = min(share for share, _ in best)
         return found
+
+    def _two_at_once(self, added: Set, effect_ids: Iterable[str]) -> list[Set]:
+        """Sets with two more effects of which either alone would leave far more, the likeliest
+        first, by the trajectory screen: one may only make room for what the other explains."""
+        sets = self._additions(added, effect_ids)
+        begun = [
+            (sets[near], model, change)
+            for near, changes in self._of_each(added, sets, self._changes)
+            for model, change in changes
+        ]
+        shares = TrajectoryScreen(self.answers[added]).together([change for _, _, change in begun])
+        own = self.answers[added].result.model.values()
+        found: dict[Set, list[tuple[float, Model]]] = {}
+        for row, column in zip(*np.nonzero(np.triu(shares < WORTH, 1)), strict=True):
+            (first_id, first_model, _), (second_id, second_model, _) = begun[row], begun[column]
+            share, alone = shares[row, column], min(shares[row, row], shares[column, column])
+            near = in_order((*added, first_id, second_id))
+            if first_id != second_id and share < TOGETHER * alone and self.screen.goes(near):
+                values = {**own, **self._of_effects(first_model.values(), [first_id])}
+                values |= self._of_effects(second_model.values(), [second_id])
+                found.setdefault(near, []).append(
+                    (share, model_with(self.data.given, near, values))
+                )
+        for near, best in found.items():
+            best.sort(key=itemgetter(0))
+            self.starts[near] = [model for _, model in best[:KEPT]]
+        return sorted(found, key=lambda near: found[near][0][0])
+
+    def _of_each(
+        self,
+        added: Set,
+        sets: Mapping[Set, str],
+        look: Callable[[TrajectoryScreen, Set, str, Check], T],
+    ) -> Iterator[tuple[Set, T]]:
+        """Sets with what a look at their one effect more finds; failures are kept."""
+        alone, given = TrajectoryScreen(self.answers[added]), self.data.given
+        together = self._in_one_library(added, list(sets.values()))
+        shared = dict.fromkeys(together, TrajectoryScreen(self.answers[added], together))
+
+        def compiled(near: Set, effect_id: str, check: Check) -> T:
+            screen = shared.get(effect_id, alone)
+            built = in_order((*near, *screen.nulls))
+            library_path((*given.effect_ids, *built), given.kind)
+            return look(screen, added, effect_id, check)
+
+        work = [
+            (told("looking at additions", near), partial(compiled, near, effect_id))
+            for near, effect_id in sets.items()
+        ]
+        return self._without_failures(list(sets), self._at_once(work))
 
     def _in_one_library(self, added: Set, effect_ids: Iterable[str]) -> Set:
         """Those of some effects that one library has beside a set, so that looks at them compile
@@ -81,12 +129,31 @@ class Looks(Doubts):
         self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
     ) -> list[tuple[float, Model]]:
         """The best starts of one more effect, and what share of the mean square each leaves."""
-        near = in_order((*added, effect_id))
-        built = in_order((*near, *screen.nulls))
-        library_path((*self.data.given.effect_ids, *built), self.data.given.kind)
-        answer = self.answers[added]
+        near, answer = in_order((*added, effect_id)), self.answers[added]
         if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
             return found
+        return screen.best(self._begun(added, effect_id), check)[:KEPT]
+
+    def _changes(
+        self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
+    ) -> list[tuple[Model, Array]]:
+        """Starts of one more effect, and what each changes along the trajectory (N,); one that may
+        have either sign changes the opposite with the other."""
+        found, strength = [], effects.BY_ID[effect_id].strength
+        path = f"effects.{effect_id}.{strength.name}"
+        for model in self._begun(added, effect_id):
+            check(0.0)
+            change = screen.changed(model)
+            if change is not None and np.isfinite(change).all():
+                found.append((model, change))
+                if strength.lower < strength.null:
+                    opposite = 2.0 * strength.null - model.values()[path]
+                    found.append((model.with_values({path: opposite}), -change))
+        return found
+
+    def _begun(self, added: Set, effect_id: str) -> list[Model]:
+        """Where a look at one more effect begins."""
+        near, answer = in_order((*added, effect_id)), self.answers[added]
         seen = SMALL_SHARES if answer.mean_square < AT_NOISE else SHARES
         shares = seen if self.screen.sees(effect_id) else UNSEEN_SHARES
         law, fitted = effects.BY_ID[effect_id], self.data.fitted
@@ -95,7 +162,7 @@ class Looks(Doubts):
             values = list(starts(self.data.given, law, fitted, (share,)))
             some = values[:: -(-len(values) // MOST_LOOKS)]
             models = [*models, *self._models_beside(answer, near, effect_id, some)]
-        return screen.best(models, check)[:KEPT]
+        return models
 
     def _look_along(
         self, answer: Answer, near: Set, effect_id: str, check: Check

@@ -30,7 +30,7 @@ from elastic_tendon.diagnosis.evidence import (
 )
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, LackOfFit, Regression, regress
 from elastic_tendon.diagnosis.likeliest_sets import CLOSE, FAR_BETTER, FOLLOWED
-from elastic_tendon.diagnosis.looks import Looks
+from elastic_tendon.diagnosis.looks import WORTH, Looks
 from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, FAILURES, MOST_WORK
 from elastic_tendon.diagnosis.resonance import frequencies, holds_swinging, may_hide, swings
 from elastic_tendon.diagnosis.sets import (
@@ -59,7 +59,6 @@ ABOUT = 100.0  # evidence by which these may seem worse on the screen, where fac
 LONG = 3e8  # multiplications after which a search that is not at the noise has lasted long
 WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 SMALL = 25.0  # mean square of an error that is hardly larger than noise: torques hide it
-WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
 MOST_ROUNDS, MOST_REFITS = 8, 20
 DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
 FIRST = 0.5  # share of the mean square; who promises less is refitted before all others
@@ -84,6 +83,7 @@ class Search(Looks):
     _passed: set[Set] = field(default_factory=set)
     # answers of which richer laws were tried
     _other_laws: dict[Set, Answer] = field(default_factory=dict)
+    _paired: dict[Set, Answer] = field(default_factory=dict)  # of which two additions were tried
     # the latest answer of which that was asked, and what it leaves
     _regressed: tuple[Answer, Regression] | None = None
     _lack: tuple[Answer, Mapping[str, LackOfFit]] | None = None
@@ -250,10 +250,10 @@ class Search(Looks):
         screened = partial(self._promised, added, most)
         ringing = partial(self._better_ringing, added)
         if self._blind(added) and not self._promises(added):
-            return [ringing, self._affordable_addition, screened]
+            return [ringing, self._better_with_two, self._affordable_addition, screened]
         if self._rings(added):
-            return [ringing, screened, self._affordable_addition]
-        return [screened, ringing, self._affordable_addition]
+            return [ringing, screened, self._better_with_two, self._affordable_addition]
+        return [screened, ringing, self._better_with_two, self._affordable_addition]
 
     def _blind(self, added: Set) -> bool:
         """Whether the torque screen errs so much more than the trajectory that what it promises is
@@ -403,6 +403,22 @@ class Search(Looks):
             looks = self._looks(added, unlike)
             likely = [near for near in sorted(looks, key=looks.__getitem__) if looks[near] < WORTH]
             self._refit(likely[:REFITTED], "refitting what was passed by")
+        return self.answer is not answer
+
+    def _better_with_two(self) -> bool:
+        """Where much is left: two additions of which neither does better without the other.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer, added = self.answer, self.answer.added
+        done = answer is self._paired.get(added)
+        if done or self._tired or answer.mean_square < MUCH or self._dear(answer):
+            return False
+        self._paired[added] = answer
+        quick = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
+        self._refit(self._two_at_once(added, quick)[:REFITTED], "refitting two at once")
         return self.answer is not answer
 
     def _explained_by_rare(self) -> bool:

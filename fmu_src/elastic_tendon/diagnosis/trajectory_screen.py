@@ -27,6 +27,7 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.work import enough
 
 ROUNDING = 1e-10  # sum of squares, in sigmas, that is no change
+ALIKE = 1e-6  # of two changes, whose squared sine is smaller
 MOST_FAILURES = 3  # simulations, after which no further one would come to an end either
 
 
@@ -89,13 +90,31 @@ class TrajectoryScreen:
         """
         found: list[tuple[float, Model]] = []
         for model in models:
-            change = self._changed(model)
+            change = self.changed(model)
             if change is not None and np.isfinite(change).all():
                 left = self._across(self._residuals + change)[: self._count]
                 found.append((float(left @ left) / self._before, model))
             if enough():
                 break
         return sorted(found, key=itemgetter(0))
+
+    def together(self, changes: Sequence[Array]) -> Array:
+        """Share of the mean square that is left with each two of some changes, (k, k), once all
+        else has followed; 1 where one of them would come in with the other sign, and on the
+        diagonal what is left with one alone."""
+        across = np.array([self._across(change) for change in changes])
+        left = self._across(self._residuals)
+        gram, along, before = across @ across.T, -across @ left, left @ left
+        own = np.diag(gram)
+        area = np.outer(own, own) - gram**2
+        with np.errstate(divide="ignore", invalid="ignore"):  # alike, or nothing new
+            times = (np.outer(along, own) - along * gram) / area  # of the first of each two
+            falls = times * along[:, np.newaxis]
+            both = (times > 0.0) & (times.T > 0.0) & (area > ALIKE * np.outer(own, own))
+            shares = np.where(both, 1.0 - (falls + falls.T) / before, 1.0)
+        alone = np.maximum(along, 0.0) ** 2 / np.maximum(own, ROUNDING) / before
+        np.fill_diagonal(shares, 1.0 - alone)
+        return shares
 
     def with_recordings(self, measurements: Sequence[Measurement]) -> float:
         """Share of the mean square that is left with recordings which differ in their inputs, once
@@ -112,14 +131,14 @@ class TrajectoryScreen:
     def told(self, model: Model) -> float:
         """What the errors tell of a model with one more effect: how much it changes, squared and
         in sigmas, that all else could not follow; 0 where it cannot be simulated."""
-        change = self._changed(model)
+        change = self.changed(model)
         if change is None or not np.isfinite(change).all():
             return 0.0
         across = self._across(change)
         return float(across @ across)
 
-    def _changed(self, model: Model) -> Array | None:
-        """Residuals of a model less those of the answer, None where the simulation fails."""
+    def changed(self, model: Model) -> Array | None:
+        """Residuals of a model less those of the answer, (N,), None where the simulation fails."""
         result = self._result
         model = with_nulls(model, [added for added in self.nulls if added not in model.effects])
         try:
@@ -140,7 +159,7 @@ class TrajectoryScreen:
     def left(self, model: Model) -> Array | None:
         """Errors (N,) that would be left with a model, in sigmas: those of the answer where it does
         no better, None where it cannot be simulated."""
-        own, change = self._residuals[: self._count], self._changed(model)
+        own, change = self._residuals[: self._count], self.changed(model)
         if change is None:
             return None
         if not np.isfinite(change).all():

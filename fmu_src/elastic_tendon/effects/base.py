@@ -285,7 +285,8 @@ class Effect:
 
     Texts are sentences. `law_of`: of what the effect is the whole law; a model takes one law of
     each. `singular_null`: at its null the effect is structurally absent, so its derivative
-    there says nothing. `on_request`: a rare one, which a search tries only where it is asked for,
+    there says nothing. `smallest_share`: of the typical strength, where such an effect, or a stop,
+    is still sought. `on_request`: a rare one, which a search tries only where it is asked for,
     or where all others leave much. `catalogue_order`: effects of the catalogue are listed, and act
     within a slot, by it and then by id; the more common come first. `refuses` and `cautions` judge
     the numbers of model.toml together.
@@ -310,6 +311,7 @@ class Effect:
     aliases: tuple[Alias, ...] = ()
     catalogue_order: int = 1000
     singular_null: bool = False
+    smallest_share: float = 0.03
     on_request: bool = False
     refuses: Check = _all_well
     cautions: Check = _all_well

@@ -91,5 +91,6 @@ EFFECT = Effect(
     relations=(Relation("forward", "the joint moves in positive direction"),),
     law_of="the joint's dry friction",
     singular_null=True,
+    smallest_share=0.002,  # weak friction bends soft bristles
     cautions=cautions,
 )
