@@ -208,7 +208,9 @@ def test_two_changes_are_scored_together(hanging) -> None:
     screen, rng = hanging.screen, np.random.default_rng(1)
     left = screen._residuals
     room = 10.0 * float(np.std(left)) * rng.standard_normal(len(left))
-    shares = screen.together([room - left, -room, left, 2.0 * (room - left)])
+    shares, times = screen.together([room - left, -room, left, 0.5 * (room - left)])
+    assert times[0, 1] == pytest.approx(1.0)
+    assert times[3, 1] == pytest.approx(2.0)
     assert shares[0, 1] == pytest.approx(0.0, abs=1e-6)
     assert shares[0, 1] == shares[1, 0]
     assert shares[0, 0] > 0.8

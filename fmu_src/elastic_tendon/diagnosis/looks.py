@@ -23,13 +23,16 @@ from elastic_tendon.diagnosis.evidence import AT_NOISE
 from elastic_tendon.diagnosis.refits import EFFORT, Check
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import Set, in_order, model_with, told
+from elastic_tendon.diagnosis.torque_screen import so_many
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.native.library import library_path
 
 # of typical strengths, at which trajectories are looked at; what a weak effect changes is linear
 SHARES, SMALL_SHARES = (0.3,), (0.03, 0.3)
-WORTH = 0.9  # share of the mean square below which an effect that the screen does not see is tried
-TOGETHER = 0.8  # share of what the better of two effects leaves alone, that both have to leave
+# share of the mean square below which an effect that the screen does not see is tried, and of what
+# the better of two leaves alone for both
+WORTH = 0.9
+MOST_TIMES = 10.0  # its start, as which such an effect comes in at the most
 MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
 
@@ -67,25 +70,27 @@ class Looks(Doubts):
     def _two_at_once(self, added: Set, effect_ids: Iterable[str]) -> list[Set]:
         """Sets with two more effects of which either alone would leave far more, the likeliest
         first, by the trajectory screen: one may only make room for what the other explains."""
-        sets = self._additions(added, effect_ids)
+        sets, answer = self._additions(added, effect_ids), self.answers[added]
         begun = [
-            (sets[near], model, change)
+            (sets[near], values, change)
             for near, changes in self._of_each(added, sets, self._changes)
-            for model, change in changes
+            for values, change in changes
         ]
-        shares = TrajectoryScreen(self.answers[added]).together([change for _, _, change in begun])
-        own = self.answers[added].result.model.values()
+        shares, times = TrajectoryScreen(answer).together([change for _, _, change in begun])
         found: dict[Set, list[tuple[float, Model]]] = {}
-        for row, column in zip(*np.nonzero(np.triu(shares < WORTH, 1)), strict=True):
-            (first_id, first_model, _), (second_id, second_model, _) = begun[row], begun[column]
-            share, alone = shares[row, column], min(shares[row, row], shares[column, column])
-            near = in_order((*added, first_id, second_id))
-            if first_id != second_id and share < TOGETHER * alone and self.screen.goes(near):
-                values = {**own, **self._of_effects(first_model.values(), [first_id])}
-                values |= self._of_effects(second_model.values(), [second_id])
-                found.setdefault(near, []).append(
-                    (share, model_with(self.data.given, near, values))
-                )
+        for pair in zip(*np.nonzero(np.triu(shares < WORTH, 1)), strict=True):
+            (first, second), (effect_id, other_id) = pair, (begun[number][0] for number in pair)
+            near = in_order((*added, effect_id, other_id))
+            alone = min(shares[first, first], shares[second, second])
+            if effect_id == other_id or shares[pair] > WORTH * alone or not self.screen.goes(near):
+                continue
+            values = dict(answer.result.model.values())
+            for number, other in (pair, pair[::-1]):
+                effect_id, start, _ = begun[number]
+                many = min(times[number, other], MOST_TIMES)
+                values |= {**start, **so_many(effect_id, start, many)}
+            start = model_with(self.data.given, near, values)
+            found.setdefault(near, []).append((shares[pair], start))
         for near, best in found.items():
             best.sort(key=itemgetter(0))
             self.starts[near] = [model for _, model in best[:KEPT]]
@@ -136,19 +141,21 @@ class Looks(Doubts):
 
     def _changes(
         self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
-    ) -> list[tuple[Model, Array]]:
-        """Starts of one more effect, and what each changes along the trajectory (N,); one that may
-        have either sign changes the opposite with the other."""
-        found, strength = [], effects.BY_ID[effect_id].strength
+    ) -> list[tuple[Mapping[str, float], Array]]:
+        """Starts of one more effect, its parameters by path, and what each changes along the
+        trajectory (N,); one that may have either sign changes the opposite with the other."""
+        found: list[tuple[Mapping[str, float], Array]] = []
+        strength = effects.BY_ID[effect_id].strength
         path = f"effects.{effect_id}.{strength.name}"
         for model in self._begun(added, effect_id):
             check(0.0)
             change = screen.changed(model)
             if change is not None and np.isfinite(change).all():
-                found.append((model, change))
+                start = self._of_effects(model.values(), [effect_id])
+                found.append((start, change))
                 if strength.lower < strength.null:
-                    opposite = 2.0 * strength.null - model.values()[path]
-                    found.append((model.with_values({path: opposite}), -change))
+                    opposite = {**start, path: 2.0 * strength.null - start[path]}
+                    found.append((opposite, -change))
         return found
 
     def _begun(self, added: Set, effect_id: str) -> list[Model]:

@@ -464,7 +464,7 @@ class Screen:
             (*around.left(change), start) for start, change in zip(starts, changes, strict=True)
         ]
         square, times, start = min(found, key=itemgetter(0))
-        return Expected(square, {**estimate.values, **start, **_times(effect_id, start, times)})
+        return Expected(square, {**estimate.values, **start, **so_many(effect_id, start, times)})
 
     def _changes(
         self,
@@ -538,7 +538,7 @@ class Screen:
         return self._known[1]
 
 
-def _times(effect_id: str, start: Mapping[str, float], times: float) -> dict[str, float]:
+def so_many(effect_id: str, start: Mapping[str, float], times: float) -> dict[str, float]:
     """Strengths of an effect, by path, so many times as large: where it is far stronger than a
     start, estimates that begin there end beside it."""
     effect = effects.BY_ID[effect_id]

@@ -98,23 +98,28 @@ class TrajectoryScreen:
                 break
         return sorted(found, key=itemgetter(0))
 
-    def together(self, changes: Sequence[Array]) -> Array:
-        """Share of the mean square that is left with each two of some changes, (k, k), once all
-        else has followed; 1 where one of them would come in with the other sign, and on the
-        diagonal what is left with one alone."""
+    def together(self, changes: Sequence[Array]) -> tuple[Array, Array]:
+        """Each two of some changes (N,), once all else has followed.
+
+        Returns
+        -------
+        share of the mean square that is left, (k, k): 1 where one of them would come in with the
+        other sign, on the diagonal what is left with one alone; and how many times the first of
+        each two comes in, (k, k)
+        """
         across = np.array([self._across(change) for change in changes])
         left = self._across(self._residuals)
         gram, along, before = across @ across.T, -across @ left, left @ left
         own = np.diag(gram)
         area = np.outer(own, own) - gram**2
         with np.errstate(divide="ignore", invalid="ignore"):  # alike, or nothing new
-            times = (np.outer(along, own) - along * gram) / area  # of the first of each two
+            times = (np.outer(along, own) - along * gram) / area
             falls = times * along[:, np.newaxis]
             both = (times > 0.0) & (times.T > 0.0) & (area > ALIKE * np.outer(own, own))
             shares = np.where(both, 1.0 - (falls + falls.T) / before, 1.0)
         alone = np.maximum(along, 0.0) ** 2 / np.maximum(own, ROUNDING) / before
         np.fill_diagonal(shares, 1.0 - alone)
-        return shares
+        return shares, times
 
     def with_recordings(self, measurements: Sequence[Measurement]) -> float:
         """Share of the mean square that is left with recordings which differ in their inputs, once
