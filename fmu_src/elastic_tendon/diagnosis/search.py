@@ -527,14 +527,16 @@ class Search(Looks):
         return [near for near in best if found[near].mean_square < answer.mean_square][:RACED]
 
     def _better_single(self) -> bool:
-        """Where much is left: every single effect, whatever the screens say, but for what swings.
+        """Where much is left, or one effect explains the little that the base leaves: every single
+        effect, whatever the screens say, but for what swings.
 
         Returns
         -------
         whether the best has changed
         """
-        answer = self.answer
-        if self._tired or answer.mean_square < max(MUCH, HARDLY_BETTER * self._left(())):
+        answer, base = self.answer, self._left(())
+        little = len(answer.added) == 1 and base < MUCH and not self._dear(answer)
+        if self._tired or not (little or answer.mean_square >= max(MUCH, HARDLY_BETTER * base)):
             return False
         singles = [(effect_id,) for effect_id in self.data.candidates if not swings(effect_id)]
         self._refit(singles, "trying every effect")
