@@ -7,6 +7,7 @@ from elastic_tendon.diagnosis import doubts as doubting
 from elastic_tendon.diagnosis.evidence import FADES_IN_TIME, MUCH
 from smooth_motion import typical_model
 
+STRIBECK = ("stribeck_friction",)
 ZEROS = ("joint_encoder_offset",), ("motor_encoder_offset",)
 
 
@@ -65,3 +66,13 @@ def test_what_errs_as_a_refused_answer_is_refused_too() -> None:
     assert search.answer.added not in ZEROS
     assert COULOMB not in search.refused
     assert not search._errs_as_refused()
+
+
+def test_a_simpler_law_begins_at_the_richer_ones_parameters() -> None:
+    search = begun(typical_model(*COULOMB), *COULOMB, *STRIBECK)
+    search._refit([STRIBECK], "refitting")
+    assert search.answer.added == STRIBECK
+    assert search._better_as_simple()
+    assert search.answer.added == COULOMB
+    search.answers = {added: search.answers[added] for added in ((), STRIBECK)}
+    assert not search._better_as_simple()  # once is enough

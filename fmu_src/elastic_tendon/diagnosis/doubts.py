@@ -24,7 +24,7 @@ from elastic_tendon.diagnosis.evidence import (
     explained,
 )
 from elastic_tendon.diagnosis.likeliest_sets import LikeliestSets
-from elastic_tendon.diagnosis.sets import Set, without
+from elastic_tendon.diagnosis.sets import Set, simpler, without
 from elastic_tendon.diagnosis.significance import (
     CHANCE,
     heldout_significance,
@@ -43,6 +43,7 @@ ALIKE = 0.02  # share of the mean square by which errors that are alike differ
 class Doubts(LikeliestSets):
     """What speaks against the best so far; an answer in doubt is refused, and the next is best."""
 
+    _simplified: dict[Set, Answer] = field(default_factory=dict)  # whose simpler laws were tried
     # answers, and their mean square errors on stretches that were left out of the fit
     _across: dict[Set, tuple[Answer, Array]] = field(default_factory=dict)
 
@@ -70,6 +71,8 @@ class Doubts(LikeliestSets):
         """Take out the effect of the answer that is least surely there, if any is in doubt, or
         refuse the whole if it does not last on held-out recordings."""
         answer = self.answer
+        if self._better_as_simple():
+            return True
         less = [without(answer.added, effect_id) for effect_id in answer.added]
         if not self._tired or answer.mean_square <= MUCH:  # else what is known has to do
             self._refit(less, "checking what is needed")
@@ -91,6 +94,21 @@ class Doubts(LikeliestSets):
             return False
         self.refused[answer.added] = max(doubts, key=lambda doubt: doubt[1])[0]
         return True
+
+    def _better_as_simple(self) -> bool:
+        """Refit simpler laws of what was found from its parameters: richer ones may stand for what
+        was not yet found when they came in.
+
+        Returns
+        -------
+        whether the best has changed
+        """
+        answer = self.answer
+        if answer is self._simplified.get(answer.added):
+            return False
+        self._simplified[answer.added] = answer
+        self._take_beside(answer, list(simpler(answer.added)), "checking what is needed")
+        return self.answer is not answer
 
     def _fades_in_time(self) -> bool:
         """Where much is left: refuse an answer of which an effect explains far less on stretches of
