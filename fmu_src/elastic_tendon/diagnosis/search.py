@@ -6,9 +6,8 @@ removal, exchange or simpler law among its neighbours does better (`evidence`), 
 around it included, or when enough was simulated (`refits.MOST_WORK`).
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import filterfalse
 from math import log
@@ -16,11 +15,10 @@ from math import log
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.diagnosis.answer import Answer, refit
+from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.data import Data
+from elastic_tendon.diagnosis.detours import FIRST, REFITTED, Detours
 from elastic_tendon.diagnosis.evidence import (
-    AT_NOISE,
-    AUDIBLE,
     DECISIVE,
     DECISIVE_IN_PLACE,
     MUCH,
@@ -28,11 +26,10 @@ from elastic_tendon.diagnosis.evidence import (
     misfit,
     worth_hearing,
 )
-from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING, LackOfFit, Regression, regress
-from elastic_tendon.diagnosis.likeliest_sets import CLOSE, FAR_BETTER, FOLLOWED
-from elastic_tendon.diagnosis.looks import WORTH, Looks
-from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, FAILURES, MOST_WORK
-from elastic_tendon.diagnosis.resonance import frequencies, holds_swinging, may_hide, swings
+from elastic_tendon.diagnosis.likeliest_sets import CLOSE, FOLLOWED
+from elastic_tendon.diagnosis.looks import WORTH
+from elastic_tendon.diagnosis.refits import AT_ONCE, MOST_WORK
+from elastic_tendon.diagnosis.resonance import holds_swinging, swings
 from elastic_tendon.diagnosis.sets import (
     Set,
     aliases,
@@ -41,7 +38,6 @@ from elastic_tendon.diagnosis.sets import (
     richer,
     simpler,
     size_of,
-    told,
     without,
 )
 from elastic_tendon.diagnosis.torque_screen import Screen
@@ -52,41 +48,18 @@ from elastic_tendon.progress import Progress
 
 TRUSTED = 2.0  # mean square on the torque screen of an answer that leaves nothing but noise
 LOOKED = 6  # sets with one more effect that are estimated beside the best
-REFITTED, FEW = 3, 2  # neighbours that promise more, refitted in one round; at the noise ...
-RACED = 4  # additions, of which short refits leave least
+FEW = 2  # neighbours that promise more, refitted in one round at the noise ...
 EQUALS = 2  # ... and those that promise about as much with no more parameters
 ABOUT = 100.0  # evidence by which these may seem worse on the screen, where facts are few
 LONG = 3e8  # multiplications after which a search that is not at the noise has lasted long
-WHITE = 0.9  # share of the samples that are independent facts, of noise alone
 SMALL = 25.0  # mean square of an error that is hardly larger than noise: torques hide it
 MOST_ROUNDS, MOST_REFITS = 8, 20
-DETOURS = 4  # sets of fewer effects than the answer, the best first, that are grown too
-FIRST = 0.5  # share of the mean square; who promises less is refitted before all others
 BLIND = 10.0  # times the mean square of the trajectory that the torque screen leaves there
-UNLIKE = 4.0  # times the fitted recordings' mean square, above which held-out ones are not alike
-# of a fit to all recordings that starts at an answer
-AGAIN = replace(EFFORT, scouted=1, evaluations=10)
-RARE = "it is tried on request only, as more than noise is left with it"
-HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
 
 @dataclass(kw_only=True)
-class Search(Looks):
-    """What a search has so far; an interrupt leaves it as it is.
-
-    `neighbours` : for each set that was the best, those one change away with their evidence less
-    its own as the screens expect it, None where they could not say.
-    """
-
-    neighbours: dict[Set, dict[Set, float | None]] = field(default_factory=dict)
-    _exhausted: set[Set] = field(default_factory=set)
-    _passed: set[Set] = field(default_factory=set)
-    # answers of which richer laws were tried
-    _other_laws: dict[Set, Answer] = field(default_factory=dict)
-    _paired: dict[Set, Answer] = field(default_factory=dict)  # of which two additions were tried
-    # the latest answer of which that was asked, and what it leaves
-    _regressed: tuple[Answer, Regression] | None = None
-    _lack: tuple[Answer, Mapping[str, LackOfFit]] | None = None
+class Search(Detours):
+    """What a search has so far; an interrupt leaves it as it is."""
 
     @classmethod
     def of(cls, data: Data, progress: Progress) -> "Search":
@@ -109,13 +82,11 @@ class Search(Looks):
                 self._follow_neighbours(np.inf)
                 if self._hop():
                     continue
-            if not (
-                self._better_detour()
-                or self._doubted()
-                or self._fades_in_time()
-                or self._explained_by_rare()
-            ):
+            if self._better_detour() or self._doubted() or self._fades_in_time():
+                continue
+            if not self._explained_by_rare():
                 break
+            self._follow_neighbours(np.inf)
         added = self.answer.added
         if self._tired and added not in self.neighbours:
             self.neighbours[added] = self._expected(added, self._neighbours(added))
@@ -260,46 +231,11 @@ class Search(Looks):
         worth little."""
         return self._own(added).square > BLIND * self.answer.mean_square
 
-    def _rings(self, added: Set) -> bool:
-        """Whether what a set leaves has a peak where something that swings would show."""
-        swinging = filter(swings, self.data.candidates)
-        return any(frequencies(effect_id, self.answers[added]) for effect_id in swinging)
-
-    def _promises(self, added: Set) -> bool:
-        """Whether the likeliest neighbour of a set is expected to do surely better, and was not
-        refitted."""
-        near, expected = next(iter(self.neighbours.get(added, {}).items()), ((), None))
-        untried = near not in self.answers and near not in self.failures
-        return untried and (expected or 0.0) < -DECISIVE
-
-    def _affordable_addition(self) -> bool:
-        """A better addition, where refits do not take so long that they are cut short."""
-        return not self._dear(self.answer) and self._better_addition()
-
     def _swinging(self, added: Set) -> dict[Set, float]:
         """What additions that swing would leave, unless nothing is left or time for it."""
         if self._at_noise() or self._tired:
             return {}
         return self._looks(added, filter(swings, self.data.candidates))
-
-    def _better_ringing(self, added: Set) -> bool:
-        """Refit additions to the best set that swing as what it leaves does; whether the best has
-        changed."""
-        self._refit(self._ringing(added), "refitting what rings")
-        return self.answer.added != added
-
-    def _ringing(self, added: Set) -> list[Set]:
-        """Additions that swing, where what a set leaves does, or may, and they would leave less."""
-        if self._at_noise() or self._tired:
-            return []
-        answer = self.answers[added]
-        ringing = [
-            effect_id
-            for effect_id in filter(swings, self.data.candidates)
-            if frequencies(effect_id, answer) or may_hide(answer)
-        ]
-        looks = self._looks(added, ringing)
-        return [near for near, share in looks.items() if share < WORTH]
 
     def _half_gone(self, added: Set, shares: Mapping[Set, float | None], most: float) -> bool:
         """Refit neighbours if one of them promises to leave half; whether the best has changed."""
@@ -339,208 +275,6 @@ class Search(Looks):
                 break
             ladder.insert(0, min(known, key=lambda added: self.answers[added].mean_square))
         return ladder
-
-    def regressed(self, answer: Answer) -> Regression:
-        """What an answer leaves, regressed on the state of the machine."""
-        if self._regressed is None or self._regressed[0] is not answer:
-            self._regressed = answer, regress(answer.result, self.progress)
-        return self._regressed[1]
-
-    def lack_of_fit(self, answer: Answer) -> Mapping[str, LackOfFit]:
-        """Whether what an answer leaves depends on the state of the machine, by signal.
-
-        Where fitted recordings cannot tell, held-out ones that it meets alike are asked too, with
-        its parameters fitted to all of them: chance does not come twice at the same state.
-        """
-        if self._lack is None or self._lack[0] is not answer:
-            found = self.regressed(answer).found
-            told = any(lack.significant for lack in found.values())
-            unlike = self.evidence.heldout_square(answer) > UNLIKE * answer.mean_square
-            over = told or unlike or answer.mean_square < AT_NOISE or self._dear(answer)
-            if self.data.heldout and not over:
-                everything, start = (*self.data.fitted, *self.data.heldout), [answer.result.model]
-                with suppress(*FAILURES):
-                    whole = refit(self.data.given, answer.added, everything, start, AGAIN)
-                    again = regress(whole.result, self.progress).found
-                    found = {name: lack.or_surely(again[name]) for name, lack in found.items()}
-            self._lack = answer, found
-        return self._lack[1]
-
-    def _disturbed(self) -> bool:
-        """Whether more than noise is left that does not depend on the state of the machine at all,
-        as a disturbance that nobody recorded: no effect explains it, nor is expected to."""
-        answer = self.answer
-        timed = not any(recording.static for recording in self.data.fitted)
-        if not (timed and AT_NOISE < answer.mean_square < OVERWHELMING**2):
-            return False
-        if self._promises(answer.added) or holds_swinging(answer.added):
-            return False  # what remembers, or swings, depends on more than the state
-        alone = self.regressed(answer).found
-        return _shapeless(alone) and _shapeless(self.lack_of_fit(answer))
-
-    def _better_detour(self) -> bool:
-        """Where much is left: additions to, and richer laws of, refused sets that leave far less,
-        which may lack what they were refused for; and additions to the best sets of fewer
-        effects, which the way to the answer may have passed by.
-
-        Returns
-        -------
-        whether the best has changed
-        """
-        answer = self.answer
-        if answer.mean_square < MUCH or self._disturbed():
-            return False
-        fewer = [part for part in self.allowed if len(part.added) < len(answer.added)]
-        values = dict(zip((part.added for part in fewer), self.evidence.of(fewer), strict=True))
-        refused = sorted(filter(self._refused_for_less, self.answers), key=self._left)
-        for added in (*refused, *sorted(values, key=values.__getitem__))[:DETOURS]:
-            if self._tired or added in self._passed:
-                continue
-            self._passed.add(added)
-            if added in refused:
-                self._take_beside(self.answers[added], list(richer(added)), "trying other laws")
-            unlike = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
-            looks = self._looks(added, unlike)
-            likely = [near for near in sorted(looks, key=looks.__getitem__) if looks[near] < WORTH]
-            self._refit(likely[:REFITTED], "refitting what was passed by")
-        return self.answer is not answer
-
-    def _better_with_two(self) -> bool:
-        """Where much is left: two additions of which neither does better without the other.
-
-        Returns
-        -------
-        whether the best has changed
-        """
-        answer, added = self.answer, self.answer.added
-        done = answer is self._paired.get(added)
-        if done or self._tired or answer.mean_square < MUCH or self._dear(answer):
-            return False
-        self._paired[added] = answer
-        quick = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
-        self._refit(self._two_at_once(added, quick)[:REFITTED], "refitting two at once")
-        return self.answer is not answer
-
-    def _explained_by_rare(self) -> bool:
-        """Where much is left: effects that are else tried on request only. One of them looks like
-        two common ones, so it is an answer only where nothing but noise is left with it.
-
-        Returns
-        -------
-        whether the best has changed
-        """
-        answer, added = self.answer, self.answer.added
-        if answer.mean_square < MUCH:
-            return False
-        sets = self._additions(added, self.data.rare)
-        unlike = [near for near in sets if near not in {*self.answers, *self.failures}]
-        if unlike and all(map(self.screen.sees, (*added, *sets.values()))):
-            own = self._own(added)
-            found, _ = self.screen.combined(own, [sets[near] for near in unlike], len(unlike))
-            self._keep(found.values())
-            unlike = [near for near in unlike if self._badness(near) < FIRST * own.square]
-        self._refit(unlike, "trying rare effects")
-        for near in filter(self.answers.__contains__, unlike):
-            if not self._meets_noise(self.answers[near]):
-                self.refused[near] = RARE
-        if self.answer is answer:
-            return False
-        self._follow_neighbours(np.inf)
-        return True
-
-    def _refused_for_less(self, added: Set) -> bool:
-        """Whether a set that cannot be the answer leaves far less than the answer."""
-        refused = bool(self.why_refused(added))
-        return refused and self._left(added) < FAR_BETTER * self.answer.mean_square
-
-    def _better_with_less(self) -> bool:
-        """Where nothing but noise is left: sets without one of the effects, before any other.
-
-        Returns
-        -------
-        whether the best has changed
-        """
-        answer = self.answer
-        if self._at_noise():
-            less = [without(answer.added, effect_id) for effect_id in answer.added]
-            self._refit(less, "trying fewer effects")
-        return self.answer.added != answer.added
-
-    def _better_law(self) -> bool:
-        """Where anything audible is left: richer laws of what was found, from its parameters.
-
-        Returns
-        -------
-        whether the best has changed
-        """
-        answer = self.answer
-        if self._tired or answer is self._other_laws.get(answer.added):
-            return False
-        self._other_laws[answer.added] = answer
-        if self._white(answer) or answer.mean_square < 1.0 + AUDIBLE**2:
-            return False
-        self._take_beside(answer, list(richer(answer.added)), "trying other laws")
-        return self.answer.added != answer.added
-
-    def _white(self, answer: Answer) -> bool:
-        """Whether what an answer leaves is independent from sample to sample, as noise alone is."""
-        return self.evidence.facts([answer]) > WHITE * len(answer.floored)
-
-    def _better_addition(self) -> bool:
-        """Where much is left: additions, the likeliest first, whatever the torque screen says, but
-        for what swings.
-
-        Returns
-        -------
-        whether the best has changed
-        """
-        answer = self.answer
-        if self._tired or answer.mean_square < MUCH or answer.added in self._exhausted:
-            return False
-        if self._disturbed():
-            return False
-        self._exhausted.add(answer.added)
-        quick = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
-        if self._dear(answer):
-            looks = self._looks(answer.added, quick)
-            likely = sorted(looks, key=looks.__getitem__)[:AT_ONCE]
-        else:
-            likely = self._raced(answer, quick)
-        for start in range(0, len(likely), AT_ONCE):
-            self._refit(likely[start : start + AT_ONCE], "trying every addition", again=True)
-            if self._at_noise() or self._tired:
-                break
-        return self.answer is not answer
-
-    def _raced(self, answer: Answer, effect_ids: Iterable[str]) -> list[Set]:
-        """Additions that do best in short refits, where they begin from now on."""
-        sets = self._additions(answer.added, effect_ids)
-        words = "trying every addition"
-        work = [
-            (told(words, near), partial(self._scouted, answer, near, effect_id))
-            for near, effect_id in sets.items()
-        ]
-        found = dict(self._without_failures(list(sets), self._at_once(work)))
-        for near, scouted in found.items():
-            self.starts[near] = [scouted.result.model]
-        best = sorted(found, key=lambda near: found[near].mean_square)
-        return [near for near in best if found[near].mean_square < answer.mean_square][:RACED]
-
-    def _better_single(self) -> bool:
-        """Where much is left, or one effect explains the little that the base leaves: every single
-        effect, whatever the screens say, but for what swings.
-
-        Returns
-        -------
-        whether the best has changed
-        """
-        answer, base = self.answer, self._left(())
-        little = len(answer.added) == 1 and base < MUCH and not self._dear(answer)
-        if self._tired or not (little or answer.mean_square >= max(MUCH, HARDLY_BETTER * base)):
-            return False
-        singles = [(effect_id,) for effect_id in self.data.candidates if not swings(effect_id)]
-        self._refit(singles, "trying every effect")
-        return self.answer is not answer
 
     # ---- neighbours ---------------------------------------------------------------------------
 
@@ -699,10 +433,6 @@ class Search(Looks):
         alike = [near for near in aliases(added) if near in dict(scored)]
         yield from dict.fromkeys((*better, *equal, *alike))
         yield from (near for near, expected in fresh if expected is None)
-
-
-def _shapeless(found: Mapping[str, LackOfFit]) -> bool:
-    return all(lack.shapeless for lack in found.values())
 
 
 def expected_evidence(before: float, share: float, facts: float, size: int) -> float:
