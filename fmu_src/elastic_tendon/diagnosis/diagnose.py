@@ -128,6 +128,16 @@ def _diagnosed(
         search.progress = _heeding(search, progress, options.time_limit, begin, interrupted)
         return search
 
+    def again(data: Data, known: Search) -> tuple[Data, Search]:
+        """The search once more, on other data; it begins where it has ended, and takes no longer
+        for that."""
+        search = begun(data)
+        search.work = known.work
+        search.starts[known.answer.added] = [known.answer.result.model]
+        _climbed(search)
+        search.settle()
+        return data, search
+
     search = begun(data)
     try:
         with _interrupts(interrupted):
@@ -142,20 +152,12 @@ def _diagnosed(
             search.settle()
             nothing = not search.answer.added and search.answer.mean_square < AT_NOISE
             if nothing and options.horizon is None and data.everything is not None:
-                data = data.everything
-                search = begun(data)
-                _climbed(search)
-                search.settle()
+                data, search = again(data.everything, search)
             if data.excerpts:
                 found.confirmed = confirm(data, search, search.progress)
-                known = search.answer
-                whole = found.confirmed[known.added]
-                if options.horizon is None and _errs_elsewhere(known, whole):
-                    data = data.with_worst(whole.errors)
-                    search = begun(data)
-                    search.starts[known.added] = [whole.result.model]
-                    _climbed(search)
-                    search.settle()
+                whole = found.confirmed[search.answer.added]
+                if options.horizon is None and _errs_elsewhere(search.answer, whole):
+                    data, search = again(data.with_worst(whole.errors), search)
                     found.confirmed = confirm(data, search, search.progress)
             _tell(search, found, ask, refit=True)
             judge(data, search, found, options, search.progress)
