@@ -33,7 +33,8 @@ SHARES, SMALL_SHARES = (0.3,), (0.03, 0.3)
 # the better of two leaves alone for both
 WORTH = 0.9
 MOST_TIMES = 10.0  # its start, as which such an effect comes in at the most
-MOST_LOOKS = 18  # starts of one effect that are looked at, of a finer grid evenly spread ones
+# starts of one effect that are looked at, of a finer grid evenly spread ones: alone, with another
+MOST_LOOKS, MOST_OF_TWO = 18, 6
 KEPT = 3  # starts of such a look, the best first, from which a refit begins
 
 T = TypeVar("T")
@@ -137,7 +138,7 @@ class Looks(Doubts):
         near, answer = in_order((*added, effect_id)), self.answers[added]
         if swings(effect_id) and (found := self._look_along(answer, near, effect_id, check)):
             return found
-        return screen.best(self._begun(added, effect_id), check)[:KEPT]
+        return screen.best(self._begun(added, effect_id, MOST_LOOKS), check)[:KEPT]
 
     def _changes(
         self, screen: TrajectoryScreen, added: Set, effect_id: str, check: Check
@@ -147,7 +148,7 @@ class Looks(Doubts):
         found: list[tuple[Mapping[str, float], Array]] = []
         strength = effects.BY_ID[effect_id].strength
         path = f"effects.{effect_id}.{strength.name}"
-        for model in self._begun(added, effect_id):
+        for model in self._begun(added, effect_id, MOST_OF_TWO):
             check(0.0)
             change = screen.changed(model)
             if change is not None and np.isfinite(change).all():
@@ -158,8 +159,8 @@ class Looks(Doubts):
                     found.append((opposite, -change))
         return found
 
-    def _begun(self, added: Set, effect_id: str) -> list[Model]:
-        """Where a look at one more effect begins."""
+    def _begun(self, added: Set, effect_id: str, most: int) -> list[Model]:
+        """Where a look at one more effect begins, with so many of its shapes at the most."""
         near, answer = in_order((*added, effect_id)), self.answers[added]
         seen = SMALL_SHARES if answer.mean_square < AT_NOISE else SHARES
         shares = seen if self.screen.sees(effect_id) else UNSEEN_SHARES
@@ -167,7 +168,7 @@ class Looks(Doubts):
         models = self.starts.get(near, [])[:KEPT]
         for share in shares:
             values = list(starts(self.data.given, law, fitted, (share,)))
-            some = values[:: -(-len(values) // MOST_LOOKS)]
+            some = values[:: -(-len(values) // most)]
             models = [*models, *self._models_beside(answer, near, effect_id, some)]
         return models
 
