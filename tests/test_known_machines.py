@@ -162,8 +162,19 @@ def test_a_machine_is_kept_with_its_largest_errors() -> None:
     assert max(kept["largest"]["after"]) == pytest.approx(200.0, rel=0.01)
     assert 7.0 - 10.0 / scoreboard.BINS < first <= 7.0
     assert kept["missed"] == [f"{machine.name}: named"]  # nothing is
+    assert kept["learned"] is None
     scoreboard.draw()
     assert scoreboard.PICTURE.stat().st_size > 10_000
+
+
+def test_a_learned_curve_has_rows_of_its_own() -> None:
+    machine, found = MACHINES["EMPS"], next(one for one in KEPT if one["machine"] == "EMPS")
+    learned = {"title": "Learned: friction", "after": [0.5, 2.7]}
+    rows = {row.what: row for row in scoreboard.rows_of(machine, found | {"learned": learned})}
+    fit, test = (rows[f"EMPS: error, {part}, with a curve learned"] for part in ("fit", "test"))
+    assert (fit.met, test.met) == (None, False)
+    none = scoreboard.rows_of(machine, found | {"learned": None})
+    assert not any("learned" in row.what for row in none)
 
 
 def test_the_picture_has_a_mark_for_each_figure() -> None:
@@ -183,6 +194,7 @@ def test_the_page_tells_each_step(tmp_path) -> None:
         assert section.count(f" {found['unit']} |") == len(found["steps"])
         assert f"simulated {found['calls']} times" in section
         assert section.count("\n* ") == len(found["missed"])
+        assert ("fitted once more" in section) == bool(found.get("learned"))
         assert f"({known_machines.PICTURES}/{number}.svg)" in section
         assert (tmp_path / known_machines.PICTURES / f"{number}.svg").stat().st_size > 5_000
 

@@ -61,7 +61,7 @@ def _row(outcome: Outcome) -> list[str]:
 def _section(outcome: Outcome) -> list[str]:
     """What was given and said, the error of the fitted part after each step, and what is missed."""
     ladder = zip(outcome["steps"], outcome["errors"], strict=True)
-    steps = ((plain(title), f"{error:.3g} {outcome['unit']}") for title, error in ladder)
+    steps = [(plain(title), f"{error:.3g} {outcome['unit']}") for title, error in ladder]
     calls = f"The test part was simulated {outcome['calls']} times by this script."
     bundled = f"Bundled: {plain(outcome['bundled'])}."
     return [
@@ -69,6 +69,18 @@ def _section(outcome: Outcome) -> list[str]:
         f"Given: {plain(outcome['given'])}. {plain(outcome['sentence'])} {calls} {bundled}",
         *_missed(outcome),
         table(("step", "error of the fitted part"), steps),
+        *_learned(outcome),
+    ]
+
+
+def _learned(outcome: Outcome) -> list[str]:
+    """What was learned from what remains, and what it leaves."""
+    if not (learned := outcome.get("learned")):
+        return []
+    fit, test = (f"{error:.3g} {outcome['unit']}" for error in learned["after"])
+    return [
+        f"{plain(learned['title'])}. Added to these and fitted once more, it leaves {fit} of the "
+        f"fitted part and {test} of the test part."
     ]
 
 

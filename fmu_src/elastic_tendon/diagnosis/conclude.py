@@ -14,6 +14,7 @@ from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import locate
 from elastic_tendon.diagnosis import too_small
 from elastic_tendon.diagnosis.answer import Answer
+from elastic_tendon.diagnosis.beginnings import beginning_notes
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.confirmation import on_everything
 from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
@@ -261,6 +262,7 @@ def conclude(
         *([LEFT_OPEN.format(left_open)] if left_open else []),
         *_notes(answer, [*small, *(path for path in changed if path not in matter)]),
         *too_small.sentences(answer, unheard),
+        *(beginning_notes(final) if options.horizon is None else ()),  # windows are no recordings
     ]
     return Diagnosis(
         verdict=verdict,
