@@ -114,7 +114,8 @@ def test_friction_holds_as_far_as_it_can() -> None:
     found = run("coulomb_friction")
     balance, motion, values = balance_of(found), found.motion, found.model.values()
     still = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(motion.position), 1))
-    held = balance.torques(values, type(motion)(**{**vars(motion), "weights": still})).moved[0].value
+    resting = type(motion)(**{**vars(motion), "weights": still})
+    held = balance.torques(values, resting).moved[0].value
     friction = values["effects.coulomb_friction.torque"]
     free = {**values, "effects.coulomb_friction.torque": 0.0}
     push = balance.torques(free, motion).moved[0].value

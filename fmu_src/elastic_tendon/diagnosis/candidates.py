@@ -222,8 +222,7 @@ def _elongations(model: Model, measurements: Sequence[Measurement]) -> tuple[flo
     transmission = model.transmission
     radius, spring = transmission.joint_pulley_radius, transmission.upper_spring
     deflections = [
-        part.joint_position
-        - part.motor_position * transmission.motor_pulley_radius / radius
+        part.joint_position - part.motor_position * transmission.motor_pulley_radius / radius
         for part in measurements
     ]
     reach = radius * max(float(np.max(np.abs(deflection))) for deflection in deflections)

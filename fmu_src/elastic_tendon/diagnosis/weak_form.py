@@ -153,7 +153,8 @@ def weak_form(measurement: Measurement) -> Weak:
 
     Parameters
     ----------
-    measurement : Measurement with a joint position, signal or input; uneven samples are brought to even ones
+    measurement : Measurement with a joint position, signal or input; uneven samples are brought to
+        even ones
 
     Returns
     -------
@@ -205,7 +206,7 @@ def weak_form(measurement: Measurement) -> Weak:
 
 
 def _joint_noise(measurement: Measurement, sigmas: Mapping[str, float]) -> float:
-    """Sigma of the joint's position, rad, which is an input where another simulator has the link."""
+    """Sigma of the joint's position, rad, a signal or, where the joint is given, an input."""
     if "joint_position" in sigmas:
         return sigmas["joint_position"]
     return _sigma_of_input(measurement, "joint_position")
