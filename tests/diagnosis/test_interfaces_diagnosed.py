@@ -13,6 +13,7 @@ import elastic_tendon as et
 from elastic_tendon.actuator.parameters import parse_model
 from elastic_tendon.diagnosis.data import FEWER, MOST, data_of
 from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
+from elastic_tendon.reports.diagnosis_figures import all_figures as figures_of_diagnosis
 from elastic_tendon.reports.location_figures import all_figures
 from truth import signals, torque_driven
 from truth.catalogue import actuator_of, signal_maps_of
@@ -190,7 +191,7 @@ HIDDEN = {
 
 
 @pytest.mark.parametrize("effect_id", HIDDEN)
-def test_an_effect_of_the_tendons_is_named_where_the_joint_is_given(effect_id):
+def test_an_effect_of_the_tendons_is_named_where_the_joint_is_given(effect_id, tmp_path):
     found = et.diagnose(GIVEN.at("joint"), held({effect_id: HIDDEN[effect_id]}))
     assert found.verdict == "missing_effect"
     assert found.added == (effect_id,)
@@ -198,6 +199,9 @@ def test_an_effect_of_the_tendons_is_named_where_the_joint_is_given(effect_id):
         assert found.model.effects[effect_id][name] == pytest.approx(value, rel=0.05)
     assert found.ladder[-1].noise_ratio["joint_torque"] < 1.1
     assert not {"coulomb_friction", "gravity_load"} & {part.id for part in found.would_show}
+    et.report(found, tmp_path / "x.html")
+    for _, draw in figures_of_diagnosis(found):
+        assert draw().axes
 
 
 def test_nothing_is_called_missing_of_a_joint_that_is_as_modelled():
