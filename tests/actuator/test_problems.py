@@ -133,3 +133,4 @@ def test_missing_table_says_what_it_holds(tree: dict[str, Any]) -> None:
     del tree["link"]
     (sentence,) = problems_of(tree)
     assert sentence.startswith("link: missing; a table [link] with ")
+    assert sentence.endswith("where another simulator has it, take interface joint or torque_joint")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from arms import ACTUATORS
 
-from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.actuator.parameters import load_model, parse_model
 from elastic_tendon.arm.joints import cut_into_joints
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.errors import ArmError
@@ -60,6 +60,18 @@ def test_links_are_those_of_the_mass_matrix(cut):
     inertia = known.body_inertia[hand].max() + known.body_mass[hand] * offset**2
     assert cut["wrist"].model.link.inertia == pytest.approx(inertia, rel=1e-6)
     assert cut["wrist"].model.link.damping == BASES["wrist"].damping
+
+
+def test_models_need_no_link_of_their_own(cut, recordings):
+    bare = {}
+    for name, model in TRUE.items():
+        tree = model.at("joint").model_dump()
+        bare[name] = parse_model({key: tree[key] for key in tree if key != "link"}, name)
+    assert all(model.link.absent for model in bare.values())
+    again = cut_into_joints(robot(NOTHING.seed), bare, recordings)
+    assert {name: one.model for name, one in again.items()} == {
+        name: one.model for name, one in cut.items()
+    }
 
 
 def test_what_hides_in_one_joint_shows_in_that_joint_alone():

@@ -1,6 +1,7 @@
 """Comparing, fitting and diagnosing where a motor torque or a joint is given.
 
-Recordings are of `truth.torque_driven`, which shares no code with the product.
+Recordings are of `truth.torque_driven`, those of effects on a given joint of `truth.recording`,
+which share no code with the product.
 """
 
 from dataclasses import replace
@@ -10,9 +11,13 @@ import pytest
 
 import elastic_tendon as et
 from elastic_tendon.actuator.parameters import parse_model
+from elastic_tendon.diagnosis.data import FEWER, MOST, data_of
 from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
+from elastic_tendon.reports.diagnosis_figures import all_figures as figures_of_diagnosis
 from elastic_tendon.reports.location_figures import all_figures
-from truth import torque_driven
+from truth import signals, torque_driven
+from truth.catalogue import actuator_of, signal_maps_of
+from truth.recording import record
 from truth.torque_driven import Drive
 
 TIME = np.arange(0.0, 4.0, 4e-3)
@@ -124,8 +129,9 @@ def test_where_the_error_lies_is_told_at_every_interface(plain):
         )
 
 
-def test_friction_of_the_motor_is_named():
-    found = et.diagnose(GIVEN.at("torque"), recording(replace(TRUE, rotor_friction=0.15)))
+@pytest.mark.parametrize("kind", ["torque", "torque_joint"])
+def test_friction_of_the_motor_is_named(kind):
+    found = et.diagnose(GIVEN.at(kind), recording(replace(TRUE, rotor_friction=0.15)))
     assert found.verdict == "missing_effect"
     assert found.added == ("motor_friction",)
     assert found.model.effects["motor_friction"]["torque"] == pytest.approx(0.15, rel=0.03)
@@ -154,10 +160,87 @@ def test_the_loss_of_a_gear_is_named_where_all_else_leaves_much():
     assert found.ladder[-1].noise_ratio["motor_position"] < 1.1
 
 
-def test_nothing_is_called_missing_of_a_rotor_that_is_as_modelled(plain):
-    found = et.diagnose(GIVEN.at("torque"), plain)
+@pytest.mark.parametrize("kind", ["torque", "torque_joint"])
+def test_nothing_is_called_missing_of_a_rotor_that_is_as_modelled(kind, plain):
+    found = et.diagnose(GIVEN.at(kind), plain)
     assert found.added == ()
     assert found.verdict == "wrong_parameter"
+
+
+def held(effects, seed=1):
+    """A joint that springs and a load moved, with its torque measured; for interface joint."""
+    tree = GIVEN.model_dump() | {"effects": effects}
+    for side in ("upper_spring", "lower_spring"):
+        tree["transmission"][side]["stiffness"] = 8300.0
+    driven = signals.sines([0.6, 0.2, 0.06], [1.1, 2.7, 5.3], [0.0, 0.0, 0.0])
+    loaded = signals.sines([1.2, 0.8], [1.9, 3.4], [0.0, 0.0])
+    experiment = signals.Experiment(TIME[-1], driven, loaded)
+    run = record(actuator_of(tree), experiment, TIME, signal_maps_of(tree))
+    rng = np.random.default_rng(seed)
+    noise = {"motor_position": 0.5 * NOISE, "joint_position": NOISE, "joint_torque": TORQUE_NOISE}
+    columns = {name: run[name] + s * rng.standard_normal(len(TIME)) for name, s in noise.items()}
+    known = {"joint_torque": TORQUE_NOISE}
+    motor = columns.pop("motor_position")
+    return et.Measurement(TIME, motor, columns, name=f"held{seed}", given_noise=known)
+
+
+HIDDEN = {
+    "pulley_eccentricity": {"amplitude": 0.05, "phase": 0.7},
+    "spring_relaxation": {"stiffness": 2500.0, "time_constant": 0.13},
+}
+
+
+@pytest.mark.parametrize("effect_id", HIDDEN)
+def test_an_effect_of_the_tendons_is_named_where_the_joint_is_given(effect_id, tmp_path):
+    found = et.diagnose(GIVEN.at("joint"), held({effect_id: HIDDEN[effect_id]}))
+    assert found.verdict == "missing_effect"
+    assert found.added == (effect_id,)
+    for name, value in HIDDEN[effect_id].items():
+        assert found.model.effects[effect_id][name] == pytest.approx(value, rel=0.05)
+    assert found.ladder[-1].noise_ratio["joint_torque"] < 1.1
+    assert not {"coulomb_friction", "gravity_load"} & {part.id for part in found.would_show}
+    et.report(found, tmp_path / "x.html")
+    for _, draw in figures_of_diagnosis(found):
+        assert draw().axes
+
+
+def test_nothing_is_called_missing_of_a_joint_that_is_as_modelled():
+    """The other simulator's link need not be in the model."""
+    tree = GIVEN.at("joint").model_dump()
+    bare = parse_model({name: tree[name] for name in tree if name not in ("link", "motor")}, "bare")
+    found = et.diagnose(bare, held({}), validate=held({}, seed=2))
+    assert found.added == ()
+    assert found.verdict == "wrong_parameter"
+    springs = found.model.transmission
+    both = springs.upper_spring.stiffness + springs.lower_spring.stiffness
+    assert both == pytest.approx(2 * 8300.0, rel=0.01)
+    (where,) = found.location.files
+    assert where.missing_torque.notes == (
+        "the model has no [link], so the missing torque is not known",
+    )
+    (where,) = et.locate(et.compare(GIVEN.at("joint"), held({}))).files
+    (note,) = where.missing_torque.notes
+    assert note.startswith("at interface joint the joint is given, and load_torque was not measur")
+
+
+def test_a_long_recording_of_a_given_joint_is_searched_in_excerpts():
+    short = held({})
+    times = int(np.ceil(1.1 * MOST / len(TIME)))
+    noise = np.random.default_rng(3).standard_normal(times * len(TIME))
+
+    def again(values, sigma):
+        return np.tile(values, times) + sigma * noise
+
+    torque_shown = again(short.signals["joint_torque"], TORQUE_NOISE)
+    joint = again(short.signals["joint_position"], NOISE)
+    long = et.Measurement(
+        np.arange(len(noise)) * TIME[1],
+        np.tile(short.motor_position, times),
+        {"joint_position": joint, "joint_torque": torque_shown},
+    ).for_model(GIVEN.at("joint"))
+    data = data_of(GIVEN.at("joint"), [long], [])
+    assert data.excerpts
+    assert sum(len(part.time) for part in data.motions) <= FEWER
 
 
 def with_noisy_torque(clean, seed=5):
@@ -207,8 +290,6 @@ def test_what_an_interface_needs_and_lacks_is_told(plain):
         et.compare(GIVEN.at("joint"), without)
     moved = et.simulate(GIVEN.at("joint"), without)  # to which nothing needs to be compared
     assert np.ptp(moved["joint_torque"]) > 0.1
-    with pytest.raises(et.ModelError, match="diagnose works at interface position or tor"):
-        et.diagnose(GIVEN.at("joint"), plain)
     curve = replace(without, static=True)
     with pytest.raises(et.MeasurementError, match="a static curve is compared at interface posit"):
         et.compare(GIVEN.at("torque"), curve)

@@ -45,13 +45,13 @@ def torques(found: Played) -> Torques:
 
 def each_of(along: Torques) -> list[Torque]:
     """The torque on the link and those that sensors show."""
-    return [along.link, *along.shown.values()]
+    return [along.moved[0], *along.shown.values()]
 
 
 def residual(found: Played) -> float:
     """Median of what is left of the balance, of the torque's RMS."""
     torque = found.model.link.inertia * found.acceleration
-    left = np.abs(torque - torques(found).link.value)[SETTLED]
+    left = np.abs(torque - torques(found).moved[0].value)[SETTLED]
     return float(np.median(left) / np.std(torque[SETTLED]))
 
 
@@ -114,10 +114,11 @@ def test_friction_holds_as_far_as_it_can() -> None:
     found = run("coulomb_friction")
     balance, motion, values = balance_of(found), found.motion, found.model.values()
     still = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(motion.position), 1))
-    held = balance.torques(values, type(motion)(**{**vars(motion), "weights": still})).link.value
+    resting = type(motion)(**{**vars(motion), "weights": still})
+    held = balance.torques(values, resting).moved[0].value
     friction = values["effects.coulomb_friction.torque"]
     free = {**values, "effects.coulomb_friction.torque": 0.0}
-    push = balance.torques(free, motion).link.value
+    push = balance.torques(free, motion).moved[0].value
     np.testing.assert_allclose(
         held, np.sign(push) * np.maximum(np.abs(push) - friction, 0.0), atol=1e-12
     )

@@ -116,10 +116,9 @@ def test_the_tendons_oscillation_is_not_that_of_the_arm_under_gravity() -> None:
 @pytest.mark.parametrize("state", ["I", "II", "III"])
 def test_anti_resonance_of_the_motor_is_the_joint_on_its_tendons(model: Model, state: str) -> None:
     """A motor that stands still leaves the joint swinging on the held tendons."""
-    found = analyse(linearise(model, state, drive=Drive.TORQUE))
-    collocated, non_collocated = (
-        found.channel(*channel) for channel in main_channels(Drive.TORQUE)[:2]
-    )
+    linear = linearise(model, state, drive=Drive.TORQUE)
+    found = analyse(linear)
+    collocated, non_collocated = (found.channel(*channel) for channel in main_channels(linear)[:2])
     held = sqrt(closed_form(model, state)[0] / model.link.inertia)
     assert collocated.anti_resonances == pytest.approx([held], rel=1e-9)
     assert len(collocated.zeros) == 2

@@ -273,3 +273,14 @@ def test_what_cannot_be_simulated_is_told_in_one_sentence(model, options, said):
     with pytest.raises(SweepError) as refused:
         simulations(model, _drawn(model, 2), **options)
     assert said in str(refused.value)
+
+
+def test_a_motion_has_to_drive_the_model_at_its_interface(model):
+    motion = default_motion(model)
+    rotor = load_model(model.model_dump() | {"motor": {"inertia": 0.01}}).at("torque")
+    drawn = points([Factor("transmission.pretension_force", Uniform(50.0, 60.0))], "sobol", 1)
+    words = "interface torque, which motor_torque and load_torque drive; the motion has motor_posit"
+    with pytest.raises(SweepError, match=words):
+        simulations(rotor, drawn, motion=motion)
+    assert set(default_motion(rotor).inputs) == {"motor_torque", "load_torque"}
+    assert set(default_motion(model.at("joint")).inputs) == {"motor_position", "joint_position"}

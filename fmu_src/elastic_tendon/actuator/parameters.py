@@ -107,9 +107,10 @@ class Model(BaseModel):
     def _moved_by_the_load(cls, value: Link, info: ValidationInfo) -> Link:
         kind = _kind_of(info.data)
         if value.absent and kind.has_link:
+            elsewhere = "; where another simulator has it, take interface joint or torque_joint"
             raise _refused(
                 f"missing; a table [link] with inertia, damping is expected, as interface {kind} "
-                "moves the link"
+                f"moves the link{elsewhere if kind.has_springs else ''}"
             )
         return value
 

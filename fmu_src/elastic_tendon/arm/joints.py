@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter, welch
 
-from elastic_tendon.actuator.parameters import Model, sizes_of
+from elastic_tendon.actuator.parameters import Model, parse_model, sizes_of
 from elastic_tendon.arm.robot import joint_numbers, joints_of, mass_matrix, mujoco
 from elastic_tendon.errors import ArmError
 from elastic_tendon.measurement import Measurement
@@ -203,9 +203,8 @@ def _cut(
 ) -> CutJoint:
     _, (dof,) = joint_numbers(robot, (name,))
     damping = float(robot.dof_damping[dof])
-    model = actuator.at_position().with_values(
-        {"link.inertia": float(inertia), "link.damping": damping}
-    )
+    link = {"inertia": float(inertia), "damping": damping}  # the robot's, whatever the model has
+    model = parse_model(actuator.model_dump() | {"link": link}, actuator.name).at_position()
     stiffness = sizes_of(model.transmission, model.link).joint_stiffness
     step = float(np.mean(np.diff(recording.time)))
     moved = np.sqrt(np.mean(_answer(drawn, step, inertia, damping, stiffness) ** 2))

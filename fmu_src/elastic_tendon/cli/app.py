@@ -12,6 +12,7 @@ import elastic_tendon as et
 from elastic_tendon.cli.reading import ValidateOption, reading
 from elastic_tendon.cli.shared import (
     EffectOption,
+    InterfaceOption,
     app,
     load,
     load_effects,
@@ -46,6 +47,7 @@ def open_app(
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
+    interface: InterfaceOption = None,
     session: Annotated[
         Path | None,
         typer.Option(
@@ -102,7 +104,7 @@ def open_app(
         files = {}
         sources = [_source(recording, "fit", options, files) for recording in data or []]
         sources += [_source(recording, "validate", options, files) for recording in validate or []]
-        start = new_document(load(model or EXAMPLE, None), sources)
+        start = new_document(load(model or EXAMPLE, None, interface), sources)
         if kept is not None:
             kept.begin(start, files)
     served = listen(start, files, address=network or LOOPBACK, port=port, kept=kept)

@@ -243,10 +243,6 @@ def _show(
 ) -> None:
     from elastic_tendon.reports.linear_tables import linear_tables, remarks
 
-    if "load_torque" not in models[0].input_labels and channels is None:  # a joint that is given
-        for model in models:
-            output.print(model.summary(), highlight=False)
-        return
     for table in linear_tables(name, models, channels):
         output.print(table)
     for sentence in remarks(models):

@@ -14,6 +14,7 @@ from elastic_tendon.cli.shared import (
     INTERRUPTED,
     EffectOption,
     ForceOption,
+    InterfaceOption,
     ModelArgument,
     app,
     check_outputs,
@@ -207,6 +208,7 @@ def sweep(
     *,
     options: "et.ReadOptions",
     own_effects: EffectOption = None,
+    interface: InterfaceOption = None,
     plot: PlotOption = None,
     force: ForceOption = False,
 ) -> None:
@@ -241,7 +243,7 @@ def sweep(
         check_outputs(picture=plot, force=force)
     if not request.data and words(options):
         raise typer.BadParameter(f"no DATA to read: leave {words(options)[0]} out")
-    loaded = load(model, own_effects)
+    loaded = load(model, own_effects, interface)
     try:
         with pace() as progress:
             task = request.task(loaded, options, progress)

@@ -23,6 +23,7 @@ from elastic_tendon.comparison.partition import Partition
 from elastic_tendon.comparison.patterns import Evidence
 from elastic_tendon.comparison.residuals import Array, residuals_of
 from elastic_tendon.comparison.selection import at
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.progress import Progress, silent
 from elastic_tendon.result import Result, plain
 
@@ -145,12 +146,23 @@ def _seen_from_joint(
     model: Model, file: FileComparison, progress: Progress
 ) -> tuple[MissingTorque, Mapping[str, Array], Mapping[str, Partition]]:
     """Missing torque as at interface position, where one that is missing at the joint shows."""
-    if file.measurement.unmeasured_positions:
-        return without_torque(model, file)
+    if reason := _why_unknown(model, file.measurement):
+        return without_torque(model, file, reason)
     position = model.at_position()
     if position.kind is not model.kind:
         model, file = position, compare(position, file.measurement).files[0]
     return missing_torque(model, file, progress)
+
+
+def _why_unknown(model: Model, measurement: Measurement) -> str:
+    """Why the missing torque cannot be known; empty where it can."""
+    if lacking := " and ".join(measurement.unmeasured_positions):
+        return f"{lacking} was not measured"
+    if not model.kind.has_link and model.link.absent:
+        return "the model has no [link]"
+    if not model.kind.has_link and measurement.load_torque is None:  # all that moves it is missing
+        return f"at interface {model.kind} the joint is given, and load_torque was not measured"
+    return ""
 
 
 def _locate_one(model: Model, file: FileComparison, progress: Progress) -> FileLocation:

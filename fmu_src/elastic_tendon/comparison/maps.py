@@ -47,7 +47,7 @@ def error_maps(file: FileComparison, location: FileLocation) -> tuple[ErrorMap, 
     file : FileComparison of a time series
     location : FileLocation of the same recording
     """
-    signal = "joint_position" if "joint_position" in file.signals else next(iter(file.signals))
+    signal = file.measurement.first_signal
     error = residuals_of(file.trajectory, file.measurement)[signal]
     missing = location.missing_torque
     maps = []

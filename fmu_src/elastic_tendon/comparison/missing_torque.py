@@ -207,18 +207,17 @@ def missing_torque(
 
 
 def without_torque(
-    model: Model, file: FileComparison
+    model: Model, file: FileComparison, reason: str
 ) -> tuple[MissingTorque, Mapping[str, Array], Mapping[str, Partition]]:
-    """What `missing_torque` returns, where a position was not measured: the motion is as simulated,
-    and the torque unknown."""
+    """What `missing_torque` returns where the torque cannot be known, for a reason that is told;
+    the motion is as simulated."""
     whole, stride = file.measurement, stride_of(len(file.measurement.time))
     file = averaged_file(file, stride)
     variables = _variables(model, file.measurement, file.trajectory)
     sizes = None if stride == 1 else block_sizes(len(whole.time), stride)
     parts = partitions(variables, model, 0.0, static=False, sizes=sizes)
     unknown = np.full(len(file.measurement.time), np.nan)
-    lacking = " and ".join(whole.unmeasured_positions)
-    note = f"{lacking} was not measured, so the missing torque is not known"
+    note = f"{reason}, so the missing torque is not known"
     return MissingTorque(unknown, unknown, (), (note,), found=False), variables, parts
 
 

@@ -95,6 +95,17 @@ def default_table(model: Model) -> pd.DataFrame:
     -------
     DataFrame; SI units, as the columns' suffixes say
     """
+    time, inputs = default_inputs(model)
+    trajectory = call(model, time, as_measured=True, **inputs)
+    return _table(model, trajectory, inputs)
+
+
+def default_inputs(model: Model) -> tuple[Array, dict[str, Any]]:
+    """Time (n,), s, of the default excitation, and what drives the model then, (n,) by name.
+
+    Where the joint is given it moves as the model's own link would, a motor torque moves the rotor
+    as the motor is to move.
+    """
     excitation = default_excitation(model)
     position = model.at_position()
     inputs: dict[str, Any] = {
@@ -105,9 +116,7 @@ def default_table(model: Model) -> pd.DataFrame:
         moved = call(position, excitation.time, **inputs)
         torque = driving_torque(model, excitation.time, excitation.motor_position, moved)
         inputs |= {"joint_position": moved["joint_position"], "motor_torque": torque}
-    inputs = {name: inputs.get(name) for name in given_names(model)}
-    trajectory = call(model, excitation.time, as_measured=True, **inputs)
-    return _table(model, trajectory, inputs)
+    return excitation.time, {name: inputs.get(name) for name in given_names(model)}
 
 
 def measured_table(model: Model, measurement: Measurement) -> pd.DataFrame:

@@ -193,7 +193,7 @@ def elsewhere(
 
 def _end(parameter: Parameter, measurements: Sequence[Measurement]) -> tuple[float, float]:
     """The end of the joint's range at which a parameter lies, and the way to the other end."""
-    positions = np.concatenate([recording.signals["joint_position"] for recording in measurements])
+    positions = np.concatenate([recording.joint_position for recording in measurements])
     low, high = float(positions.min()), float(positions.max())
     return (low, high - low) if parameter.null < 0.0 else (high, low - high)
 
@@ -222,8 +222,7 @@ def _elongations(model: Model, measurements: Sequence[Measurement]) -> tuple[flo
     transmission = model.transmission
     radius, spring = transmission.joint_pulley_radius, transmission.upper_spring
     deflections = [
-        part.signals["joint_position"]
-        - part.motor_position * transmission.motor_pulley_radius / radius
+        part.joint_position - part.motor_position * transmission.motor_pulley_radius / radius
         for part in measurements
     ]
     reach = radius * max(float(np.max(np.abs(deflection))) for deflection in deflections)

@@ -8,11 +8,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import sizes_of
 from elastic_tendon.comparison.residuals import Array, residuals_of, rms, simulate_measurement
 from elastic_tendon.diagnosis.effect_text import law_text
 from elastic_tendon.diagnosis.forms import FORMS, Curve, Grid, grid_over
-from elastic_tendon.diagnosis.motion import Motion
+from elastic_tendon.diagnosis.motion import Motion, per_angle
 from elastic_tendon.diagnosis.splines import bump
 from elastic_tendon.effects.base import (
     FrictionBounds,
@@ -63,6 +64,8 @@ def terms_for(motions: Sequence[Motion]) -> list[Term]:
     """
     found = []
     for form in FORMS:
+        if not all(motion.model.kind.has_slot(form.slot) for motion in motions):
+            continue
         grids = [
             _grid(motions, axis, parts) for axis, parts in zip(form.axes, form.parts, strict=True)
         ]
@@ -258,7 +261,8 @@ def _bumps(grid: Grid, axis: str, factor: Callable[[Motion], Array]) -> Callable
 def responses(motion: Motion, acts: Acts, columns: Array) -> dict[str, Array]:
     """What each column, added where it acts, does to the error of every signal.
 
-    The model is simulated once for each column, moved by about as much as it errs.
+    The model is simulated once for each column, moved by about as much as it errs. Where the joint
+    is given, a load is one that the tendons lack: it shows in their torque, and turns the rotor.
 
     Parameters
     ----------
@@ -272,23 +276,31 @@ def responses(motion: Motion, acts: Acts, columns: Array) -> dict[str, Array]:
     simulated
     """
     found = {name: np.zeros(columns.shape) for name in motion.errors}
-    if acts == "reading":
+    kind, share = motion.model.kind, motion.model.transmission.motor_share
+    if acts == "motor" and kind.has_rotor:  # a torque drives it wherever it goes
+        return found
+    if acts == "reading" and kind.has_link:
         found["joint_position"] = columns.copy()
         return found
-    if acts == "motor" and motion.model.kind.has_rotor:  # a torque drives it wherever it goes
-        return found
-    moving = "load_torque" if acts == "load" else "motor_position"
-    sizes = sizes_of(motion.model.transmission, motion.model.link)
-    change = max(rms(motion.errors["joint_position"]), LEAST_CHANGE)  # rad
-    if acts == "load":
-        change *= sizes.joint_stiffness
+    if acts == "load" and not kind.has_link:
+        for name, part in (("joint_torque", columns), ("motor_torque", share * columns)):
+            if name in found:
+                found[name] += part
+        if not kind.has_rotor:
+            return found
+    moving, factor = _input_moved(acts, kind, share)
     measurement = motion.measurement
+    first = measurement.first_signal
+    change = max(rms(motion.errors[first]) / per_angle(motion.model, measurement), LEAST_CHANGE)
+    if acts == "load":
+        change *= sizes_of(motion.model.transmission, motion.model.link).joint_stiffness
+    given = measurement.inputs.get(moving, np.zeros(len(measurement.time)))
     for index, column in enumerate(columns.T):
         height = float(np.max(np.abs(column)))
         if height == 0.0:
             continue
         step = change / height
-        moved = {moving: getattr(motion, moving) + step * column}
+        moved = {moving: given + factor * step * column}
         try:
             after = residuals_of(
                 simulate_measurement(motion.model, measurement, motion.initial, **moved),
@@ -297,5 +309,14 @@ def responses(motion: Motion, acts: Acts, columns: Array) -> dict[str, Array]:
         except SimulationError:
             continue
         for name, values in after.items():
-            found[name][:, index] = (values - motion.errors[name]) / step
+            found[name][:, index] += (values - motion.errors[name]) / step
     return found
+
+
+def _input_moved(acts: Acts, kind: InterfaceKind, motor_share: float) -> tuple[str, float]:
+    """The input that a column moves, and how many times it does."""
+    if acts == "motor":
+        return "motor_position", 1.0
+    if acts == "reading":  # of a joint that is given: where it reads too much it is behind
+        return "joint_position", -1.0
+    return ("load_torque", 1.0) if kind.has_link else ("motor_torque", -motor_share)

@@ -17,6 +17,7 @@ from elastic_tendon.comparison.initial_state import residuals_from_beginning
 from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.diagnosis.inputs import smoothed
+from elastic_tendon.diagnosis.motion import per_angle
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.windows import FEWEST, heldout_with_drift, windows, with_drift
 from elastic_tendon.errors import MeasurementError, SimulationError
@@ -90,7 +91,7 @@ class Data:
         worst = tuple(
             piece
             for part, found in zip(self.whole, errors, strict=True)
-            for piece in _excerpt(self.given, part, FEWER / total, count, found["joint_position"])
+            for piece in _excerpt(self.given, part, FEWER / total, count, found[part.first_signal])
             if (piece.name, piece.time[0]) not in known
         )
         return replace(self, fitted=(*self.fitted, *worst), motions=(*self.motions, *worst))
@@ -242,7 +243,7 @@ def _excerpt(
     errors: Array | None = None,
 ) -> Iterator[Measurement]:
     """Means of samples, or the liveliest stretches of them, about this share of their number; those
-    of the largest errors (n,) of the joint's position, rad, where these are known."""
+    of the largest errors (n,) of the first signal, where these are known."""
     wanted = int(share * len(measurement.time))
     short = measurement if measurement.static else _coarser(model, measurement, wanted)
     n = len(short.time)
@@ -255,7 +256,7 @@ def _excerpt(
     length = max(wanted // stretches, FEWEST)
     starts = np.arange(0, n - length + 1, length)
     if errors is None:
-        telling = np.abs(np.gradient(short.signals["joint_position"]))
+        telling = np.abs(np.gradient(short.joint_position))
     else:
         telling = np.interp(short.time, measurement.time, errors**2)
     lively = [float(np.mean(telling[start : start + length])) for start in starts]
@@ -265,7 +266,7 @@ def _excerpt(
 
 def _coarser(model: Model, measurement: Measurement, wanted: int) -> Measurement:
     """Means of as many neighbouring samples as show the same motion, no fewer than are wanted."""
-    noise = measurement.noise["joint_position"].sigma
+    noise = measurement.noise[measurement.first_signal].sigma / per_angle(model, measurement)
     of_error = OF_ERROR * _error_of(model, measurement)
     low, high = 1, -(-len(measurement.time) // wanted)
     while low < high:  # the largest number that shows the same
@@ -278,16 +279,17 @@ def _coarser(model: Model, measurement: Measurement, wanted: int) -> Measurement
 
 
 def _error_of(model: Model, measurement: Measurement) -> float:
-    """RMS error of the joint position, rad; 0 where the model cannot follow."""
+    """RMS error of the joint position, or as large a one, rad; 0 where the model cannot follow."""
     try:
-        return rms(residuals_from_beginning(model, measurement, TOLERANCE)["joint_position"])
+        errors = residuals_from_beginning(model, measurement, TOLERANCE)
     except SimulationError:
         return 0.0
+    return rms(errors[measurement.first_signal]) / per_angle(model, measurement)
 
 
 def _missed(measurement: Measurement) -> float:
     """RMS by which straight lines from sample to sample miss the joint's and the motor's motion."""
-    positions = measurement.signals["joint_position"], measurement.motor_position
+    positions = measurement.joint_position, measurement.motor_position
     return max(rms(np.diff(position, 2)) for position in positions) / 8.0
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_RECORDED
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
@@ -36,8 +36,6 @@ from elastic_tendon.progress import Progress, silent
 
 Ask = Callable[[Round], bool]
 
-# elsewhere there is no motion in which an effect on the link could show
-WITH_LINK = tuple(kind for kind in InterfaceKind if kind.has_link)
 # of a fit that was stopped before it had begun
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
@@ -76,7 +74,7 @@ def diagnose(
     ------
     MeasurementError : a recording is both fitted and held out, a held-out one lacks a signal, or a
         position was not measured
-    ModelError : options name effects that do not exist, or the interface has no link
+    ModelError : options name effects that do not exist
     SimulationError : the model as given cannot be simulated
     BuildError : the compiler refuses the model as given
     """
@@ -105,7 +103,6 @@ def _diagnosed(
 ) -> Diagnosis:
     begin = time.monotonic()
     options.check_ids()
-    model.check_interface("diagnose", WITH_LINK)
     measurements = [part.to_compare(model) for part in measurements]
     validation = [part.to_compare(model) for part in validation]
     for part in (*measurements, *validation):

@@ -44,6 +44,12 @@ class Explained:
     remaining: MissingTorque
 
 
+def is_told(diagnosis: Diagnosis) -> bool:
+    """Whether the torque that an effect explains can be told: not of a joint that is given, whose
+    motion no effect changes."""
+    return diagnosis.model.kind.has_link
+
+
 def explained_by_effect(diagnosis: Diagnosis, effect_id: str) -> Explained:
     """What an effect that was added explains of the first fitted recording.
 

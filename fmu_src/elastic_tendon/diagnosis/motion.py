@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.parameters import Model, sizes_of
 from elastic_tendon.actuator.transmission import prestretched_length
 from elastic_tendon.comparison.residuals import (
     Array,
@@ -15,6 +15,13 @@ from elastic_tendon.comparison.residuals import (
 )
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.simulate import Trajectory
+
+
+def per_angle(model: Model, measurement: Measurement) -> float:
+    """What an angle of the joint does to the signal that is looked at first, its unit per rad."""
+    if measurement.first_signal.endswith("position"):
+        return 1.0
+    return sizes_of(model.transmission, model.link).joint_stiffness
 
 
 @dataclass(frozen=True)
@@ -57,12 +64,16 @@ class Motion:
 
     @property
     def position(self) -> Array:
-        """Joint position, rad."""
+        """Joint position, rad; as recorded where it is given."""
+        if not self.model.kind.has_link:
+            return self.measurement.joint_position
         return self.trajectory["joint_position"]
 
-    @property
+    @cached_property
     def velocity(self) -> Array:
         """Joint velocity, rad/s."""
+        if not self.model.kind.has_link:
+            return np.gradient(self.position, self.measurement.time)
         return self.trajectory["joint_velocity"]
 
     @property

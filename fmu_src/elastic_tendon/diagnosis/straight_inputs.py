@@ -89,7 +89,8 @@ def _could_leave(answer: Answer, *, straight: bool) -> float:
 
 
 def _difference(model: Model, measurement: Measurement) -> float:
-    """How far straight lines in the place of assumed curves move the joint, RMS, in sigmas."""
+    """How far straight lines in the place of assumed curves move the joint, or change its torque
+    where it is given, RMS, in sigmas."""
     if not measurement.has_assumed_curves:
         return 0.0
     parts = [
@@ -98,7 +99,7 @@ def _difference(model: Model, measurement: Measurement) -> float:
     with suppress(*FAILURES):
         start = estimate_initial_state(model, parts[0])
         first, second = (
-            simulate_measurement(model, part, start)["joint_position"] for part in parts
+            simulate_measurement(model, part, start)[measurement.first_signal] for part in parts
         )
-        return rms(first - second) / measurement.noise["joint_position"].sigma
+        return rms(first - second) / measurement.noise[measurement.first_signal].sigma
     return 0.0

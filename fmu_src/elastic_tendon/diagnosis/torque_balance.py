@@ -1,7 +1,8 @@
 """The torque balance of what moves along a measured motion, for any set of effects.
 
-With the motion given, the model's own equations say which torque acts on the link and, where a
-torque drives the motor, on its rotor; nothing is integrated but the memory of springs and bristles.
+With the motion given, the model's own equations say which torque acts on the link and the rotor,
+where these are moved, and which torques sensors show; nothing is integrated but the memory of
+springs and bristles.
 They are evaluated over all samples at once, with exact derivatives, and no library is compiled.
 """
 
@@ -74,16 +75,11 @@ class Torque:
 
 @dataclass(frozen=True)
 class Torques:
-    """Torques along a motion: on the link and on the rotor where it is moved, both without inertia,
-    and those that sensors show, by name."""
+    """Torques along a motion: on the link and on the rotor where these are moved, without their
+    inertia, and those that sensors show, by name."""
 
     moved: tuple[Torque, ...]
     shown: Mapping[str, Torque]
-
-    @property
-    def link(self) -> Torque:
-        """That on the link."""
-        return self.moved[0]
 
 
 @lru_cache(maxsize=1024)
@@ -110,7 +106,7 @@ def torque_balance(
     effect_ids : of the model
     paths : dotted paths of the m parameters by which derivatives are wanted
     shown : outputs of the model that are torques and measured
-    kind : interface of the model, one with a link
+    kind : interface of the model
     """
     # by the effects themselves: a user's own file may bring another law under the same id
     return _balance_of(catalogue_order(tuple(effect_ids)), kind, tuple(paths), tuple(shown))
@@ -341,22 +337,24 @@ class _Seen:
         self.system = system
         interface = system.interface
         self.first = len(moved_states(interface.kind))  # states of effects come after these
-        self.moved = (LINK, ROTOR)[: self.first // 2]
+        states = moved_states(interface.kind)
+        self.moved = tuple(body for body in (LINK, ROTOR) if body.position in states)
         self.data = ca.SX.sym("data", 3 + 2 * _INPUTS)
         self.position, self.velocity = self.data[0], self.data[1]
         self.memory = ca.SX.sym("memory", len(interface.states) - self.first)
         late = system.delay - self.data[2]
         given = self.data[3 : 3 + _INPUTS] - self.data[3 + _INPUTS :] * late
         motor_position, motor_velocity, load, motor_torque = ca.vertsplit(given)
-        motor = motor_position, motor_velocity
-        link = self._true_motion(LINK, (self.position, self.velocity), motor)
-        moved, inputs = [*link], [motor_position, motor_velocity, load]
-        if not interface.kind.has_springs:
-            inputs = [load]
-        elif interface.kind.has_rotor:
-            moved += self._true_motion(ROTOR, motor, motor)
-            inputs = [motor_torque, load]
-        self._by = (ca.vertcat(*moved, self.memory), ca.vertcat(*inputs))
+        joint, motor = (self.position, self.velocity), (motor_position, motor_velocity)
+        known = {"load_torque": load, "motor_torque": motor_torque}
+        for body, read in ((LINK, joint), (ROTOR, motor)):
+            # the equations themselves tell the true angle of what is given
+            own = self._true_motion(body, read, motor) if body in self.moved else read
+            known |= dict(zip((body.position, body.velocity), own, strict=True))
+        self._by = (
+            ca.vertcat(*(known[name] for name in states), self.memory),
+            ca.vertcat(*(known[name] for name in interface.input_names)),
+        )
 
     def remembered(self, column: ca.SX) -> ca.SX:
         """The part of a column of all states that is of the memory of effects."""

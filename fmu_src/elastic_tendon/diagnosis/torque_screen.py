@@ -22,7 +22,7 @@ from elastic_tendon.comparison.residuals import Array, autocorrelation_time
 from elastic_tendon.diagnosis.candidates import STIFFNESSES, sensible, starts
 from elastic_tendon.diagnosis.evidence import DECISIVE
 from elastic_tendon.diagnosis.sets import in_order
-from elastic_tendon.diagnosis.torque_balance import Balance, torque_balance
+from elastic_tendon.diagnosis.torque_balance import Balance, Torques, torque_balance
 from elastic_tendon.diagnosis.weak_form import Weak, weak_form
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.coordinates import Coordinates, free_parameters
@@ -175,7 +175,7 @@ class Screen:
         base = self.structure(())
         values = base.parameters(np.zeros(len(base.coordinates.paths)))
         along = [base.balance.torques(values, part.motion) for part in self.recordings]
-        self._slopes = np.concatenate([torques.link.by_position for torques in along])
+        self._slopes = self._slopes_of_link(along)
         self.whiteners = [
             part.whitener(values, torques)
             for part, torques in zip(self.recordings, along, strict=True)
@@ -184,7 +184,7 @@ class Screen:
         self._of_link = np.concatenate(
             [
                 np.arange((len(part.bodies) + len(part.shown)) * part.test.shape[0])
-                < part.test.shape[0]
+                < part.test.shape[0] * given.kind.has_link
                 for part in self.recordings
             ]
         )
@@ -247,19 +247,25 @@ class Screen:
 
     def _evaluate(self, structure: Structure, x: Array) -> tuple[Array, Array]:
         values = structure.parameters(x)
-        residuals, derivatives, slopes_by_position = [], [], []
+        residuals, derivatives, along = [], [], []
         for part, whiten in zip(self.recordings, self.whiteners, strict=True):
             torques = structure.balance.torques(values, part.motion)
-            slopes_by_position.append(torques.link.by_position)
+            along.append(torques)
             residuals.append(whiten(part.residuals(values, torques)))
             derivatives.append(whiten(part.jacobian(torques, structure.coordinates.paths)))
-        scale, slopes = self._scale(structure, values, np.concatenate(slopes_by_position))
+        scale, slopes = self._scale(structure, values, self._slopes_of_link(along))
         whole, by_parameter = np.concatenate(residuals), np.vstack(derivatives)
         whole[self._of_link] /= scale
         by_parameter[self._of_link] /= scale
         with np.errstate(invalid="ignore"):  # of what has run away no derivative is finite
             by_parameter[self._of_link] -= np.outer(whole[self._of_link], slopes)
             return whole, by_parameter @ structure.coordinates.derivatives(x)
+
+    def _slopes_of_link(self, along: Sequence[Torques]) -> Array:
+        """Slopes of the torque on the link by its position, N·m/rad; none where it is given."""
+        if not self.given.kind.has_link:
+            return np.zeros(0)
+        return np.concatenate([torques.moved[0].by_position for torques in along])
 
     def _scale(
         self, structure: Structure, values: Mapping[str, float], slopes: Array

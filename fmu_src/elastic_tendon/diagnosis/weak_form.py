@@ -44,7 +44,7 @@ class Weak:
     """A recording as K residuals in torque of each body that is moved, and of each torque shown.
 
     `motion` : at the instants where torques are evaluated. `test` (K, n) sparse integrates over
-    these. `bodies` : the link and, where a torque drives it, the rotor. `noise` : sigma of the
+    these. `bodies` : the link and the rotor, where they are moved. `noise` : sigma of the
     joint's position, rad. `shown` : by signal, torques that were measured, integrated (K,), and
     their sigma, N·m. The rest corrects for the noise in the smoothed motion.
     """
@@ -153,7 +153,8 @@ def weak_form(measurement: Measurement) -> Weak:
 
     Parameters
     ----------
-    measurement : Measurement with a joint position; uneven samples are brought to even ones
+    measurement : Measurement with a joint position, signal or input; uneven samples are brought to
+        even ones
 
     Returns
     -------
@@ -166,11 +167,11 @@ def weak_form(measurement: Measurement) -> Weak:
     n = len(time)
     step = float(time[-1] - time[0]) / (n - 1)
     even = time[0] + step * np.arange(n)
-    position = np.interp(even, time, measurement.signals["joint_position"])
+    position = np.interp(even, time, measurement.joint_position)
     smoothed, gain = smooth(position)
     velocity = np.gradient(smoothed, step)
     frequency = np.pi * np.arange(n) / (n * step)
-    noise = sigmas["joint_position"]
+    noise = _joint_noise(measurement, sigmas)
     doubt = noise * float(np.sqrt(np.mean((gain * frequency) ** 2)))
     knot = _knot(smoothed, step)
     every = max(round(INSTANTS * knot), 1)
@@ -189,7 +190,7 @@ def weak_form(measurement: Measurement) -> Weak:
         ),
         test=test.tocsr(),
         bodies=(
-            Moved(LINK.inertia, (raw[2] @ smoothed, raw[2] @ position), noise),
+            *_link(measurement, noise, (raw[2] @ smoothed, raw[2] @ position)),
             *_rotor(measurement, sigmas, motor, raw[2]),
         ),
         noise=noise,
@@ -204,14 +205,33 @@ def weak_form(measurement: Measurement) -> Weak:
     )
 
 
+def _joint_noise(measurement: Measurement, sigmas: Mapping[str, float]) -> float:
+    """Sigma of the joint's position, rad, a signal or, where the joint is given, an input."""
+    if "joint_position" in sigmas:
+        return sigmas["joint_position"]
+    return _sigma_of_input(measurement, "joint_position")
+
+
+def _sigma_of_input(measurement: Measurement, name: str) -> float:
+    values = {name: measurement.driving[name]}
+    return measured_noise(measurement.time, {}, values)[name].sigma
+
+
+def _link(
+    measurement: Measurement, noise: float, curvature: tuple[Array, Array]
+) -> Iterator[Moved]:
+    """The link, where the interface moves it."""
+    if measurement.kind.has_link:
+        yield Moved(LINK.inertia, curvature, noise)
+
+
 def _rotor(
     measurement: Measurement, sigmas: Mapping[str, float], motor: Array, second: sparse.csr_matrix
 ) -> Iterator[Moved]:
     """The rotor, where a measured torque drives it; its position (n,) at even times, rad."""
     if measurement.kind.has_rotor:
         curvature = second @ smooth(motor)[0], second @ motor
-        torque = measurement.driving["motor_torque"]
-        drive_noise = measured_noise(measurement.time, {}, {"torque": torque})["torque"].sigma
+        drive_noise = _sigma_of_input(measurement, "motor_torque")
         yield Moved(ROTOR.inertia, curvature, sigmas["motor_position"], drive_noise, False)
 
 

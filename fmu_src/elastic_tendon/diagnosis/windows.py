@@ -1,9 +1,9 @@
 """Recordings in windows, each simulated from an initial state of its own.
 
-The noise of a measured motor torque is an error of the model's input, which a rotor integrates: the
-simulated motor drifts ever further, soon beyond any encoder's noise, and effects are named for it.
-So such recordings are cut into windows in which it drifts less, and what it does there counts as
-noise.
+The noise of a measured motor torque, and of a joint position that is given, is an error of the
+model's input, which a rotor integrates: the simulated motor drifts ever further, soon beyond any
+encoder's noise, and effects are named for it. So such recordings are cut into windows in which it
+drifts less, and what it does there counts as noise.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -28,8 +28,9 @@ from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import noise_floors
 
-TORQUE, MOTOR = "motor_torque", "motor_position"
+MOTOR = "motor_position"
 POSITIONS = ("joint_position", MOTOR)
+UNITS = {"motor_torque": "N·m", "joint_position": "rad"}  # of inputs that move a rotor
 FEWEST = 20  # samples in a window
 # s of a window that is chosen, how many of a recording, and the share of the larger noise of both
 # encoders from which a drift is seen
@@ -60,10 +61,9 @@ def windows(measurements: Iterable[Measurement], horizon: float | None) -> tuple
 
 def with_drift(model: Model, measurement: Measurement, horizon: float | None) -> Measurement:
     """A recording that is fitted in windows of so many s, None: whole; its noise is that of the
-    whole, and what that of the motor's torque leaves once the initial states have followed."""
-    if horizon is None or measurement.static:
-        return measurement
-    return _with_noise(measurement, _drift(model, measurement, horizon))
+    whole, and what that of its inputs leaves once the initial states have followed."""
+    drift = _drift(model, measurement, horizon or np.inf)
+    return _with_noise(measurement, drift) if _matters(drift, measurement) else measurement
 
 
 def heldout_with_drift(
@@ -73,9 +73,7 @@ def heldout_with_drift(
     noise is what a true model errs from an initial state that the first 0.1 s of each show. None
     where it is judged as a whole."""
     drift = _drift(model, measurement, np.inf)
-    if horizon is None or all(
-        size < MATTERS * measurement.noise[name].sigma for name, size in drift.items()
-    ):
+    if horizon is None or not _matters(drift, measurement):
         return None
     return _with_noise(measurement, _error_from_beginning(model, measurement, horizon))
 
@@ -83,7 +81,7 @@ def heldout_with_drift(
 def torque_notes(
     model: Model, measurements: Sequence[Measurement], asked: float | None, horizon: float | None
 ) -> list[str]:
-    """Where the noise of a measured motor torque does more than that of the encoders.
+    """Where the noise of inputs that move a rotor does more than that of the encoders.
 
     Parameters
     ----------
@@ -98,7 +96,7 @@ def torque_notes(
         if all(size < part.noise[name].sigma for name, size in drift.items()):
             continue
         text = (
-            f"{part.name}: the motor torque has noise of {_torque_noise(part):.2g} N·m, by which "
+            f"{part.name}: {' and '.join(_told_noises(part))}, by which "
             f"the simulated motor drifts by {drift[MOTOR]:.2g} rad, beyond the encoder's noise"
         )
         if asked is None and horizon is not None:
@@ -151,17 +149,29 @@ def _with_noise(measurement: Measurement, more: Mapping[str, float]) -> Measurem
     return replace(measurement, given_noise=noise)
 
 
-def _torque_noise(measurement: Measurement) -> float:
-    """Standard deviation of the noise of the motor's torque, N·m; 0 where none drives it."""
-    if TORQUE not in measurement.driving or measurement.static:
-        return 0.0
-    return noise_floors(measurement.time, {}, measurement.driving)[TORQUE].sigma
+def _input_noise(measurement: Measurement) -> dict[str, float]:
+    """Standard deviation of the noise of inputs that move a rotor, by name; nothing where none is
+    moved."""
+    if not measurement.kind.has_rotor or measurement.static:
+        return {}
+    floors = noise_floors(measurement.time, {}, measurement.driving)
+    return {name: floor.sigma for name, floor in floors.items() if floor.sigma}
+
+
+def _told_noises(measurement: Measurement) -> Iterator[str]:
+    for name, sigma in _input_noise(measurement).items():
+        yield f"the {name.replace('_', ' ')} has noise of {sigma:.2g} {UNITS[name]}"
+
+
+def _matters(drift: Mapping[str, float], measurement: Measurement) -> bool:
+    """Whether some signal drifts by what counts beside its noise."""
+    return any(size >= MATTERS * measurement.noise[name].sigma for name, size in drift.items())
 
 
 def _drift(model: Model, measurement: Measurement, horizon: float) -> dict[str, float]:
-    """RMS by signal of what the noise of the motor's torque leaves in windows of so many s, once
-    their initial states have followed; nothing where no torque drives the motor."""
-    if not _torque_noise(measurement):
+    """RMS by signal of what the noise of inputs leaves in windows of so many s, once their initial
+    states have followed; nothing where no torque drives the motor."""
+    if not _input_noise(measurement):
         return {}
     return _rms(_left(model, *pair) for pair in _pairs(measurement, horizon))
 
@@ -180,11 +190,13 @@ def _error_from_beginning(
 
 
 def _pairs(measurement: Measurement, horizon: float) -> list[tuple[Measurement, Measurement]]:
-    """Some windows, evenly spread, of what is simulated, and with as much noise of the motor's
-    torque once more; the noise is the same each time."""
-    noise = np.random.default_rng(0).standard_normal(len(measurement.time))
-    torque = measurement.driving[TORQUE] + _torque_noise(measurement) * noise
-    noisy = replace(measurement, driving={**measurement.driving, TORQUE: torque})
+    """Some windows, evenly spread, of what is simulated, and with as much noise of the inputs
+    once more; the noise is the same each time."""
+    random, n = np.random.default_rng(0), len(measurement.time)
+    driving = dict(measurement.driving)
+    for name, sigma in _input_noise(measurement).items():
+        driving[name] = driving[name] + sigma * random.standard_normal(n)
+    noisy = replace(measurement, driving=driving)
     known = {name: floor.sigma for name, floor in measurement.noise.items()}
     parts = (replace(smoothed(part), given_noise=known) for part in (measurement, noisy))
     every = list(zip(*(_pieces(part, horizon) for part in parts), strict=True))
@@ -192,7 +204,7 @@ def _pairs(measurement: Measurement, horizon: float) -> list[tuple[Measurement, 
 
 
 def _left(model: Model, window: Measurement, noisy: Measurement) -> dict[str, Array]:
-    """By signal, (n,): what noise of the torque leaves in a window once its initial state has
+    """By signal, (n,): what noise of the inputs leaves in a window once its initial state has
     followed; nothing where the model cannot follow."""
     with suppress(ElasticTendonError):
         initial = estimate_initial_state(model, window)

@@ -18,6 +18,7 @@ from elastic_tendon.linear.drive import (
     DRIVE_TORQUE,
     LOAD_TORQUE,
     MOTOR_POSITION,
+    MOTOR_TORQUE,
     MOTOR_VELOCITY,
     SHIFTED,
 )
@@ -95,8 +96,9 @@ class Analysis:
     tendon_oscillation : the slowest pair in which joint and motor move against each other rather
         than together, as an arm under gravity does with its motor; None where there is none
     stiffness : N·m/rad; load over deflection of the joint that it holds in the long run, with the
-        motor held. It includes gravity, joint stops and memory that does not fade (of hysteresis,
-        of the bristles of friction at rest); infinite where the joint sticks
+        motor held, or torque over position of a joint that is given. It includes gravity, joint
+        stops and memory that does not fade (of hysteresis, of the bristles of friction at rest);
+        infinite where the joint sticks
     tendon_stiffness : N·m/rad; of the tendons' torque against a small and sudden deflection of the
         joint, in which what relaxes has had no time and the memory of a hysteresis has moved along;
         (19), (23) and (25) without effects. None where joint_torque is no output (Drive.POSITION
@@ -156,11 +158,13 @@ def analyse(model: LinearModel) -> Analysis:
     Raises
     ------
     LinearisationError
-        where load_torque, joint_position or deflection was left out
+        where load_torque, joint_position or deflection was left out, or joint_torque of a joint
+        that is given
     """
+    given = is_joint_given(model)
     for kind, name, names in (
-        ("input", LOAD_TORQUE, model.input_labels),
-        ("output", JOINT_POSITION, model.output_labels),
+        ("input", JOINT_VELOCITY if given else LOAD_TORQUE, model.input_labels),
+        ("output", JOINT_TORQUE if given else JOINT_POSITION, model.output_labels),
         ("output", DEFLECTION, model.output_labels),
     ):
         if name not in names:
@@ -174,30 +178,41 @@ def analyse(model: LinearModel) -> Analysis:
         for j, input_name in enumerate(model.input_labels)
         for i, output_name in enumerate(model.output_labels)
     )
-    compliance = _gain(_motor_held(model))
-    tendon_stiffness, tendon_damping = _tendons(model)
+    held = _gain(_motor_held(model))  # a compliance, or a stiffness
+    tendon_stiffness, tendon_damping = _felt(model) if given else _tendons(model)
     return Analysis(
         _poles(model.A),
         _tendon_oscillation(model),
-        1.0 / compliance if compliance else inf,
+        0.0 - held if given else 1.0 / held if held else inf,
         tendon_stiffness,
         tendon_damping,
         channels,
     )
 
 
-def main_channels(drive: Drive) -> tuple[tuple[str, str], ...]:
-    """Inputs and outputs that a controller of the joint meets first, with this drive.
+def is_joint_given(model: LinearModel) -> bool:
+    """Whether the joint's position is an input, as at interface joint and torque_joint."""
+    return JOINT_POSITION in model.input_labels
 
-    Of a torque-driven rotor, the collocated channel comes first, then the non-collocated one.
+
+def motor_input(model: LinearModel) -> str:
+    """Name of the input that moves the motor."""
+    if model.drive is Drive.TORQUE:
+        return DRIVE_TORQUE if DRIVE_TORQUE in model.input_labels else MOTOR_TORQUE
+    return MOTOR_VELOCITY if model.drive is Drive.VELOCITY else MOTOR_POSITION
+
+
+def main_channels(model: LinearModel) -> tuple[tuple[str, str], ...]:
+    """Inputs and outputs that a controller of the joint meets first.
+
+    Of a torque-driven rotor, the collocated channel comes first, then the non-collocated one; of a
+    joint that is given, what it feels.
     """
-    if drive is Drive.TORQUE:
-        return (
-            (DRIVE_TORQUE, MOTOR_POSITION),
-            (DRIVE_TORQUE, JOINT_POSITION),
-            (LOAD_TORQUE, JOINT_POSITION),
-        )
-    motor = MOTOR_VELOCITY if drive is Drive.VELOCITY else MOTOR_POSITION
+    motor = motor_input(model)
+    if is_joint_given(model):
+        return (JOINT_POSITION, JOINT_TORQUE), (motor, JOINT_TORQUE)
+    if model.drive is Drive.TORQUE:
+        return (motor, MOTOR_POSITION), (motor, JOINT_POSITION), (LOAD_TORQUE, JOINT_POSITION)
     return (motor, JOINT_POSITION), (motor, JOINT_TORQUE), (LOAD_TORQUE, JOINT_POSITION)
 
 
@@ -241,15 +256,18 @@ def _balanced(A: Array) -> tuple[Array, Array]:
 
 
 def _motor_held(model: LinearModel) -> _System:
-    """From load to joint position with the motor's position, where it is a state, held at 0."""
+    """From load to joint position, or from a given one to its torque, with the motor's position,
+    where it is a state, held at 0."""
     kept = [
         i
         for i, name in enumerate(model.state_labels)
         if name not in (MOTOR_POSITION, MOTOR_VELOCITY)
     ]
     system = _System(model.A[np.ix_(kept, kept)], model.B[kept], model.C[:, kept], model.D)
-    places = model.output_labels.index(JOINT_POSITION), model.input_labels.index(LOAD_TORQUE)
-    return system.channel(*places)
+    names = (
+        (JOINT_TORQUE, JOINT_POSITION) if is_joint_given(model) else (JOINT_POSITION, LOAD_TORQUE)
+    )
+    return system.channel(model.output_labels.index(names[0]), model.input_labels.index(names[1]))
 
 
 def _tendons(model: LinearModel) -> tuple[float, float] | tuple[None, None]:
@@ -268,6 +286,16 @@ def _tendons(model: LinearModel) -> tuple[float, float] | tuple[None, None]:
     return float(0.0 - torque @ moved), float(0.0 - torque[velocity])  # not -0.0
 
 
+def _felt(model: LinearModel) -> tuple[float, float]:
+    """The same of a joint that is given."""
+    torque = model.output_labels.index(JOINT_TORQUE)
+    position, velocity = map(model.input_labels.index, (JOINT_POSITION, JOINT_VELOCITY))
+    moved = model.B[:, velocity].copy()  # memory, by a unit of deflection
+    moved[_velocities(model.A)] = 0.0
+    at_once = model.D[torque, position] + model.C[torque] @ moved
+    return float(0.0 - at_once), float(0.0 - model.D[torque, velocity])
+
+
 def _velocities(A: Array) -> list[int]:
     """Places of the states that are the rate of another one."""
     rates = [row for row in A if np.count_nonzero(row) == 1 and row.max() == 1.0]
@@ -276,8 +304,10 @@ def _velocities(A: Array) -> list[int]:
 
 def _tendon_oscillation(model: LinearModel) -> Pole | None:
     values, vectors = np.linalg.eig(model.A)
-    rows = [model.output_labels.index(name) for name in (DEFLECTION, JOINT_POSITION)]
-    deflection, joint = model.C[rows] @ vectors
+    deflection = model.C[model.output_labels.index(DEFLECTION)] @ vectors
+    joint = np.zeros_like(deflection)
+    if not is_joint_given(model):
+        joint = model.C[model.output_labels.index(JOINT_POSITION)] @ vectors
     deflects = np.abs(deflection) > _SHARE * (np.abs(joint) + np.abs(joint - deflection))
     oscillating = values[deflects & (values.imag > 0.0)]
     return _pole(complex(oscillating[np.argmin(np.abs(oscillating))])) if oscillating.size else None

@@ -13,7 +13,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import MOTOR_MOTION
 from elastic_tendon.linear.equations import Equations
 from elastic_tendon.linear.plant import Regime
-from elastic_tendon.linear.result import Array, Equilibrium, LinearModel
+from elastic_tendon.linear.result import Array, Drive, Equilibrium, LinearModel
 
 _MOTOR_TORQUE, _MOTOR_VELOCITY = "motor_torque", "motor_velocity"
 
@@ -49,7 +49,7 @@ def at_own_interface(model: Model, found: LinearModel, modes: Mapping[str, int])
     sides = tuple(at_own_interface(model, side, modes) for side in found.sides)
     return LinearModel(
         plant.jacobians(x, u, regime),
-        *(validity, found.drive, sides),
+        *(validity, Drive.TORQUE if model.kind.has_rotor else found.drive, sides),
         states=list(plant.states),
         inputs=list(plant.inputs),
         outputs=list(plant.outputs),

@@ -149,6 +149,7 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
         """Slack state, operating point, signals and poles."""
         validity, at = self.validity, self.validity.operating_point
         poles = sorted(self.poles(), key=lambda pole: (abs(pole), pole.imag))
+        listed = ", ".join(f"{pole:.4g}" for pole in poles)
         return "\n".join(
             (
                 f"Linear model of {self.actuator}, {validity.slack_state.label}",
@@ -158,7 +159,7 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
                 f"  states       {', '.join(self.state_labels)}",
                 f"  inputs       {', '.join(self.input_labels)}",
                 f"  outputs      {', '.join(self.output_labels)}",
-                f"  poles        {', '.join(f'{pole:.4g}' for pole in poles)} rad/s",
+                f"  poles        {f'{listed} rad/s' if listed else 'none'}",
                 *self._felt_at_joint(),
             )
         )
@@ -168,7 +169,7 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
         if "joint_position" not in self.input_labels or "joint_torque" not in self.output_labels:
             return []
         place = self.output_labels.index("joint_torque"), self.input_labels.index("joint_position")
-        stiffness = -float(np.real(np.atleast_2d(self.dcgain())[place]))
+        stiffness = 0.0 - float(np.real(np.atleast_2d(self.dcgain())[place]))
         return [f"  stiffness    {stiffness:.4g} N·m/rad, of slow motion of the joint"]
 
     def to_dict(self) -> dict[str, Any]:

@@ -146,6 +146,21 @@ class Measurement(Result):
         return inputs
 
     @property
+    def joint_position(self) -> Array:
+        """Position of the joint as it was measured, (n,) rad, as a signal or an input.
+
+        Raises
+        ------
+        KeyError : it was not measured
+        """
+        return {**self.inputs, **self.signals}[JOINT]
+
+    @property
+    def first_signal(self) -> str:
+        """Name of the signal that is looked at first: the joint position, unless it is given."""
+        return JOINT if JOINT in self.signals else next(iter(self.signals))
+
+    @property
     def unmeasured_positions(self) -> tuple[str, ...]:
         """Which of motor and joint position was not measured, neither as input nor as signal."""
         positions = ("motor_position", JOINT) if self.kind.has_springs else (JOINT,)

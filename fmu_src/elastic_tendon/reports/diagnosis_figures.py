@@ -16,6 +16,7 @@ from elastic_tendon.diagnosis.explained import (
     Explained,
     explained_by_effect,
     explained_by_learned,
+    is_told,
     mean_curve,
 )
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, Round
@@ -47,10 +48,11 @@ def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
         yield f"ladder_{signal}", partial(ladder, diagnosis.ladder, signal)
     if any(candidate_round.candidates for candidate_round in diagnosis.rounds):
         yield "candidates", partial(candidates, diagnosis.rounds)
-    for effect_id in diagnosis.added:
+    told = is_told(diagnosis)
+    for effect_id in diagnosis.added if told else ():
         yield f"explained_by_{effect_id}", partial(explained_by, diagnosis, effect_id)
     yield from _of_recordings(diagnosis)
-    if diagnosis.learned is not None:
+    if diagnosis.learned is not None and told:
         yield "learned_term", partial(learned_term, diagnosis)
     if diagnosis.next_experiment is not None:
         yield "next_experiment", partial(next_experiment, diagnosis.next_experiment)

@@ -17,11 +17,25 @@ from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.estimation.coordinates import free_parameters
-from elastic_tendon.reports.comparison_figures import BLACK, BLUE, PURPLE, SKY, VERMILLION, tidy
+from elastic_tendon.reports.comparison_figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    tidy,
+)
 from elastic_tendon.reports.names import shortened, verbatim
 from elastic_tendon.reports.sweep_tables import short
 from elastic_tendon.reports.units import shown
-from elastic_tendon.sweeps.fleet import SIGNALS, UNKNOWN, error_columns, named
+from elastic_tendon.sweeps.fleet import (
+    SIGNALS,
+    UNKNOWN,
+    error_columns,
+    measured_signals,
+    named,
+)
 from elastic_tendon.sweeps.fleet_findings import FleetFindings
 from elastic_tendon.sweeps.task import APPEARED, DRIFTED, FAILURE, ROBOT, VERDICT
 
@@ -36,7 +50,7 @@ MANY = (13.0, 5.0)  # inch, of the figure of more
 ROW, LOW_ROW, CELL = 0.36, 0.2, 0.62  # inch; rows are low where there are many
 ERRORS, NAMES, BAR = 2.6, 2.2, 0.14  # inch: width of the errors, of names; height of the scale
 LETTERS = 13.0  # of a reason in an inch
-SIGNAL_COLOURS = dict(zip(SIGNALS, (BLACK, SKY, VERMILLION), strict=True))
+SIGNAL_COLOURS = dict(zip(SIGNALS, (BLACK, SKY, VERMILLION, GREEN), strict=True))
 LEAST = 0.1  # multiples of the noise: less is drawn there, as data without noise tell
 RANGE = (0.7, 3.0)  # multiples of the noise that are always shown
 
@@ -173,7 +187,7 @@ def _draw_counts(axes: Axes, table: pd.DataFrame) -> None:
 
 def _draw_distribution(axes: Axes, table: pd.DataFrame) -> None:
     """Share of robots with at most so large an error, before and after."""
-    for signal in _measured(table):
+    for signal in measured_signals(table):
         for when, style in (("before", ":"), ("after", "-")):
             ratios = np.maximum(table[_ratio(signal, when)].dropna().to_numpy(), LEAST)
             steps = min(len(ratios), MOST_STEPS)
@@ -287,7 +301,7 @@ def _write_reasons(axes: Axes, table: pd.DataFrame, width: float) -> None:
 
 def _draw_errors(axes: Axes, table: pd.DataFrame) -> None:
     """Error of each signal over its noise, before and after, on one scale."""
-    signals = _measured(table)
+    signals = measured_signals(table)
     offsets = 0.4 * (np.arange(len(signals)) + 0.5) / max(len(signals), 1) - 0.2
     shown_ratios = list(RANGE)
     for signal, offset in zip(signals, offsets.tolist(), strict=True):
@@ -317,17 +331,13 @@ def _legend(table: pd.DataFrame) -> list[Line2D]:
         Line2D([], [], label="as given", markerfacecolor="white", **style),
         Line2D([], [], label="improved", **style),
     ]
-    signals = _measured(table)
+    signals = measured_signals(table)
     if len(signals) > 1:
         handles += [
             Line2D([], [], label=shown(signal).words, color=SIGNAL_COLOURS[signal])
             for signal in signals
         ]
     return handles
-
-
-def _measured(table: pd.DataFrame) -> list[str]:
-    return [signal for signal in SIGNALS if table[_ratio(signal, "after")].notna().any()]
 
 
 def _ratio(signal: str, when: str) -> str:

@@ -20,6 +20,7 @@ from elastic_tendon.sweeps.fleet import (
     LOW,
     SIGNALS,
     error_columns,
+    measured_signals,
     named,
     number,
     units_of,
@@ -88,9 +89,8 @@ def pooled_table(found: FleetFindings) -> Table:
 
 def _signal(robots: pd.DataFrame) -> str:
     """The signal whose error is told of all robots: the first that any of them has."""
-    columns = {signal: error_columns(signal)["noise_ratio", "after"] for signal in SIGNALS}
-    has = [signal for signal, column in columns.items() if robots[column].notna().any()]
-    return has[0] if has else SIGNALS[0]
+    computed = (name for name in SIGNALS if error_columns(name)["noise_ratio", "after"] in robots)
+    return next(iter((*measured_signals(robots), *computed)))
 
 
 def _changes(model: Model, row: Mapping[Any, Any]) -> Iterator[str]:

@@ -12,7 +12,13 @@ from matplotlib.lines import Line2D
 
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.linear.analysis import JOINT_POSITION, analyse, frequencies, main_channels
+from elastic_tendon.linear.analysis import (
+    JOINT_POSITION,
+    analyse,
+    frequencies,
+    is_joint_given,
+    main_channels,
+)
 from elastic_tendon.linear.names import unit_of
 from elastic_tendon.linear.result import Array, Drive, LinearModel
 from elastic_tendon.linear.selection import selected
@@ -24,7 +30,7 @@ from elastic_tendon.reports.comparison_figures import (
     VERMILLION,
     tidy,
 )
-from elastic_tendon.reports.linear_tables import DRIVES, columns
+from elastic_tendon.reports.linear_tables import columns, title_of
 from elastic_tendon.reports.names import verbatim
 
 # states lie upon each other in symmetric actuators: later ones are thinner, with other gaps
@@ -48,15 +54,15 @@ def linear_figure(
     ----------
     name : of the actuator
     models : of one drive, with all inputs and outputs
-    channel : input and output; None: collocated and non-collocated of a torque-driven rotor, else
-        from motor and from load to the joint's position
+    channel : input and output; None: collocated and non-collocated of a torque-driven rotor, from
+        a given joint's position and from the motor to the joint's torque, else from motor and from
+        load to the joint's position
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    drive = models[0].drive
-    channels = _drawn(drive) if channel is None else [channel]
+    channels = _drawn(models[0]) if channel is None else [channel]
     figure = Figure(figsize=(4.3 * (len(channels) + 1), 6.4), layout="constrained")
     grid = figure.add_gridspec(2, len(channels) + 1)
     styled = _styled(models)
@@ -66,17 +72,16 @@ def linear_figure(
         lower = figure.add_subplot(grid[1, place], sharex=upper)
         _draw_bode(upper, lower, styled, drawn, omega)
     _draw_poles(figure.add_subplot(grid[:, -1]), styled, channels[0])
-    title = f"{verbatim(name)}: linear models, driven by {DRIVES[drive]}"
-    figure.suptitle(title)
+    figure.suptitle(title_of(verbatim(name), models[0]))
     handles = [Line2D([], [], label=label, **style) for label, _, style in styled]
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 
-def _drawn(drive: Drive) -> list[tuple[str, str]]:
-    if drive is Drive.TORQUE:
-        return list(main_channels(drive)[:2])
-    return [channel for channel in main_channels(drive) if channel[1] == JOINT_POSITION]
+def _drawn(model: LinearModel) -> list[tuple[str, str]]:
+    if model.drive is Drive.TORQUE or is_joint_given(model):
+        return list(main_channels(model)[:2])
+    return [channel for channel in main_channels(model) if channel[1] == JOINT_POSITION]
 
 
 _Styled = list[tuple[str, LinearModel, dict[str, Any]]]
@@ -155,7 +160,7 @@ def _draw_poles(axes: Axes, styled: _Styled, channel: tuple[str, str]) -> None:
     for _, model, style in styled:
         poles = np.asarray(model.poles())
         zeros = np.array(analyse(model).channel(*channel).zeros, dtype=complex)
-        far = np.abs(zeros) > _FAR * max(np.abs(poles).max(), 1.0)
+        far = np.abs(zeros) > _FAR * np.abs(poles).max(initial=1.0)
         left_out.update(f"{zero:.3g}" for zero in zeros[far].real)
         control.pole_zero_plot(
             PoleZeroData(poles, zeros[~far], dt=0),

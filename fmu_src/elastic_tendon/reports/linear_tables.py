@@ -13,9 +13,11 @@ from elastic_tendon.linear.analysis import (
     Pole,
     analyse,
     frequency_span,
+    is_joint_given,
     main_channels,
+    motor_input,
 )
-from elastic_tendon.linear.drive import DRIVE_TORQUE, MOTOR_POSITION, MOTOR_VELOCITY
+from elastic_tendon.linear.drive import MOTOR_POSITION, MOTOR_VELOCITY
 from elastic_tendon.linear.names import all_effects, state_name
 from elastic_tendon.linear.result import Boundary, Drive, LinearModel
 
@@ -48,6 +50,12 @@ def columns(models: Sequence[LinearModel]) -> list[tuple[str, LinearModel]]:
     return named
 
 
+def title_of(name: str, model: LinearModel) -> str:
+    """Name of an actuator, and what moves the motor and the joint of its linear models."""
+    also = ", joint given" if is_joint_given(model) else ""
+    return f"{name}: linear models, driven by {DRIVES[model.drive]}{also}"
+
+
 def linear_table(
     name: str, models: Sequence[LinearModel], channels: Channels | None = None
 ) -> Table:
@@ -72,8 +80,7 @@ def linear_tables(
 
 
 def _table(name: str, shown: Sequence[tuple[str, LinearModel]], channels: Channels | None) -> Table:
-    drive = shown[0][1].drive
-    title = f"{name}: linear models, driven by {DRIVES[drive]}"
+    title = title_of(name, shown[0][1])
     table = Table(title=title, box=SIMPLE_HEAD, min_width=len(title))
     table.add_column("", no_wrap=True)
     for towards, model in shown:
@@ -87,7 +94,7 @@ def _table(name: str, shown: Sequence[tuple[str, LinearModel]], channels: Channe
     for label, read in _NUMBERS:
         _add(table, label, [read(analysis) for analysis in analyses])
     table.add_section()
-    for input_name, output_name in channels or _present(main_channels(drive), every):
+    for input_name, output_name in channels or _present(main_channels(shown[0][1]), every):
         label = f"zeros, {_words(input_name)}\n→ {_words(output_name)} (rad/s)"
         zeros_of_states = [analysis.channel(input_name, output_name).zeros for analysis in analyses]
         _add(
@@ -95,8 +102,9 @@ def _table(name: str, shown: Sequence[tuple[str, LinearModel]], channels: Channe
             label,
             [_roots([zero for zero in zeros if zero.imag >= 0]) for zeros in zeros_of_states],
         )
-    if drive is Drive.TORQUE:
-        collocated = [analysis.channel(DRIVE_TORQUE, MOTOR_POSITION) for analysis in analyses]
+    if shown[0][1].drive is Drive.TORQUE:
+        driving = motor_input(shown[0][1])
+        collocated = [analysis.channel(driving, MOTOR_POSITION) for analysis in analyses]
         frequencies = [
             "\n".join(map(_digits, channel.anti_resonances)) or NOTHING for channel in collocated
         ]
@@ -292,7 +300,8 @@ def _has_memory(model: LinearModel) -> bool:
 
 
 def _velocity_acts(model: LinearModel) -> bool:
-    if model.drive is not Drive.SOURCE or MOTOR_VELOCITY not in model.input_labels:
+    joined = model.drive is Drive.SOURCE and not is_joint_given(model)
+    if not joined or MOTOR_VELOCITY not in model.input_labels:
         return False
     column = model.input_labels.index(MOTOR_VELOCITY)
     return bool(model.B[:, column].any() or model.D[:, column].any())

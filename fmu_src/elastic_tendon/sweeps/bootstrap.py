@@ -165,7 +165,6 @@ def bootstrap(
     SweepError : there are no refits or no recordings, or the seed is negative
     SimulationError : the model as given cannot be simulated
     """
-    model.check_interface("a bootstrap")
     if runs < 1 or seed < 0:
         raise SweepError(
             f"a bootstrap of {runs} refits with seed {seed}: ask for at least one, and for a seed "

@@ -14,7 +14,8 @@ import pandas as pd
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.variables import OUTPUTS
+from elastic_tendon.actuator.variables import SIGNALS as VARIABLES
+from elastic_tendon.actuator.variables import interface
 from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.diagnose import diagnose
 from elastic_tendon.diagnosis.result import Diagnosis
@@ -38,7 +39,8 @@ from elastic_tendon.sweeps.task import (
 
 LOW, HIGH = ".low", ".high"  # after the path of a parameter: ends of its 95 % interval
 UNKNOWN = "unknown"  # what has appeared where no effect of the catalogue explains it
-SIGNALS = ("joint_position", "joint_torque", "motor_torque")  # that a recording may hold
+# that a recording may hold, and a model compute at some interface
+SIGNALS = ("joint_position", "joint_torque", "motor_torque", "motor_position")
 SUFFIXES_READ = (
     *(".csv", ".tsv", ".txt", ".dat", ".parquet", ".h5", ".hdf5"),
     *(".mat", ".mf4", ".mdf", ".mcap", ".db3"),
@@ -67,8 +69,9 @@ class Fleet:
     * `drifted`: parameters of the model that moved significantly, by path, joined by "; ";
     * `appeared`: effects that are missing in the model, by id, joined by "; ", each with what these
       data do not tell it from: "coulomb_friction: indistinguishable from stribeck_friction";
-    * for each of `SIGNALS` its error with the model as given (`..._before`) and as improved
-      (`..._after`): over the noise, and RMS in the signal's SI unit; NaN where not measured;
+    * for each of `SIGNALS` that the model computes its error with the model as given
+      (`..._before`) and as improved (`..._after`): over the noise, and RMS in the signal's SI unit;
+      NaN where not measured;
     * each free parameter of the model, and each of an effect that is not in it, by its dotted path,
       and `.low` and `.high`, its 95 % interval; NaN of an effect that did not appear.
 
@@ -177,7 +180,6 @@ def fleet(
     ------
     MeasurementError : there are no robots, or two of one name
     """
-    model.check_interface("a fleet")
     model.check_rotary("a fleet")
     if not robots:
         raise MeasurementError("a fleet has no robots; name the recordings of at least one")
@@ -299,13 +301,23 @@ def _content(file: Path) -> str:
 
 def error_columns(signal: str) -> dict[tuple[str, str], str]:
     """Columns of a signal's error: ("noise_ratio" or "rmse", "before" or "after") -> name."""
-    unit = {variable.name: variable.unit for variable in OUTPUTS}[signal]
+    unit = VARIABLES[signal].unit
     suffixes = {"noise_ratio": "", "rmse": SUFFIXES[unit]}
     return {
         (kind, when): f"{signal}_{kind}_{when}{suffix}"
         for kind, suffix in suffixes.items()
         for when in ("before", "after")
     }
+
+
+def measured_signals(robots: pd.DataFrame) -> list[str]:
+    """Signals of `SIGNALS` that any robot of a table was compared by."""
+    columns = {name: error_columns(name)["noise_ratio", "after"] for name in SIGNALS}
+    return [
+        name
+        for name, column in columns.items()
+        if column in robots and robots[column].notna().any()
+    ]
 
 
 def named(text: str) -> tuple[str, ...]:
@@ -327,7 +339,8 @@ def units_of(model: Model) -> dict[str, str]:
 
 def _numbers(model: Model) -> Iterator[str]:
     """Columns of numbers; the same for all robots."""
-    for signal in SIGNALS:
+    known = interface(*model.structure).output_names
+    for signal in (name for name in SIGNALS if name in known):
         yield from error_columns(signal).values()
     for path in units_of(model):
         yield from (path, path + LOW, path + HIGH)

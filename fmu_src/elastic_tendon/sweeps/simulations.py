@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 from elastic_tendon.actuator import problems
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState
-from elastic_tendon.actuator.variables import Kind, Variable, interface
-from elastic_tendon.comparison.simulated import SUFFIXES, starting_state
+from elastic_tendon.actuator.variables import LOAD_TORQUE, Kind, Variable, interface
+from elastic_tendon.comparison.simulated import SUFFIXES, default_inputs, starting_state
 from elastic_tendon.errors import SweepError
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.native.interpolation import Interpolation
 from elastic_tendon.native.library import DEFAULT_TOLERANCE
 from elastic_tendon.native.shared import TOLERANCES
-from elastic_tendon.simulation.excitation import default_excitation
-from elastic_tendon.simulation.simulate import simulate_many
+from elastic_tendon.simulation.simulate import given_names, simulate_many
 from elastic_tendon.sweeps.factors import Array
 from elastic_tendon.sweeps.points import Points
 from elastic_tendon.sweeps.shipped import ShippedModel, ship
@@ -44,58 +43,65 @@ MOST_RUNS = 10_000  # in a batch
 class Motion:
     """What moves every machine of a sweep.
 
-    `time` (n,) s, `motor_position` (n,) rad at the motor pulley, `load_torque` (n,) N·m on the
-    joint or None; `initial_state` : of all runs, by the states' names, start values where
+    `time` (n,) s, and of what drives the model at its interface (n,) each: `motor_position` (rad at
+    the motor pulley) or `motor_torque` (N·m), `load_torque` (N·m on the joint, None: none acts) or
+    `joint_position` (rad). `initial_state` : of all runs, by the states' names, start values where
     missing; `signals` : what was measured, output -> (n,) array in its SI unit.
     """
 
     time: Array
-    motor_position: Array
+    motor_position: Array | None = None
     load_torque: Array | None = None
     interpolation: Interpolation = "linear"
     initial_state: Mapping[str, float] = field(default_factory=dict)
     signals: Mapping[str, Array] = field(default_factory=dict)
+    motor_torque: Array | None = None
+    joint_position: Array | None = None
 
     def __repr__(self) -> str:
         load = "no load" if self.load_torque is None else "a load"
         return f"Motion of {np.ptp(self.time):.4g} s, {len(self.time)} samples, with {load}"
 
     @property
+    def inputs(self) -> dict[str, Array]:
+        """What drives the model, by name."""
+        names = ("motor_position", "load_torque", "motor_torque", "joint_position")
+        given = {name: getattr(self, name) for name in names}
+        return {name: values for name, values in given.items() if values is not None}
+
+    @property
     def fingerprint(self) -> str:
         """Hash of all of it."""
         digest = hashlib.sha256(f"{self.interpolation} {dict(self.initial_state)!r}".encode())
-        arrays = {"time": self.time, "motor_position": self.motor_position}
-        if self.load_torque is not None:
-            arrays["load_torque"] = self.load_torque
-        for name, values in (
-            arrays | {f"measured {k}": v for k, v in self.signals.items()}
-        ).items():
+        measured = {f"measured {name}": values for name, values in self.signals.items()}
+        for name, values in ({"time": self.time} | self.inputs | measured).items():
             digest.update(name.encode() + np.ascontiguousarray(values, dtype="<f8").tobytes())
         return digest.hexdigest()
 
 
 def default_motion(model: Model) -> Motion:
-    """Ten seconds of motion and load that suit the model, from rest; see `excitation`."""
-    excitation = default_excitation(model)
-    return Motion(excitation.time, excitation.motor_position, excitation.load_torque)
+    """Ten seconds of motion and load that suit the model, from rest; see `default_inputs`."""
+    time, inputs = default_inputs(model)
+    return Motion(time, **inputs)
 
 
 def measured_motion(model: Model, measurement: Measurement) -> Motion:
-    """Motor motion and load of a recording, from the state where it begins.
+    """What drives the model in a recording, from the state where it begins.
 
     That state is estimated once, with the numbers of `model`, and is that of all runs.
 
     Raises
     ------
+    MeasurementError : what drives the model was not measured
     SimulationError : the solver could not go on
     """
+    measurement = measurement.for_model(model)
     return Motion(
         measurement.time,
-        measurement.motor_position,
-        measurement.load_torque,
-        measurement.input_interpolation,
-        starting_state(model, measurement).as_dict(),
-        measurement.signals,
+        interpolation=measurement.input_interpolation,
+        initial_state=starting_state(model, measurement).as_dict(model.kind),
+        signals=measurement.signals,
+        **measurement.inputs,
     )
 
 
@@ -183,8 +189,7 @@ class Simulations:
             self.shipped.model,
             varied,
             motion.time,
-            motion.motor_position if self.shipped.model.kind.has_springs else None,
-            motion.load_torque,
+            **motion.inputs,
             outputs=self._simulated,
             initial_state=motion.initial_state,
             interpolation=motion.interpolation,
@@ -290,9 +295,9 @@ def simulations(
     Raises
     ------
     SweepError
-        for an output that the model does not have, no output, or another word for `keep`
+        for an output that the model does not have, no output, another word for `keep`, or a motion
+        that does not drive the model at its interface
     """
-    model.check_interface("a sweep of simulations")
     known = interface(*model.structure).output_names
     if outputs is None:
         outputs = [name for name in OUTPUTS if name in known]
@@ -306,9 +311,19 @@ def simulations(
     if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
         raise SweepError("tolerance {:g} is outside {:g} to {:g}".format(tolerance, *TOLERANCES))
     chosen = tuple(dict.fromkeys(outputs))
-    return Simulations(
-        ship(model), points, motion or default_motion(model), chosen, keep, tolerance
-    )
+    motion = motion or default_motion(model)
+    _check_motion(model, motion)
+    return Simulations(ship(model), points, motion, chosen, keep, tolerance)
+
+
+def _check_motion(model: Model, motion: Motion) -> None:
+    """Refuse a motion without what drives a model, or with what that calculates."""
+    names, given = given_names(model), motion.inputs
+    if set(given) | {LOAD_TORQUE.name} != set(names) | {LOAD_TORQUE.name}:
+        raise SweepError(
+            f"{model.name} has interface {model.kind}, which {' and '.join(names)} drive; the "
+            f"motion has {', '.join(given) or 'neither'}"
+        )
 
 
 # ---- statistics over the last axis of (k, n) samples -------------------------------------------
