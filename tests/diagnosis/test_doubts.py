@@ -4,6 +4,8 @@ import numpy as np
 
 from begun_search import COULOMB, DRAG, GRAVITY, begun
 from elastic_tendon.diagnosis import doubts as doubting
+from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.diagnose import BEGUN
 from elastic_tendon.diagnosis.evidence import FADES_IN_TIME, MUCH
 from smooth_motion import typical_model
 
@@ -76,3 +78,16 @@ def test_a_simpler_law_begins_at_the_richer_ones_parameters() -> None:
     assert search.answer.added == COULOMB
     search.answers = {added: search.answers[added] for added in ((), STRIBECK)}
     assert not search._better_as_simple()  # once is enough
+
+
+def test_what_led_a_refit_the_right_way_is_not_needed() -> None:
+    search = begun(typical_model(*DRAG), *COULOMB, *DRAG)
+    both = (*COULOMB, *DRAG)
+    search._refit([both], "refitting")
+    data = search.data
+    for added in (COULOMB, DRAG):  # refits that went nowhere
+        search.answers[added] = refit(data.given, added, data.fitted, effort=BEGUN)
+    assert search.answer.added == both
+    assert search._better_as_simple()
+    assert search.answer.added == DRAG
+    assert search._at_noise()

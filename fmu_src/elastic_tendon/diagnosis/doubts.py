@@ -6,6 +6,7 @@ explains far less of these.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from elastic_tendon.diagnosis.significance import (
     heldout_worse,
     significance,
 )
+from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 
 CONVINCING = 0.95  # share of a held-out mean square: who lowers it so far is no chance
 SURELY_HELDOUT = 2.0  # SURELY, on held-out recordings
@@ -96,18 +98,27 @@ class Doubts(LikeliestSets):
         return True
 
     def _better_as_simple(self) -> bool:
-        """Refit simpler laws of what was found from its parameters: richer ones may stand for what
-        was not yet found when they came in.
+        """Refit simpler laws of what was found from its parameters, and sets with an effect less
+        where these do better than their refit: what came in may stand for what was not yet found,
+        or have led the way.
 
         Returns
         -------
         whether the best has changed
         """
-        answer = self.answer
+        answer, words = self.answer, "checking what is needed"
         if answer is self._simplified.get(answer.added):
             return False
         self._simplified[answer.added] = answer
-        self._take_beside(answer, list(simpler(answer.added)), "checking what is needed")
+        self._take_beside(answer, list(simpler(answer.added)), words)
+        screen, bare = TrajectoryScreen(answer), {}
+        for effect_id in answer.added:
+            less, model = without(answer.added, effect_id), answer.result.model.without([effect_id])
+            if less in self.answers:
+                leaves = screen.as_it_is(model) * answer.mean_square
+                if leaves < self._left(less):
+                    bare[less] = partial(self._from, less, model, self._effort([model]))
+        self._take(bare, words)
         return self.answer is not answer
 
     def _fades_in_time(self) -> bool:

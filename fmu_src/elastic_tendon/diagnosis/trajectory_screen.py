@@ -121,6 +121,15 @@ class TrajectoryScreen:
         np.fill_diagonal(shares, 1.0 - alone)
         return shares, times
 
+    def as_it_is(self, model: Model) -> float:
+        """Times the mean square that a model leaves of which nothing follows; infinite where it
+        cannot be simulated."""
+        change = self.changed(model)
+        if change is None:
+            return np.inf
+        left = (self._residuals + change)[: self._count]
+        return float(left @ left) / self._before
+
     def with_recordings(self, measurements: Sequence[Measurement]) -> float:
         """Share of the mean square that is left with recordings which differ in their inputs, once
         parameters and initial states have followed; infinite where they cannot be simulated."""
