@@ -129,9 +129,11 @@ def _diagnosed(
         """The search once more, on other data; it begins where it has ended, and takes no longer
         for that."""
         search = begun(data)
+        search.base()
+        search.begin_at(known.answer)
         search.work = known.work
-        search.starts[known.answer.added] = [known.answer.result.model]
-        _climbed(search)
+        for _ in search.climb():
+            pass
         search.settle()
         return data, search
 
@@ -154,8 +156,10 @@ def _diagnosed(
                 found.confirmed = confirm(data, search, search.progress)
                 whole = found.confirmed[search.answer.added]
                 if options.horizon is None and _errs_elsewhere(search.answer, whole):
-                    data, search = again(data.with_worst(whole.errors), search)
-                    found.confirmed = confirm(data, search, search.progress)
+                    more, other = again(data.with_worst(whole.errors), search)
+                    confirmed = confirm(more, other, other.progress)
+                    if confirmed[other.answer.added].mean_square < whole.mean_square:
+                        data, search, found.confirmed = more, other, confirmed
             _tell(search, found, ask, refit=True)
             judge(data, search, found, options, search.progress)
     except KeyboardInterrupt:

@@ -145,6 +145,12 @@ class Search(Detours):
         if () not in self.answers:
             raise ElasticTendonError(self.failures[()])
 
+    def begin_at(self, answer: Answer) -> None:
+        """Refit what was found on other data, so that the climb starts from there."""
+        added = in_order(answer.added)
+        self.starts[added] = [answer.result.model]
+        self._refit([added], "refitting what was found")
+
     def look_on_from(self, answer: Answer) -> None:
         """One round by hand: additions to a model that somebody chose, the likeliest refitted."""
         added = in_order(answer.added)
