@@ -68,7 +68,8 @@ def _of_recordings(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
         yield f"{name}_before_and_after", partial(before_and_after, before, after, kind)
     located = zip(diagnosis.comparison.files, diagnosis.location.files, strict=True)
     for name, (file, location) in zip(names, located, strict=False):  # those held out come last
-        yield f"{name}_remaining_torque", partial(missing_torque, file, location)
+        if location.missing_torque.known:
+            yield f"{name}_remaining_torque", partial(missing_torque, file, location)
 
 
 def _pairs(
