@@ -11,13 +11,16 @@ import pytest
 for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
+# tests start some hundred Python processes; each would compile all that it imports anew
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # those that take longest begin first: else the last of them keeps one worker busy and the others
 # wait; test_packing well after test_platforms, whose FMU it takes: side by side one waits for it
 LONGEST_FIRST = (
     "app/test_app_walk.py",
     "fmu/test_platforms.py",
     "hidden_effect/test_hidden_effect.py",
-    "app/test_app_access.py",
+    "app/test_app_whole_walk.py",
     "fmu/test_fmu_importers.py",
     "reports/html/test_html_report.py",
     "test_readme.py",
