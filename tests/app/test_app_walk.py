@@ -1,5 +1,6 @@
 """The app in a real browser: what a user can do there, and what strangers' text cannot."""
 
+import json
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -449,6 +450,18 @@ def test_a_choice_counts_though_news_come_before_its_answer(compare: Walk) -> No
     compare.page.unroute(CALLS)
     compare.settle()
     assert seen(compare)[0] == "demo_validate.csv (held out)"
+
+
+def test_news_are_asked_of_the_open_step_alone(compare: Walk) -> None:
+    asked: list[str] = []
+    compare.page.on("request", lambda one: asked.append(one.post_data or ""))
+    with compare.page.expect_request(CALLS):
+        compare.page.evaluate(NEWS)
+    compare.settle()
+    outputs = [json.loads(body)["output"].lstrip(".") for body in asked if '"output"' in body]
+    assert any(output.startswith("compare-overlay.") for output in outputs)
+    hidden = ("model-", "data-", "effect-", "add-", "take_away-")
+    assert not [output for output in outputs if output.startswith(hidden)]
 
 
 def ends(walk: Walk) -> list[str]:
