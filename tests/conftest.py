@@ -30,6 +30,8 @@ LONGEST_FIRST = (
     "diagnosis/test_sample_of_studies.py",
     "cli/test_cli_measurements.py",
     "test_examples.py",
+    "diagnosis/test_interfaces_diagnosed.py",
+    "test_real_data.py",
     "fmu/test_packing.py",
     "test_site.py",
     "comparison/test_in_words.py",
@@ -37,6 +39,7 @@ LONGEST_FIRST = (
     "effects/test_contract_fmu.py",
     "fmu/test_fuzzing.py",
     "app/test_app_kill.py",
+    "test_known_machines.py",
 )
 
 # recordings of the independent simulator, and binaries that are not optimised, for all tests
