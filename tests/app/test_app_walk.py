@@ -99,7 +99,6 @@ def upload(walk: Walk, **files: bytes) -> None:
 
 
 def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
-    """No other test here searches: what a server has searched before is found at once."""
     walk.step("Which effect")
     walk.settle()
     before = walk.document()

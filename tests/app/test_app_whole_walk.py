@@ -1,7 +1,6 @@
 """The whole walk: it leads to the FMU with what was hidden, and everybody can read each step.
 
-WCAG 2.2 AA as axe-core measures it, narrow windows, the dark. Both are of one server, which
-finds at once what it has searched before.
+WCAG 2.2 AA as axe-core measures it, narrow windows, the dark. Both share a server and a browser.
 """
 
 import json
