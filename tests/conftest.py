@@ -11,13 +11,16 @@ import pytest
 for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
+# tests start some hundred Python processes; each would compile all that it imports anew
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # those that take longest begin first: else the last of them keeps one worker busy and the others
 # wait; test_packing well after test_platforms, whose FMU it takes: side by side one waits for it
 LONGEST_FIRST = (
     "app/test_app_walk.py",
     "fmu/test_platforms.py",
     "hidden_effect/test_hidden_effect.py",
-    "app/test_app_access.py",
+    "app/test_app_whole_walk.py",
     "fmu/test_fmu_importers.py",
     "reports/html/test_html_report.py",
     "test_readme.py",
@@ -27,6 +30,8 @@ LONGEST_FIRST = (
     "diagnosis/test_sample_of_studies.py",
     "cli/test_cli_measurements.py",
     "test_examples.py",
+    "diagnosis/test_interfaces_diagnosed.py",
+    "test_real_data.py",
     "fmu/test_packing.py",
     "test_site.py",
     "comparison/test_in_words.py",
@@ -34,6 +39,7 @@ LONGEST_FIRST = (
     "effects/test_contract_fmu.py",
     "fmu/test_fuzzing.py",
     "app/test_app_kill.py",
+    "test_known_machines.py",
 )
 
 # recordings of the independent simulator, and binaries that are not optimised, for all tests

@@ -165,11 +165,11 @@ def test_what_calls_no_callback_is_told_in_a_sentence(app: str, body: bytes) -> 
 )
 def test_a_session_that_is_none_is_told_in_a_sentence(app: str, kept: object) -> None:
     outputs = [{"id": f"effect-{part}", "property": "children"} for part in ("screen", "list")]
-    inputs = [
-        {"id": "session", "property": "data", "value": kept},
-        {"id": "open", "property": "data", "value": "effect"},
-    ]
-    body = json.dumps({"output": SEVERAL, "outputs": outputs, "inputs": inputs}).encode()
+    given = {
+        "inputs": [{"id": "effect-session", "property": "data", "value": kept}],
+        "state": [{"id": "open", "property": "data", "value": "effect"}],
+    }
+    body = json.dumps({"output": SEVERAL, "outputs": outputs, **given}).encode()
     path = f"{urlsplit(app).path}{CALLBACKS}"
     status, text, _ = ask(app, path, method="POST", body=body, Content_Type=JSON)
     assert status == 400

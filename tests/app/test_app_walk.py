@@ -7,10 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from threading import Thread
 
-import numpy as np
 import pandas as pd
 import pytest
-from fmpy import simulate_fmu
 
 pytest.importorskip("playwright")
 pytest.importorskip("dash")
@@ -32,13 +30,7 @@ from elastic_tendon.measurement import read_measurement
 from elastic_tendon.progress import Enough
 from elastic_tendon.reports.first_screen import UNFINISHED
 from elastic_tendon.reports.units import number
-
-# of the FMU, and what they are called in the recording
-COLUMNS = {
-    "time": "time_s",
-    "motor_position": "motor_position_rad",
-    "load_torque": "load_torque_Nm",
-}
+from hand_made_diagnosis import friction_found
 
 # presses Cancel as soon as the page tells of the search: on a busy machine the search
 # may be over, and other work shown, before a click from outside arrives
@@ -106,73 +98,19 @@ def upload(walk: Walk, **files: bytes) -> None:
     walk.page.locator("#data-upload input[type=file]").set_input_files(payload)
 
 
-def follows(fmu: Path) -> float:
-    """RMS error of an FMU that is driven by the demo's recording, rad."""
-    recording = pd.read_csv(DATA / "demo_fit.csv")
-    inputs = np.zeros(len(recording), dtype=[(name, float) for name in COLUMNS])
-    for name, column in COLUMNS.items():
-        inputs[name] = recording[column]
-    motion = simulate_fmu(
-        str(fmu),
-        fmi_type="ModelExchange",  # whose inputs fmpy interpolates
-        stop_time=float(inputs["time"][-1]),
-        output_interval=float(inputs["time"][1]),
-        input=inputs,
-        output=["joint_position"],
-    )
-    at = np.interp(inputs["time"], motion["time"], motion["joint_position"])
-    return float(np.sqrt(np.mean((at - recording["joint_position_rad"]) ** 2)))
-
-
-def reload(walk: Walk, step: str) -> None:
-    """Reload the page; the same step is open, and nothing was lost."""
-    before = walk.document()
-    walk.page.reload()
-    walk.heading(step).wait_for()
+def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
+    walk.step("Which effect")
     walk.settle()
+    before = walk.document()
+    walk.page.evaluate(CANCEL_THE_SEARCH)
+    walk.button("Find which effect is missing").click()
+    walk.page.wait_for_function("() => window.cancelled")
+    walk.page.locator("#work").wait_for(state="hidden")
+    walk.button("Find which effect is missing").wait_for()
+    # what was let go does not keep other work from beginning
+    walk.step("Take away")
+    walk.build("Write the model")
     assert walk.document() == before
-
-
-def test_from_a_hidden_effect_to_the_fmu_that_has_it(walk: Walk, tmp_path: Path) -> None:
-    walk.step("Take away")
-    given = walk.save(walk.build("Build the FMU"), tmp_path)
-    error = follows(given)
-    walk.search()
-    assert walk.versions() == ["as given", "parameters refitted"]
-    reload(walk, "Which effect")
-    walk.add()
-    assert walk.versions()[2:] == ["+ Coulomb friction"]
-    reload(walk, "Add")
-    walk.step("Take away")
-    walk.page.get_by_text("as given → parameters refitted → + Coulomb friction").wait_for()
-    improved = walk.save(walk.build("Build the FMU"), tmp_path)
-    assert follows(improved) < 0.1 * error
-    findings = json.loads(walk.save(walk.build("Write the findings"), tmp_path).read_text())
-    assert findings["added"] == ["coulomb_friction"]
-    errors = [step["rmse"]["joint_position"] for step in findings["ladder"]]
-    assert errors == sorted(errors, reverse=True)
-    report = walk.save(walk.build("Write the report"), tmp_path)
-    assert "Coulomb friction" in report.read_text()
-
-
-def test_cancel_answers_at_once_and_changes_nothing(chromium) -> None:
-    # a server of its own: what another test has searched is found at once
-    with served("--demo") as url:
-        walk = Walk(chromium, url)
-        walk.step("Which effect")
-        walk.settle()
-        before = walk.document()
-        walk.page.evaluate(CANCEL_THE_SEARCH)
-        walk.button("Find which effect is missing").click()
-        walk.page.wait_for_function("() => window.cancelled")
-        walk.page.locator("#work").wait_for(state="hidden")
-        walk.button("Find which effect is missing").wait_for()
-        # what was let go does not keep other work from beginning
-        walk.step("Take away")
-        walk.build("Write the model")
-        assert walk.document() == before
-        walk.close()
-    assert walk.faults == []
 
 
 def test_the_page_is_there_before_what_draws_its_figures(chromium, demo) -> None:
@@ -192,17 +130,19 @@ def test_the_page_is_there_before_what_draws_its_figures(chromium, demo) -> None
 
 def test_what_is_known_of_a_search_can_be_looked_at_and_taken(chromium, monkeypatch) -> None:
     """A search that goes on until somebody has enough of it."""
-    next_round = by_hand.next_round
+    first = friction_found().rounds[0]
+    alone = tuple(candidate for candidate in first.candidates if len(candidate.ids) == 1)
 
-    def endless(data, current, progress, so_far=None):
-        found = next_round(data, current, progress)
+    def endless(data, _current, progress, so_far=None):
+        search = by_hand.Search.of(data, progress)
+        found = by_hand.Outcome(replace(first, candidates=alone), search, complete=False)
         so_far(found.round)
         try:
             while True:
                 progress("refitting what may do better", 0.5)
                 time.sleep(0.05)
         except Enough:
-            return replace(found, complete=False)
+            return found
 
     monkeypatch.setattr(by_hand, "next_round", endless)
     files = {role: DATA / f"demo_{role}.csv" for role in ("fit", "validate")}
@@ -269,7 +209,8 @@ def test_names_of_files_are_never_markup(walk: Walk) -> None:
     rude = "<img src=x onerror=alert(1)><b>bold.csv"
     walk.page.on("dialog", lambda dialog: walk.faults.append(dialog.message) or dialog.dismiss())
     walk.step("Data")
-    upload(walk, **{rude: (DATA / "demo_fit.csv").read_bytes()})
+    lines = (DATA / "demo_fit.csv").read_bytes().splitlines(keepends=True)
+    upload(walk, **{rude: b"".join(lines[:1001])})
     walk.page.get_by_text(rude, exact=True).first.wait_for()
     walk.page.get_by_text("2 recordings are fitted").wait_for()
     for step in ("Compare", "Where"):
@@ -512,6 +453,18 @@ def test_a_choice_counts_though_news_come_before_its_answer(compare: Walk) -> No
     compare.page.unroute(CALLS)
     compare.settle()
     assert seen(compare)[0] == "demo_validate.csv (held out)"
+
+
+def test_news_are_asked_of_the_open_step_alone(compare: Walk) -> None:
+    asked: list[str] = []
+    compare.page.on("request", lambda one: asked.append(one.post_data or ""))
+    with compare.page.expect_request(CALLS):
+        compare.page.evaluate(NEWS)
+    compare.settle()
+    outputs = [json.loads(body)["output"].lstrip(".") for body in asked if '"output"' in body]
+    assert any(output.startswith("compare-overlay.") for output in outputs)
+    hidden = ("model-", "data-", "effect-", "add-", "take_away-")
+    assert not [output for output in outputs if output.startswith(hidden)]
 
 
 def ends(walk: Walk) -> list[str]:

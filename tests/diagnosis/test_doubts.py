@@ -91,3 +91,13 @@ def test_what_led_a_refit_the_right_way_is_not_needed() -> None:
     assert search._better_as_simple()
     assert search.answer.added == DRAG
     assert search._at_noise()
+
+
+def test_numbers_that_an_effect_warns_of_do_not_stand_where_much_is_left(monkeypatch) -> None:
+    search = begun(typical_model(*COULOMB, *GRAVITY), *COULOMB, *GRAVITY)
+    search._refit([GRAVITY], "refitting")
+    assert search.answer.mean_square > MUCH
+    assert not search._warned_of()
+    monkeypatch.setattr(doubting, "cautions", lambda _numbers, _present: ["it bends too far"])
+    assert search._warned_of()
+    assert search.why_refused(GRAVITY) == "it bends too far"

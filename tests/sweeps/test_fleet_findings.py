@@ -101,10 +101,11 @@ def test_the_robot_that_contradicts_its_neighbours_is_named():
 
 def test_fleets_of_robots_alike_name_nobody():
     random = np.random.default_rng(5)
+    table = fleet_of(20)
     named = 0
     for _ in range(200):
         values = 0.16 * (1.0 + 0.02 * random.standard_normal(20))
-        found = et.fleet_findings(MODEL, fleet_of(20, **estimates(DAMPING, values, 0.001)))
+        found = et.fleet_findings(MODEL, table.assign(**estimates(DAMPING, values, 0.001)))
         named += bool(found.unlike)
     assert named <= 12  # about 1 % are allowed, and the median scatters more than its formula says
 

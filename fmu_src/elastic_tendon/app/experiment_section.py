@@ -8,6 +8,7 @@ from dash.development.base_component import Component
 
 from elastic_tendon.app import ranking, safety, walk
 from elastic_tendon.app.figures import saveable
+from elastic_tendon.app.step import while_open
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import add_recordings, size_in_words
 from elastic_tendon.app.workspace import Session, Workspace
@@ -103,8 +104,7 @@ def _register_words(app: Dash, workspace: Workspace) -> None:
         Output("effect-propose", "hidden"),
         Output("effect-propose", "disabled"),
         Output("effect-experiment-files", "hidden"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input("effect-busy", "data"),
     )
     def show(stored: Any, opened: str, waits: bool) -> tuple[Any, ...]:
@@ -122,8 +122,7 @@ def _register_words(app: Dash, workspace: Workspace) -> None:
 def _register_figure(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("effect-experiment-figure", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input("theme", "data"),
     )
     def draw(stored: Any, opened: str, theme: str) -> Any:

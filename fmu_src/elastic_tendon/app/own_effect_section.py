@@ -9,7 +9,7 @@ from dash.development.base_component import Component
 
 from elastic_tendon.app import own_effects
 from elastic_tendon.app.document import Document, OwnEffect
-from elastic_tendon.app.step import aria
+from elastic_tendon.app.step import aria, while_open
 from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.errors import EffectError
 
@@ -127,8 +127,7 @@ def _register_try(app: Dash, workspace: Workspace) -> None:
 def _register_list(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("own-effect-list", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
     )
     def show(stored: Any, opened: str) -> Any:
         if not stored or opened != "effect":

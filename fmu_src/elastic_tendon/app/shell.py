@@ -100,13 +100,13 @@ def _links(steps: Sequence[PageStep]) -> html.Ol:
 
 def register(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -> None:
     """Connect the callbacks of the page around the steps."""
-    _register_browser(app)
+    _register_browser(app, steps)
     _register_session(app, workspace)
     _register_steps(app, workspace)
     _register_work(app, workspace, steps)
 
 
-def _register_browser(app: Dash) -> None:
+def _register_browser(app: Dash, steps: Sequence[PageStep]) -> None:
     """What the browser does by itself, see assets/session.js."""
 
     def script(name: str) -> ClientsideFunction:
@@ -124,6 +124,13 @@ def _register_browser(app: Dash) -> None:
         Output("theme", "data"),
         Output("switch-theme", "children"),
         Input("switch-theme", "n_clicks"),
+    )
+    app.clientside_callback(
+        script("pass"),
+        *(Output(f"{step.id}-session", "data") for step in steps),
+        Input("session", "data"),
+        Input("open", "data"),
+        *(State(f"{step.id}-session", "id") for step in steps),
     )
     app.clientside_callback(
         script("show"),

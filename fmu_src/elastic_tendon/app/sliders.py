@@ -11,7 +11,7 @@ from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, 
 from dash.development.base_component import Component
 
 from elastic_tendon.app.document import Version
-from elastic_tendon.app.step import aria, dom_id
+from elastic_tendon.app.step import aria, dom_id, while_open
 from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import FileComparison
@@ -128,8 +128,7 @@ def register(app: Dash, workspace: Workspace) -> None:
         Output("compare-sliders", "children"),
         Output("compare-numbers", "data"),
         Output("compare-move", "open"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("compare"),
         Input("compare-back", "n_clicks"),
         State("compare-numbers", "data"),
         State("compare-moved", "data"),

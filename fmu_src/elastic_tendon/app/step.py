@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from dash import Dash, html
+from dash import Dash, Input, State, dcc, html
 from dash.development.base_component import Component
 
 from elastic_tendon.app.document import Document
@@ -42,6 +42,15 @@ def dom_id(component_id: Mapping[str, str]) -> str:
     return json.dumps(component_id, sort_keys=True, separators=(",", ":"))
 
 
+def while_open(step_id: str) -> tuple[Input, State]:
+    """What callbacks of a step are given first: the session, and the id of the step that is open.
+
+    They are asked when the step is opened, and then at all news of the session. Were it the session
+    itself, all its news would be asked of every step, also of those that nobody sees.
+    """
+    return Input(f"{step_id}-session", "data"), State("open", "data")
+
+
 def section(step: PageStep, following: PageStep | None, *, opened: bool) -> html.Section:
     """A step on the page: heading, way on, what went wrong in a sentence, and its own layout."""
     way_on = html.Button(
@@ -57,6 +66,7 @@ def section(step: PageStep, following: PageStep | None, *, opened: bool) -> html
                 className="head",
             ),
             html.P(id={"sentence": step.id}, className="sentence", role="alert"),
+            dcc.Store(id=f"{step.id}-session"),  # as it was when the step was open last
             *step.layout(),
         ],
         id={"section": step.id},

@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.effect_numbers import cautions
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.around import POOR
@@ -120,6 +121,18 @@ class Doubts(LikeliestSets):
                     bare[less] = partial(self._from, less, model, self._effort([model]))
         self._take(bare, words)
         return self.answer is not answer
+
+    def _warned_of(self) -> bool:
+        """Where much is left: refuse an answer with numbers that an effect itself warns of, for it
+        stands for something else."""
+        answer = self.answer
+        if answer.mean_square <= MUCH:
+            return False
+        present = [effects.BY_ID[effect_id] for effect_id in answer.added]
+        warnings = cautions(answer.result.model.effects, present)
+        if warnings:
+            self.refused[answer.added] = warnings[0]
+        return bool(warnings)
 
     def _fades_in_time(self) -> bool:
         """Where much is left: refuse an answer of which an effect explains far less on stretches of

@@ -84,6 +84,8 @@ class Search(Detours):
                     continue
             if self._better_detour() or self._doubted() or self._fades_in_time():
                 continue
+            if self._warned_of():
+                continue
             if not self._explained_by_rare():
                 break
             self._follow_neighbours(np.inf)

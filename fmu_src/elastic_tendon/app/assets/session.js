@@ -95,6 +95,12 @@
       }
       return window.dash_clientside.no_update;
     },
+    // the session's news go on to the step that is open
+    pass: function (session, open, ...ids) {
+      return ids.map(function (id) {
+        return session && id === open + "-session" ? session : window.dash_clientside.no_update;
+      });
+    },
     look: function (clicks) {
       if (clicks) {
         window.localStorage.setItem(LOOK, look() === "dark" ? "light" : "dark");

@@ -14,7 +14,7 @@ from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.results import Compared, Files
-from elastic_tendon.app.step import PageStep
+from elastic_tendon.app.step import PageStep, while_open
 from elastic_tendon.app.tables import Exact, figure_cell, figure_head, scrolling, table
 from elastic_tendon.app.view import SIGNAL, compared_now
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
@@ -243,8 +243,7 @@ def _register_controls(app: Dash, workspace: Workspace) -> None:
         Output("add-refit", "children"),
         Output("add-refit", "hidden"),
         Output("add-undo", "disabled"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("add"),
         State("add-choice", "value"),
     )
     def show(stored: Any, opened: str, chosen: str | None) -> tuple[Any, ...]:
@@ -286,8 +285,7 @@ def _register_next(app: Dash, workspace: Workspace) -> None:
         Output("add-next-search", "hidden"),
         Output("add-next-search", "className"),
         Output("add-next-take", "className"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("add"),
     )
     def show(stored: Any, opened: str) -> tuple[Any, ...]:
         if not stored or opened != "add":
@@ -321,8 +319,7 @@ def _register_next(app: Dash, workspace: Workspace) -> None:
 def _register_versions(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("add-versions", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("add"),
         Input("add-deleting", "data"),
     )
     def show(stored: Any, opened: str, deleting: str | None) -> Any:
@@ -340,8 +337,7 @@ def _register_results(app: Dash, workspace: Workspace) -> None:
         Output("add-done", "children"),
         Output("add-ladder", "children"),
         Output("add-numbers", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("add"),
         Input("theme", "data"),
     )
     def show(stored: Any, opened: str, theme: str) -> tuple[Any, ...]:

@@ -42,7 +42,7 @@ from elastic_tendon.app.sliders import (
     register,
     sliders,
 )
-from elastic_tendon.app.step import PageStep, aria
+from elastic_tendon.app.step import PageStep, aria, while_open
 from elastic_tendon.app.tables import table
 from elastic_tendon.app.view import (
     View,
@@ -383,8 +383,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         Output("compare-zoom", "hidden"),
         Output("compare-cursors-part", "hidden"),
         Output("compare-drawn", "data"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("compare"),
         Input("theme", "data"),
         Input("compare-view", "data"),
         Input("compare-window", "data"),
@@ -479,8 +478,7 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
         Output("compare-errors-heading", "children"),
         Output("compare-moved-words", "children"),
         Output("compare-moved-fault", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("compare"),
         Input("compare-view", "data"),
         Input("compare-cursors", "data"),
         Input("compare-moved", "data"),
@@ -534,8 +532,7 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
         Output("compare-loop-waiting", "children"),
         Output("compare-loop-words", "children"),
         Output("compare-loop-drawn", "data"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("compare"),
         Input("theme", "data"),
         Input("compare-view", "data"),
         Input("compare-window", "data"),

@@ -17,7 +17,7 @@ from elastic_tendon.app.document import Document, Source
 from elastic_tendon.app.preview import beginnings
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.source_card import Form, Seen, card, dom_id, facts, overview
-from elastic_tendon.app.step import PageStep
+from elastic_tendon.app.step import PageStep, while_open
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import add_recordings, size_in_words
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
@@ -164,8 +164,7 @@ def _register_cards(app: Dash, workspace: Workspace) -> None:
         Output("data-cards", "children"),
         Output("data-shown", "data"),
         Output("data-sum", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("data"),
         State(fields, "value"),
         State(fields, "id"),
         State("data-shown", "data"),

@@ -13,7 +13,7 @@ from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import PageStep
+from elastic_tendon.app.step import PageStep, while_open
 from elastic_tendon.app.tables import Exact, figure_cell, figure_head, scrolling
 from elastic_tendon.app.versions import is_static
 from elastic_tendon.app.view import compared_now, recordings, view_of
@@ -229,8 +229,7 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("effect-screen", "children"),
         Output("effect-list", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
     )
     def show(stored: Any, opened: str) -> tuple[Any, Any]:
         if not stored or opened != "effect":
@@ -249,8 +248,7 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
         Output("effect-search", "disabled"),
         Output("effect-search-row", "hidden"),
         Output("effect-search-words", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input("effect-busy", "data"),
     )
     def show_search(stored: Any, opened: str, waits: bool) -> tuple[Any, ...]:
@@ -268,8 +266,7 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
         Output("effect-choice", "options"),
         Output("effect-choice", "value"),
         Output("effect-seen", "data"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input({"effect-pick": ALL}, "n_clicks"),
         Input("own-effect-chosen", "data"),
         State("effect-choice", "value"),
@@ -299,8 +296,7 @@ def _register_choice(app: Dash, workspace: Workspace) -> None:
 def _register_page(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("effect-page", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input("effect-choice", "value"),
     )
     def show(stored: Any, opened: str, chosen: str | None) -> Any:
@@ -326,8 +322,7 @@ def _register_buttons(app: Dash, workspace: Workspace) -> None:
         Output("effect-add", "disabled"),
         Output("effect-add", "className"),
         Output("effect-refusal", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input("effect-choice", "value"),
         Input("effect-busy", "data"),
     )
@@ -373,8 +368,7 @@ def _register_signature(app: Dash, workspace: Workspace) -> None:
 
     @app.callback(
         Output("effect-shows", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input("effect-choice", "value"),
         Input("theme", "data"),
     )
@@ -400,8 +394,7 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("effect-tried", "children"),
         Output("effect-tried-words", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input("effect-choice", "value"),
         Input("theme", "data"),
         State("compare-view", "data"),
@@ -440,8 +433,7 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
 def _register_evidence(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("effect-evidence", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("effect"),
         Input("theme", "data"),
     )
     def show_evidence(stored: Any, opened: str, theme: str) -> Any:

@@ -14,7 +14,7 @@ from elastic_tendon.app.document import Document, Version, check_shown
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import PageStep, dom_id
+from elastic_tendon.app.step import PageStep, dom_id, while_open
 from elastic_tendon.app.tables import Exact, copied_unless_edited, scrolling, table
 from elastic_tendon.app.upload_field import upload
 from elastic_tendon.app.uploads import content_of, size_in_words
@@ -251,8 +251,7 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
     @app.callback(
         Output("model-numbers", "children"),
         Output("model-shown", "data"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("model"),
         State("model-shown", "data"),
     )
     def fill(stored: Any, opened: str, shown: Any) -> tuple[Any, Any]:
@@ -317,8 +316,7 @@ def _register_figure(app: Dash, workspace: Workspace) -> None:
         Output("model-back", "hidden"),
         Output("model-figure", "figure"),
         Output("model-design", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("model"),
         Input("theme", "data"),
     )
     def draw(stored: Any, opened: str, theme: str) -> tuple[Any, Any, Any, Any]:

@@ -12,7 +12,7 @@ from flask import Response, make_response, send_file
 from elastic_tendon.app import busy, takeaway
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import PageStep
+from elastic_tendon.app.step import PageStep, while_open
 from elastic_tendon.app.takeaway import Built, Depot, FmuChoice, Kind
 from elastic_tendon.app.uploads import size_in_words
 from elastic_tendon.app.workspace import Failure, Result, Session, Workspace
@@ -248,8 +248,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
         Output({f"{ID}-name": ALL}, "children"),
         Output({f"{ID}-offer": ALL}, "children"),
         Output({f"{ID}-row": ALL}, "hidden"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open(ID),
         *(Input(*option) for option in options),
     )
     def show(stored: Any, opened: str, *chosen: Any) -> Any:

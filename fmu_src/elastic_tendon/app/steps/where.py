@@ -18,7 +18,7 @@ from elastic_tendon.app.readings import (
     strongest_bins,
 )
 from elastic_tendon.app.results import Files
-from elastic_tendon.app.step import PageStep, aria
+from elastic_tendon.app.step import PageStep, aria, while_open
 from elastic_tendon.app.steps.compare import (
     BUCKETS,
     GESTURES,
@@ -166,8 +166,7 @@ def _register_words(app: Dash, workspace: Workspace) -> None:
         Output("where-sentences", "children"),
         Output("where-bins", "children"),
         Output("where-residual-table", "children"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("where"),
         Input("compare-view", "data"),
     )
     def tell(stored: Any, opened: str, view: Any) -> Any:
@@ -268,8 +267,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         Output("where-clear", "hidden"),
         Output("where-reset", "hidden"),
         Output("where-curves-drawn", "data"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("where"),
         Input("theme", "data"),
         Input("compare-view", "data"),
         Input("compare-window", "data"),
@@ -340,8 +338,7 @@ def _register_figures(app: Dash, workspace: Workspace) -> None:
         Output("where-maps-part", "hidden"),
         Output("where-residual-part", "hidden"),
         Output("where-drawn", "data"),
-        Input("session", "data"),
-        Input("open", "data"),
+        *while_open("where"),
         Input("theme", "data"),
         Input("compare-view", "data"),
         State("where-drawn", "data"),

@@ -1,0 +1,148 @@
+"""The whole walk: it leads to the FMU with what was hidden, and everybody can read each step.
+
+WCAG 2.2 AA as axe-core measures it, narrow windows, the dark. Both share a server and a browser.
+"""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from fmpy import simulate_fmu
+
+pytest.importorskip("playwright")
+pytest.importorskip("dash")
+pytest.importorskip("axe_playwright_python")
+
+from playwright.sync_api import Browser, ViewportSize
+
+from accessibility import BEYOND, LEVEL_AA, violations
+from app_driver import CHROMIUM, SIZE, Walk, browser
+from app_process import served
+from elastic_tendon.demo import DATA
+from screenshots import walked
+
+PHONE: ViewportSize = {"width": 390, "height": 844}
+OTHERS: tuple[ViewportSize, ...] = (
+    {"width": 1024, "height": 768},
+    {"width": 640, "height": 400},  # 1280 x 800, enlarged to 200 %
+)
+EVERY = ("model", "data", "compare", "where", "which_effect", "add", "take_away")
+SOME = EVERY[1::2]  # looking takes long
+
+# of the FMU, and what they are called in the recording
+COLUMNS = {
+    "time": "time_s",
+    "motor_position": "motor_position_rad",
+    "load_torque": "load_torque_Nm",
+}
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+
+
+@pytest.fixture(scope="module")
+def demo() -> Iterator[str]:
+    with served("--demo") as url:
+        yield url
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    with browser() as started:
+        yield started
+
+
+def follows(fmu: Path) -> float:
+    """RMS error of an FMU that is driven by the demo's recording, rad."""
+    recording = pd.read_csv(DATA / "demo_fit.csv")
+    inputs = np.zeros(len(recording), dtype=[(name, float) for name in COLUMNS])
+    for name, column in COLUMNS.items():
+        inputs[name] = recording[column]
+    motion = simulate_fmu(
+        str(fmu),
+        fmi_type="ModelExchange",  # whose inputs fmpy interpolates
+        stop_time=float(inputs["time"][-1]),
+        output_interval=float(inputs["time"][1]),
+        input=inputs,
+        output=["joint_position"],
+    )
+    at = np.interp(inputs["time"], motion["time"], motion["joint_position"])
+    return float(np.sqrt(np.mean((at - recording["joint_position_rad"]) ** 2)))
+
+
+def reload(walk: Walk, step: str) -> None:
+    """Reload the page; the same step is open, and nothing was lost."""
+    before = walk.document()
+    walk.page.reload()
+    walk.heading(step).wait_for()
+    walk.settle()
+    assert walk.document() == before
+
+
+def test_from_a_hidden_effect_to_the_fmu_that_has_it(
+    chromium: Browser, demo: str, tmp_path: Path
+) -> None:
+    walk = Walk(chromium, demo)
+    walk.step("Take away")
+    given = walk.save(walk.build("Build the FMU"), tmp_path)
+    error = follows(given)
+    walk.search()
+    assert walk.versions() == ["as given", "parameters refitted"]
+    reload(walk, "Which effect")
+    walk.add()
+    assert walk.versions()[2:] == ["+ Coulomb friction"]
+    reload(walk, "Add")
+    walk.step("Take away")
+    walk.page.get_by_text("as given → parameters refitted → + Coulomb friction").wait_for()
+    improved = walk.save(walk.build("Build the FMU"), tmp_path)
+    assert follows(improved) < 0.1 * error
+    findings = json.loads(walk.save(walk.build("Write the findings"), tmp_path).read_text())
+    assert findings["added"] == ["coulomb_friction"]
+    errors = [step["rmse"]["joint_position"] for step in findings["ladder"]]
+    assert errors == sorted(errors, reverse=True)
+    report = walk.save(walk.build("Write the report"), tmp_path)
+    assert "Coulomb friction" in report.read_text()
+    walk.close()
+    assert walk.faults == []
+
+
+def faults_of(walk: Walk) -> list[str]:
+    """What is wrong with the step that is open: in one theme, then in the other and ever narrower.
+
+    The other theme stays, as drawing all figures anew takes long: the next step begins with it.
+    """
+    contrast = {"type": "rule", "values": ["color-contrast"]}
+    found = [f"in a wide window, {fault}" for fault in violations(walk.page, contrast)]
+    walk.page.locator("#switch-theme").click()
+    walk.settle()
+    for size in (*OTHERS, PHONE):
+        walk.page.set_viewport_size(size)
+        walk.settle()
+        if (beyond := walk.page.evaluate(BEYOND)) > 0:
+            found.append(f"{beyond} pixels beyond a window of {size['width']}")
+    level = {"type": "tag", "values": LEVEL_AA}
+    found += [f"on a phone, {fault}" for fault in violations(walk.page, level)]
+    walk.page.set_viewport_size(SIZE)
+    walk.settle()
+    return found
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [pytest.param(SOME, id="some"), pytest.param(EVERY, id="every", marks=pytest.mark.slow)],
+)
+def test_steps_can_be_read_and_reached_by_everybody(
+    steps: tuple[str, ...], chromium: Browser, demo: str, tmp_path: Path
+) -> None:
+    walk = Walk(chromium, demo)
+    found = {name: faults_of(walk) for name in walked(walk, tmp_path) if name in steps}
+    walk.close()
+    (report,) = tmp_path.iterdir()
+    page = chromium.new_page(viewport=SIZE)
+    page.goto(report.as_uri())
+    found["report"] = violations(page, {"type": "tag", "values": LEVEL_AA})
+    page.close()
+    assert set(found) == {*steps, "report"}
+    assert {name: faults for name, faults in found.items() if faults} == {}
