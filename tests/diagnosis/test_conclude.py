@@ -6,7 +6,7 @@ import pytest
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.conclude import doubtful_values
+from elastic_tendon.diagnosis.conclude import different, doubtful_values
 from elastic_tendon.diagnosis.confirmation import on_everything
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.estimation.fit import QUICK
@@ -43,3 +43,17 @@ def test_an_interrupt_that_the_confirming_fit_swallows_is_heeded(frictionless) -
     with pytest.raises(KeyboardInterrupt):
         on_everything(data, answer, interrupting)
     assert len(told) > 2  # the fit was interrupted first, and went on quietly
+
+
+def test_what_tells_sets_apart_is_named_whole() -> None:
+    """One effect of two is no answer where the other has to stay."""
+    both = ("coulomb_friction", "joint_encoder_offset")
+    guided = ("tendon_guide_friction", "joint_encoder_offset")
+    turned = ("coulomb_friction", "constant_torque")
+    assert different([both, turned]) == ["joint_encoder_offset", "constant_torque"]
+    assert different([both, guided, turned]) == [
+        "coulomb_friction+joint_encoder_offset",
+        "tendon_guide_friction+joint_encoder_offset",
+        "coulomb_friction+constant_torque",
+    ]
+    assert different([]) == []

@@ -127,7 +127,7 @@ def test_responses_are_those_of_the_parameters(motion: Motion) -> None:
 
 
 def test_readings_are_not_simulated(motion: Motion) -> None:
-    broken = SimpleNamespace(errors=motion.errors, measurement=None)
+    broken = SimpleNamespace(model=motion.model, errors=motion.errors, measurement=None)
     columns = np.arange(float(len(motion.time)))[:, np.newaxis]
     response = responses(broken, "reading", columns)["joint_position"]  # type: ignore[arg-type]
     np.testing.assert_array_equal(response, columns)

@@ -438,13 +438,8 @@ def _noise(comparison: Comparison) -> dict[str, NoiseFloor]:
 
 
 def different(sets: Sequence[Set]) -> list[str]:
-    """What tells sets of effects apart, that taken first; "+" between the ids of one."""
-    if not sets:
-        return []
-    first, *rivals = sets
-    own = [effect_id for effect_id in first if any(effect_id not in rival for rival in rivals)]
-    names = ["+".join(own)] if own else []
-    names += [
-        "+".join(effect_id for effect_id in rival if effect_id not in first) for rival in rivals
-    ]
-    return names
+    """What sets of effects do not all have, that taken first; "+" between the ids of one. A name is
+    missing where a set has no more than all have."""
+    common = set.intersection(*map(set, sets)) if sets else set()
+    names = ["+".join(effect_id for effect_id in part if effect_id not in common) for part in sets]
+    return names if not names or names[0] else names[1:]
