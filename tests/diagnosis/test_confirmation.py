@@ -5,12 +5,10 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from begun_search import begun
 from elastic_tendon.diagnosis import confirmation
 from elastic_tendon.diagnosis.confirmation import LESS, MOST, confirm
 from elastic_tendon.diagnosis.evidence import DECISIVE_IN_PLACE, MUCH
 from elastic_tendon.progress import silent
-from smooth_motion import typical_model
 
 OFFSET, TORQUE, GRAVITY = ("joint_encoder_offset",), ("constant_torque",), ("gravity_load",)
 
@@ -86,23 +84,3 @@ def test_where_much_is_left_only_the_answer_is_fitted(confirmed) -> None:
     search, fitted = confirmed({OFFSET: 100.0, TORQUE: 0.0}, left=2.0 * MUCH)
     assert fitted == [OFFSET]
     assert not search.refused
-
-
-@pytest.mark.parametrize(
-    ("much", "few", "starts"), [(True, True, 5), (True, False, 1), (False, True, 1)]
-)
-def test_where_much_is_left_other_minima_are_looked_for(monkeypatch, much, few, starts) -> None:
-    """Beside an answer that lacks an effect, or has it, to all samples or too many of them."""
-    hidden = () if much else GRAVITY
-    search = begun(typical_model(*GRAVITY), *GRAVITY)
-    search._refit([hidden], "")
-    begins = []
-
-    def refit(_given, _added, _whole, starts, _effort, _report) -> None:
-        begins.extend(model.values()["link.inertia"] for model in starts)
-
-    monkeypatch.setattr(confirmation, "refit", refit)
-    monkeypatch.setattr(confirmation, "FEW", 10_000 if few else 100)
-    confirmation.on_everything(search.data, search.answers[hidden], silent)
-    assert len(set(begins)) == starts
-    assert begins[0] == search.answers[hidden].result.model.link.inertia

@@ -110,7 +110,8 @@ class Detours(Looks):
         return untried and (expected or 0.0) < -DECISIVE
 
     def _better_with_two(self) -> bool:
-        """Where much is left: two additions of which neither does better without the other.
+        """Where much is left: two additions of which neither does better without the other. Any two
+        explain much of something unknown, so they are kept only where nothing but noise is left.
 
         Returns
         -------
@@ -122,7 +123,12 @@ class Detours(Looks):
             return False
         self._paired[added] = answer
         quick = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
-        self._refit(self._two_at_once(added, quick)[:REFITTED], "refitting two at once")
+        likely = self._two_at_once(added, quick)[:REFITTED]
+        unlike = [near for near in likely if near not in self.answers]
+        self._refit(unlike, "refitting two at once")
+        for near in filter(self.answers.__contains__, unlike):
+            if not self._meets_noise(self.answers[near]):
+                del self.answers[near]
         return self.answer is not answer
 
     def _affordable_addition(self) -> bool:
