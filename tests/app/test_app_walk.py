@@ -15,7 +15,7 @@ pytest.importorskip("dash")
 
 from playwright.sync_api import Route
 
-from app_driver import CHROMIUM, KEPT, Walk, browser
+from app_driver import CHROMIUM, KEPT, Walk
 from app_process import served
 from benchmark_app import MODEL, Watched, walk_through, write_recording
 from benchmarking import print_table
@@ -47,18 +47,6 @@ CANCEL_THE_SEARCH = """() => {
 }"""
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-
-
-@pytest.fixture(scope="module")
-def demo() -> Iterator[str]:
-    with served("--demo") as url:
-        yield url
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[object]:
-    with browser() as started:
-        yield started
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ WCAG 2.2 AA as axe-core measures it, narrow windows, the dark. Both share a serv
 """
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +18,7 @@ pytest.importorskip("axe_playwright_python")
 from playwright.sync_api import Browser, ViewportSize
 
 from accessibility import BEYOND, LEVEL_AA, violations
-from app_driver import CHROMIUM, SIZE, Walk, browser
-from app_process import served
+from app_driver import CHROMIUM, SIZE, Walk
 from elastic_tendon.demo import DATA
 from screenshots import walked
 
@@ -40,18 +38,6 @@ COLUMNS = {
 }
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-
-
-@pytest.fixture(scope="module")
-def demo() -> Iterator[str]:
-    with served("--demo") as url:
-        yield url
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
-    with browser() as started:
-        yield started
 
 
 def follows(fmu: Path) -> float:

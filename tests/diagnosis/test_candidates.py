@@ -132,12 +132,13 @@ def test_little_damping_is_tried_only_where_nothing_is_singular(sticking) -> Non
         )
 
 
-def test_weak_friction_bends_softer_bristles_than_a_mass_may_be_light(sticking) -> None:
+def test_bristles_and_stops_may_be_softer_than_a_mass_may_be_light(sticking) -> None:
     known, recording, _ = sticking
-    limits = sensible(known.model, ("lugre_friction", "spring_mass"), [recording])
+    limits = sensible(known.model, ("lugre_friction", "spring_mass", "joint_stop"), [recording])
     for effect_id, name, share in (
         ("lugre_friction", "bristle_stiffness", 0.002),
         ("lugre_friction", "coulomb_torque", 0.002),
+        ("joint_stop", "stiffness", 0.002),
         ("spring_mass", "mass", 0.03),
     ):
         (parameter,) = [p for p in effects.BY_ID[effect_id].parameters if p.name == name]

@@ -284,7 +284,7 @@ def test_what_excerpts_do_not_show_is_searched_where_the_answer_errs(brief, monk
     n = len(recording.time)
     monkeypatch.setattr(excerpting, "MOST", n // 2)
     monkeypatch.setattr(excerpting, "FEWER", n // 4)
-    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.ELSEWHERE", 0.0)
+    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.FAR_MORE", 0.0)
     monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.MUCH", 0.0)
     searched = []
 

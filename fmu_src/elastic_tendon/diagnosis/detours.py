@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import filterfalse
 
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.evidence import AT_NOISE, AUDIBLE, DECISIVE, MUCH
@@ -44,6 +45,11 @@ class Detours(Looks):
     # the latest answer of which that was asked, and what it leaves
     _regressed: tuple[Answer, Regression] | None = None
     _lack: tuple[Answer, Mapping[str, LackOfFit]] | None = None
+
+    @property
+    def _quick(self) -> list[str]:
+        """Candidates that do not swing: a look at what does is dear."""
+        return list(filterfalse(swings, self.data.candidates))
 
     def _better_with_less(self) -> bool:
         """Where nothing but noise is left: sets without one of the effects, before any other.
@@ -122,11 +128,10 @@ class Detours(Looks):
         if done or self._tired or answer.mean_square < MUCH or self._dear(answer):
             return False
         self._paired[added] = answer
-        quick = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
-        likely = self._two_at_once(added, quick)[:REFITTED]
-        unlike = [near for near in likely if near not in self.answers]
-        self._refit(unlike, "refitting two at once")
-        for near in filter(self.answers.__contains__, unlike):
+        likely = self._two_at_once(added, self._quick)[:REFITTED]
+        untried = [near for near in likely if near not in self.answers]
+        self._refit(untried, "refitting two at once")
+        for near in filter(self.answers.__contains__, untried):
             if not self._meets_noise(self.answers[near]):
                 del self.answers[near]
         return self.answer is not answer
@@ -149,12 +154,11 @@ class Detours(Looks):
         if self._disturbed():
             return False
         self._exhausted.add(answer.added)
-        quick = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
         if self._dear(answer):
-            looks = self._looks(answer.added, quick)
+            looks = self._looks(answer.added, self._quick)
             likely = sorted(looks, key=looks.__getitem__)[:AT_ONCE]
         else:
-            likely = self._raced(answer, quick)
+            likely = self._raced(answer, self._quick)
         for start in range(0, len(likely), AT_ONCE):
             self._refit(likely[start : start + AT_ONCE], "trying every addition", again=True)
             if self._at_noise() or self._tired:
@@ -187,8 +191,7 @@ class Detours(Looks):
         little = len(answer.added) == 1 and base < MUCH and not self._dear(answer)
         if self._tired or not (little or answer.mean_square >= max(MUCH, HARDLY_BETTER * base)):
             return False
-        singles = [(effect_id,) for effect_id in self.data.candidates if not swings(effect_id)]
-        self._refit(singles, "trying every effect")
+        self._refit([(effect_id,) for effect_id in self._quick], "trying every effect")
         return self.answer is not answer
 
     def _better_detour(self) -> bool:
@@ -212,8 +215,7 @@ class Detours(Looks):
             self._passed.add(added)
             if added in refused:
                 self._take_beside(self.answers[added], list(richer(added)), "trying other laws")
-            unlike = [effect_id for effect_id in self.data.candidates if not swings(effect_id)]
-            looks = self._looks(added, unlike)
+            looks = self._looks(added, self._quick)
             likely = [near for near in sorted(looks, key=looks.__getitem__) if looks[near] < WORTH]
             self._refit(likely[:REFITTED], "refitting what was passed by")
         return self.answer is not answer
@@ -235,14 +237,14 @@ class Detours(Looks):
         if answer.mean_square < MUCH:
             return False
         sets = self._additions(added, self.data.rare)
-        unlike = [near for near in sets if near not in {*self.answers, *self.failures}]
-        if unlike and all(map(self.screen.sees, (*added, *sets.values()))):
+        untried = [near for near in sets if near not in {*self.answers, *self.failures}]
+        if untried and all(map(self.screen.sees, (*added, *sets.values()))):
             own = self._own(added)
-            found, _ = self.screen.combined(own, [sets[near] for near in unlike], len(unlike))
+            found, _ = self.screen.combined(own, [sets[near] for near in untried], len(untried))
             self._keep(found.values())
-            unlike = [near for near in unlike if self._badness(near) < FIRST * own.square]
-        self._refit(unlike, "trying rare effects")
-        for near in filter(self.answers.__contains__, unlike):
+            untried = [near for near in untried if self._badness(near) < FIRST * own.square]
+        self._refit(untried, "trying rare effects")
+        for near in filter(self.answers.__contains__, untried):
             if not self._meets_noise(self.answers[near]):
                 self.refused[near] = RARE
         return self.answer is not answer

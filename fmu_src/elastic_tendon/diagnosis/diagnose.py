@@ -40,7 +40,7 @@ Ask = Callable[[Round], bool]
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
 # times its mean square on excerpts, above which an answer errs where these do not show
-ELSEWHERE = 4.0
+FAR_MORE = 4.0
 
 
 def diagnose(
@@ -156,10 +156,10 @@ def _diagnosed(
                 found.confirmed = confirm(data, search, search.progress)
                 whole = found.confirmed[search.answer.added]
                 if options.horizon is None and _errs_elsewhere(search.answer, whole):
-                    more, other = again(data.with_worst(whole.errors), search)
-                    confirmed = confirm(more, other, other.progress)
-                    if confirmed[other.answer.added].mean_square < whole.mean_square:
-                        data, search, found.confirmed = more, other, confirmed
+                    wider, resumed = again(data.with_worst(whole.errors), search)
+                    confirmed = confirm(wider, resumed, resumed.progress)
+                    if confirmed[resumed.answer.added].mean_square < whole.mean_square:
+                        data, search, found.confirmed = wider, resumed, confirmed
             _tell(search, found, ask, refit=True)
             judge(data, search, found, options, search.progress)
     except KeyboardInterrupt:
@@ -189,7 +189,7 @@ def _climbed(search: Search, straight: Callable[..., Data | None] | None = None)
 def _errs_elsewhere(answer: Answer, whole: Answer) -> bool:
     """Whether an answer leaves far more of the whole recordings than of the excerpts on which it
     was found: these lack what the machine does elsewhere."""
-    return whole.mean_square > max(ELSEWHERE * answer.mean_square, MUCH)
+    return whole.mean_square > max(FAR_MORE * answer.mean_square, MUCH)
 
 
 @contextmanager

@@ -23,7 +23,7 @@ from elastic_tendon.diagnosis.evidence import AT_NOISE
 from elastic_tendon.diagnosis.refits import EFFORT, Check
 from elastic_tendon.diagnosis.resonance import Resonance, swings
 from elastic_tendon.diagnosis.sets import Set, in_order, model_with, told
-from elastic_tendon.diagnosis.torque_screen import so_many
+from elastic_tendon.diagnosis.torque_screen import scaled_strengths
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.native.library import library_path
 
@@ -63,7 +63,7 @@ class Looks(Doubts):
     def _looks(self, added: Set, effect_ids: Iterable[str]) -> dict[Set, float]:
         """Share of the mean square that additions would leave, by the trajectory screen."""
         found = {}
-        for near, best in self._of_each(added, self._additions(added, effect_ids), self._look):
+        for near, best in self._look_at_each(added, self._additions(added, effect_ids), self._look):
             self.starts[near] = [model for _, model in best]
             found[near] = min(share for share, _ in best)
         return found
@@ -74,30 +74,30 @@ class Looks(Doubts):
         sets, answer = self._additions(added, effect_ids), self.answers[added]
         begun = [
             (sets[near], values, change)
-            for near, changes in self._of_each(added, sets, self._changes)
+            for near, changes in self._look_at_each(added, sets, self._changes)
             for values, change in changes
         ]
         shares, times = TrajectoryScreen(answer).together([change for _, _, change in begun])
         found: dict[Set, list[tuple[float, Model]]] = {}
         for pair in zip(*np.nonzero(np.triu(shares < WORTH, 1)), strict=True):
-            (first, second), (effect_id, other_id) = pair, (begun[number][0] for number in pair)
-            near = in_order((*added, effect_id, other_id))
-            alone = min(shares[first, first], shares[second, second])
-            if effect_id == other_id or shares[pair] > WORTH * alone or not self.screen.goes(near):
+            two = [begun[number][0] for number in pair]
+            near = in_order((*added, *two))
+            alone = min(shares[number, number] for number in pair)
+            if two[0] == two[1] or shares[pair] > WORTH * alone or not self.screen.goes(near):
                 continue
             values = dict(answer.result.model.values())
-            for number, other in (pair, pair[::-1]):
+            for number, partner in (pair, pair[::-1]):
                 effect_id, start, _ = begun[number]
-                many = min(times[number, other], MOST_TIMES)
-                values |= {**start, **so_many(effect_id, start, many)}
-            start = model_with(self.data.given, near, values)
-            found.setdefault(near, []).append((shares[pair], start))
+                many = min(times[number, partner], MOST_TIMES)
+                values |= {**start, **scaled_strengths(effect_id, start, many)}
+            model = model_with(self.data.given, near, values)
+            found.setdefault(near, []).append((shares[pair], model))
         for near, best in found.items():
             best.sort(key=itemgetter(0))
             self.starts[near] = [model for _, model in best[:KEPT]]
         return sorted(found, key=lambda near: found[near][0][0])
 
-    def _of_each(
+    def _look_at_each(
         self,
         added: Set,
         sets: Mapping[Set, str],

@@ -307,12 +307,11 @@ class Search(Detours):
         if not at_noise:
             return {**shares, **self._looks(added, filterfalse(swings, unlooked))}
         # what is as small as noise shows in trajectories, or else in torques
-        quick = list(filterfalse(swings, self.data.candidates))
-        looks = {} if self._white(self.answers[added]) else self._looks(added, quick)
+        looks = {} if self._white(self.answers[added]) else self._looks(added, self._quick)
         left = self._left(added)
         heard = any(worth_hearing(left, share * left) for share in looks.values())
         shares = {**shares, **looks} if heard else {**looks, **shares}
-        return shares | self._exchanges(added, quick)
+        return shares | self._exchanges(added, self._quick)
 
     def _exchanges(self, added: Set, effect_ids: Sequence[str]) -> dict[Set, float]:
         """Share of the mean square that sets with one other effect would leave, as trajectories

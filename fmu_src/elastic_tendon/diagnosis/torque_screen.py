@@ -470,7 +470,9 @@ class Screen:
             (*around.left(change), start) for start, change in zip(starts, changes, strict=True)
         ]
         square, times, start = min(found, key=itemgetter(0))
-        return Expected(square, {**estimate.values, **start, **so_many(effect_id, start, times)})
+        return Expected(
+            square, {**estimate.values, **start, **scaled_strengths(effect_id, start, times)}
+        )
 
     def _changes(
         self,
@@ -544,9 +546,9 @@ class Screen:
         return self._known[1]
 
 
-def so_many(effect_id: str, start: Mapping[str, float], times: float) -> dict[str, float]:
-    """Strengths of an effect, by path, so many times as large: where it is far stronger than a
-    start, estimates that begin there end beside it."""
+def scaled_strengths(effect_id: str, start: Mapping[str, float], times: float) -> dict[str, float]:
+    """Strengths of an effect, by path, so many times as large, none of one whose null is singular:
+    where it is far stronger than a start, estimates that begin there end beside it."""
     effect = effects.BY_ID[effect_id]
     if effect.singular_null:
         return {}

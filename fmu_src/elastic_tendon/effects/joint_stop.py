@@ -52,7 +52,7 @@ EFFECT = Effect(
     title="Joint stop",
     slot=Slot.JOINT_TORQUE,
     catalogue_order=60,
-    smallest_share=0.002,
+    smallest_share=0.002,  # a bumper is soft
     physics="Mechanical ends of the joint's range, slightly elastic, which push the link back and "
     "let it go again.",
     in_data="The joint hardly passes a certain angle, whatever the motor does, and rebounds there. "

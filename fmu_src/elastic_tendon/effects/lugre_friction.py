@@ -13,7 +13,7 @@ from elastic_tendon.effects.base import (
     State,
 )
 from elastic_tendon.effects.stribeck_friction import PARAMETERS, stribeck_torque
-from elastic_tendon.effects.stribeck_friction import cautions as falling
+from elastic_tendon.effects.stribeck_friction import cautions as stribeck_cautions
 from elastic_tendon.effects.symbolic import where
 
 FARTHEST = 0.05  # rad, by which bristles bend
@@ -23,7 +23,7 @@ def cautions(p: Mapping[str, float]) -> str:
     """Warn of bristles that bend as no surface does, and of friction that rises with speed."""
     torque, stiffness = max(p["static_torque"], p["coulomb_torque"]), p["bristle_stiffness"]
     if torque <= FARTHEST * stiffness or not stiffness:
-        return falling(p)
+        return stribeck_cautions(p)
     return (
         f"bristle_stiffness {stiffness:g} N.m/rad lets the bristles bend by "
         f"{torque / stiffness:.2g} rad before they slip, where surfaces yield by 1e-5 to 1e-2 rad"
