@@ -85,7 +85,7 @@ class Walk:
 
     def _hear(self, said: ConsoleMessage) -> None:
         if said.type == "error":
-            self.faults.append(said.text)
+            self.faults.append(f"{said.text} ({said.location.get('url')})")
 
     def _see_request(self, one: Request) -> None:
         if one.url.startswith("http") and urlsplit(one.url).netloc != self._host:

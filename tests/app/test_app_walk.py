@@ -506,10 +506,20 @@ def test_a_zoom_stays_within_the_recording(compare: Walk) -> None:
         ("2.0004", "3", ["2", "3"]),
     ):
         compare.button("Reset zoom").click()
+        compare.settle()
         type_in(compare, "#compare-from", low)
         if high:
             type_in(compare, "#compare-to", high)
         assert ends(compare) == shown
+
+
+def test_a_number_may_be_typed_again_after_it_was_undone(compare: Walk) -> None:
+    for _ in range(3):
+        type_in(compare, "#compare-from", "4")
+        assert ends(compare) == ["4", "9.998"]
+        compare.button("Reset zoom").click()
+        compare.settle()
+        assert ends(compare) == ["", ""]
 
 
 def test_a_double_click_undoes_every_zoom(compare: Walk) -> None:

@@ -1,4 +1,5 @@
-// What Dash's own components leave undone for those who use the keyboard or have the page read out.
+// What Dash's own components leave undone: for those who use the keyboard or have the page read out,
+// and for those who type a number twice.
 (function () {
   "use strict";
   const mend = function () {
@@ -29,5 +30,16 @@
     subtree: true,
     attributes: true,
     attributeFilter: ["aria-selected"],
+  });
+  // When a field of a number is left, Dash compares what was typed with what stood there when the
+  // field was left before: typed again after the page emptied it, a number would be lost. Dash looks
+  // anew when this count changes.
+  let entered = 0;
+  document.addEventListener("focusin", function (event) {
+    const field = event.target;
+    if (!field.matches('.dash-input-element[type="number"]')) return;
+    entered -= 1; // never what Dash itself counts
+    const id = field.id.startsWith("{") ? JSON.parse(field.id) : field.id;
+    window.dash_clientside.set_props(id, { n_blur: entered });
   });
 })();

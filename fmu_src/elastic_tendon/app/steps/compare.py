@@ -260,9 +260,10 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         Input("compare-before", "value"),
         Input("compare-tolerance", "value"),
         State("compare-view", "data"),
+        State("compare-spans", "data"),
     )
     def choose(stored: Any, opened: str, *chosen: Any) -> Any:
-        *values, before, tolerance, view_stored = chosen
+        *values, before, tolerance, view_stored, spans_stored = chosen
         comparison = compared_now(workspace.open(stored)) if stored else None
         if comparison is None or opened not in ("compare", "where"):
             return (no_update,) * 13
@@ -282,13 +283,14 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
         view = view_of(changed, comparison)
         fitted = fitted_view(changed, comparison)
         quantity = quantity_of(view, files)
+        spans = {
+            step: span(chosen_view.recording, files[chosen_view.recording].measurement)
+            for step, chosen_view in (("compare", view), ("where", fitted))
+        }
         return (
-            # what did not change must not draw all figures again
+            # what did not change must not draw all figures again, nor ask for the zoom again
             view.stored() if view.stored() != view_stored else no_update,
-            {
-                step: span(chosen_view.recording, files[chosen_view.recording].measurement)
-                for step, chosen_view in (("compare", view), ("where", fitted))
-            },
+            spans if spans != spans_stored else no_update,
             recording_options(comparison),
             view.recording,
             signal_options(files[view.recording]),
