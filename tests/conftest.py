@@ -20,26 +20,28 @@ LONGEST_FIRST = (
     "app/test_app_walk.py",
     "fmu/test_platforms.py",
     "hidden_effect/test_hidden_effect.py",
-    "app/test_app_whole_walk.py",
     "fmu/test_fmu_importers.py",
-    "reports/html/test_html_report.py",
     "test_readme.py",
-    "effects/test_truth_agreement.py",
-    "misreadings/test_suspicion.py",
-    "sweeps/test_dask.py",
-    "diagnosis/test_sample_of_studies.py",
-    "cli/test_cli_measurements.py",
-    "test_examples.py",
+    "app/test_app_whole_walk.py",
     "diagnosis/test_interfaces_diagnosed.py",
+    "diagnosis/test_sample_of_studies.py",
+    "test_examples.py",
+    "sweeps/test_dask.py",
+    "effects/test_truth_agreement.py",
+    "cli/test_cli_measurements.py",
+    "reports/html/test_html_report.py",
+    "fmu/test_fuzzing.py",
     "test_real_data.py",
+    "test_known_machines.py",
+    "diagnosis/test_diagnose.py",
     "fmu/test_packing.py",
     "test_site.py",
     "comparison/test_in_words.py",
+    "test_every_interface.py",
     "test_notebooks.py",
-    "effects/test_contract_fmu.py",
-    "fmu/test_fuzzing.py",
     "app/test_app_kill.py",
-    "test_known_machines.py",
+    "cli/test_cli_sweep.py",
+    "diagnosis/test_lack_of_fit.py",
 )
 
 # recordings of the independent simulator, and binaries that are not optimised, for all tests
@@ -54,6 +56,11 @@ def _learned_effects_are_forgotten() -> Iterator[None]:
 
     for effect_id in [known for known in BY_ID if known.startswith("learned_")]:
         BY_ID.forget(effect_id)
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than there are processors: tests wait for browsers, Wine and other processes."""
+    return (os.cpu_count() or 1) + 1
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
