@@ -52,12 +52,12 @@ def crossed_squares(given: Model, answer: Answer, at_once: AtOnce) -> Array:
     return np.array([np.inf if isinstance(square, Exception) else square for square in squares])
 
 
-def mean_explained(before: Array, after: Array) -> float:
-    """Mean over stretches of the share of squared error above the noise that an effect explains, or
-    adds, -1 to 1.
+def typically_explained(before: Array, after: Array) -> float:
+    """Median over stretches of the share of squared error above the noise that an effect explains,
+    or adds, -1 to 1.
 
-    Each counts alike: in one of them both may have to go far beyond what they were fitted to, and
-    err there most.
+    In one of them both may have to go far beyond what they were fitted to, and err there most; one
+    that a refit to the others cannot predict says nothing of the effect.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def mean_explained(before: Array, after: Array) -> float:
     with np.errstate(invalid="ignore", divide="ignore"):
         gains = before - after
         shares = np.where(gains == 0.0, 0.0, gains / np.maximum(before - 1.0, np.abs(gains)))
-    return float(np.mean(np.where(np.isinf(after), -1.0, shares)))
+    return float(np.median(np.where(np.isinf(after), -1.0, shares)))
 
 
 def _square(
