@@ -5,7 +5,7 @@ import pytest
 
 import elastic_tendon as et
 from elastic_tendon.diagnosis.answer import refit
-from elastic_tendon.diagnosis.cross_validation import crossed_squares, typically_explained
+from elastic_tendon.diagnosis.cross_validation import crossed_squares, median_explained
 
 MODEL = et.load_model("biorob_x4_joint_3")
 TIME = np.arange(0.0, 12.0, 0.005)
@@ -53,15 +53,16 @@ def test_an_effect_that_is_not_there_does_not():
 def test_a_recording_too_short_to_be_divided_tells_nothing():
     answer = refit(MODEL, (), [recording(MODEL, time=TIME[:200])])
     assert np.isnan(crossed_squares(MODEL, answer, in_turn)).all()
-    assert np.isnan(typically_explained(np.full(1, np.nan), np.full(1, np.nan)))
+    assert np.isnan(median_explained(np.full(1, np.nan), np.full(1, np.nan)))
 
 
 def test_a_stretch_that_goes_beyond_all_others_is_one_of_several():
     before, after = np.array([100.0, 900.0, 200.0, 100.0]), np.array([1.0, 600.0, 1.0, 1.0])
-    assert typically_explained(before, after) > 0.8
-    assert typically_explained(after, before) < -0.8
-    assert typically_explained(before, before) == 0.0
+    assert median_explained(before, after) > 0.8
+    assert median_explained(after, before) < -0.8
+    assert median_explained(before, before) == 0.0
     # a fit that fails has explained nothing; what is gone is no more than all
-    failed = np.array([1.0, 1.0, np.inf, np.inf])
-    assert typically_explained(before, failed) == pytest.approx(0.0, abs=0.01)
-    assert typically_explained(np.full(2, 0.9), np.full(2, 0.8)) == pytest.approx(1.0)
+    for failures, explained in ((1, 1.0), (2, 0.0), (3, -1.0)):
+        after = np.array([1.0] * (4 - failures) + [np.inf] * failures)
+        assert median_explained(before, after) == pytest.approx(explained, abs=0.01)
+    assert median_explained(np.full(2, 0.9), np.full(2, 0.8)) == pytest.approx(1.0)

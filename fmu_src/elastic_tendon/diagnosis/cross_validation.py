@@ -52,12 +52,12 @@ def crossed_squares(given: Model, answer: Answer, at_once: AtOnce) -> Array:
     return np.array([np.inf if isinstance(square, Exception) else square for square in squares])
 
 
-def typically_explained(before: Array, after: Array) -> float:
+def median_explained(before: Array, after: Array) -> float:
     """Median over stretches of the share of squared error above the noise that an effect explains,
     or adds, -1 to 1.
 
-    In one of them both may have to go far beyond what they were fitted to, and err there most; one
-    that a refit to the others cannot predict says nothing of the effect.
+    The median, as a stretch that goes far beyond the others, or for which a refit ends in another
+    minimum, says little of the effect.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from elastic_tendon.actuator.effect_numbers import cautions
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.around import POOR
-from elastic_tendon.diagnosis.cross_validation import Tasks, crossed_squares, typically_explained
+from elastic_tendon.diagnosis.cross_validation import Tasks, crossed_squares, median_explained
 from elastic_tendon.diagnosis.evidence import (
     FADES,
     FADES_IN_TIME,
@@ -153,7 +153,7 @@ class Doubts(LikeliestSets):
         if self._left(less) > BEYOND_CHANCE * self._left(more):
             return True
         fitted = explained(self._left(less), self._left(more))
-        crossed = typically_explained(self._crossed(less), self._crossed(more))
+        crossed = median_explained(self._crossed(less), self._crossed(more))
         return not crossed < LASTING * fitted
 
     def _crossed(self, added: Set) -> Array:
