@@ -2,6 +2,7 @@
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.variables import FORCE_READINGS
 from elastic_tendon.effects import BY_ID, CATALOGUE
 from elastic_tendon.effects.base import Effect, Slot
 
@@ -31,6 +32,12 @@ def seen_in_positions() -> tuple[str, ...]:
 def searched_in_positions() -> tuple[str, ...]:
     """Those of them that a search tries unasked."""
     return tuple(name for name in seen_in_positions() if not BY_ID[name].on_request)
+
+
+def shown_in(effect: Effect) -> str:
+    """The signal in which an effect shows itself: the joint's position, or what its sensor
+    measures."""
+    return FORCE_READINGS.get(effect.slot, ("joint_position",))[0]
 
 
 def placed(model: Model, effect: Effect | str) -> Model:
