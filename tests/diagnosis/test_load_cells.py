@@ -98,3 +98,13 @@ def test_friction_is_named_beside_a_load_cell_that_is_off(tmp_path):
     found = et.diagnose(et.load_model(TREE), et.read(path))
     assert set(found.added) == set(hidden)
     assert found.model.effects["joint_torque_gain"]["error"] == pytest.approx(-0.1, rel=0.05)
+
+
+def test_a_fleet_is_judged_by_load_cells_too(tmp_path):
+    measured = ("joint_position", "upper_spring_force")
+    hidden = {"upper_spring_force_gain": off_by("upper_spring_force_gain")}
+    row = et.fleet(et.load_model(TREE), [recorded(tmp_path / "robot.csv", hidden, measured)])
+    found = row.rows(0, 1).iloc[0]
+    assert not found["failure"]
+    assert found["appeared"].startswith("upper_spring_force_gain")
+    assert found["upper_spring_force_noise_ratio_after"] < 1.1
