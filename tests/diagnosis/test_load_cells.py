@@ -100,11 +100,25 @@ def test_friction_is_named_beside_a_load_cell_that_is_off(tmp_path):
     assert found.model.effects["joint_torque_gain"]["error"] == pytest.approx(-0.1, rel=0.05)
 
 
+@pytest.mark.parametrize("hidden", [{}, {"joint_torque_gain": {"error": -0.1}}])
+def test_evidence_proves_forces_and_leaves_what_sensors_make_of_them(hidden, tmp_path):
+    path = recorded(tmp_path / "cells.csv", hidden, ("joint_torque", "upper_spring_force"))
+    model = et.load_model({**TREE, "effects": hidden})
+    proof = et.gather_evidence(model, et.read(path))
+    fmu = et.export_fmu(model, tmp_path / "x.fmu", evidence=proof)
+    found = et.verify(fmu)
+    assert found.passed, found.faults
+    errors = found.errors[et.read(path).name]
+    assert set(errors) == {"joint_torque", "upper_spring_force"}
+    assert all((again is None) == bool(hidden) for _, again in errors.values())
+
+
 def test_a_fleet_is_judged_by_load_cells_too(tmp_path):
     measured = ("joint_position", "upper_spring_force")
     hidden = {"upper_spring_force_gain": off_by("upper_spring_force_gain")}
-    row = et.fleet(et.load_model(TREE), [recorded(tmp_path / "robot.csv", hidden, measured)])
-    found = row.rows(0, 1).iloc[0]
+    robots = [recorded(tmp_path / "robot.csv", hidden, measured)]
+    done = et.sweep(et.fleet(et.load_model(TREE), robots), tmp_path / "runs.csv")
+    found = pd.read_csv(done.path, keep_default_na=False).iloc[0]
     assert not found["failure"]
     assert found["appeared"].startswith("upper_spring_force_gain")
     assert found["upper_spring_force_noise_ratio_after"] < 1.1

@@ -41,7 +41,10 @@ from elastic_tendon.sweeps.task import (
 LOW, HIGH = ".low", ".high"  # after the path of a parameter: ends of its 95 % interval
 UNKNOWN = "unknown"  # what has appeared where no effect of the catalogue explains it
 # that a recording may hold, and a model compute at some interface
-SIGNALS = ("joint_position", "joint_torque", "motor_torque", "motor_position")
+SIGNALS = (
+    *("joint_position", "joint_torque", "motor_torque", "motor_position"),
+    *("upper_spring_force", "lower_spring_force"),
+)
 SUFFIXES_READ = (
     *(".csv", ".tsv", ".txt", ".dat", ".parquet", ".h5", ".hdf5"),
     *(".mat", ".mf4", ".mdf", ".mcap", ".db3"),
