@@ -33,7 +33,7 @@ def test_all_effects_are_candidates_of_the_bare_model(sticking) -> None:
     bent = replace(recording, motor_share=1.0, signals=signals)
     model = load_model("biorob_x4_joint_3")
     assert candidates(model, [bent]) == loaded_at_position()
-    driven = without("motor_torque_reading", effects.BY_ID.ids())  # it is given
+    driven = without("motor_reading", effects.BY_ID.ids())  # it is given
     assert candidates(model.at("torque"), [bent]) == driven
     assert candidates(model, [recording]) == seen_in_positions()
 

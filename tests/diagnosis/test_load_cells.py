@@ -115,10 +115,10 @@ def test_evidence_proves_forces_and_leaves_what_sensors_make_of_them(hidden, tmp
 
 def test_a_fleet_is_judged_by_load_cells_too(tmp_path):
     measured = ("joint_position", "upper_spring_force")
-    hidden = {"upper_spring_force_gain": off_by("upper_spring_force_gain")}
+    hidden = {"upper_force_gain": off_by("upper_force_gain")}
     robots = [recorded(tmp_path / "robot.csv", hidden, measured)]
     done = et.sweep(et.fleet(et.load_model(TREE), robots), tmp_path / "runs.csv")
     found = pd.read_csv(done.path, keep_default_na=False).iloc[0]
     assert not found["failure"]
-    assert found["appeared"].startswith("upper_spring_force_gain")
+    assert found["appeared"].startswith("upper_force_gain")
     assert found["upper_spring_force_noise_ratio_after"] < 1.1

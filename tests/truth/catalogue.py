@@ -103,9 +103,9 @@ def actuator_of(tree: Numbers) -> Actuator:
 # effects of what measures a torque or a force, by the beginning of their ids
 CELLS = {
     "joint_torque": "joint_torque",
-    "motor_torque_reading": "motor_torque",
-    "upper_spring_force": "upper_spring_force",
-    "lower_spring_force": "lower_spring_force",
+    "motor_reading": "motor_torque",
+    "upper_force": "upper_spring_force",
+    "lower_force": "lower_spring_force",
 }
 
 

@@ -14,7 +14,7 @@ def equations(
 
 
 EFFECT = gain(
-    id="motor_torque_reading_gain",
+    id="motor_reading_gain",
     slot=Slot.MOTOR_TORQUE_SIGNAL,
     catalogue_order=360,
     equations=equations,

@@ -14,7 +14,7 @@ def equations(
 
 
 EFFECT = gain(
-    id="upper_spring_force_gain",
+    id="upper_force_gain",
     slot=Slot.UPPER_FORCE_SIGNAL,
     catalogue_order=370,
     equations=equations,

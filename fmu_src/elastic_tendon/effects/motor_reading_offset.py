@@ -14,7 +14,7 @@ def equations(
 
 
 EFFECT = offset(
-    id="motor_torque_reading_offset",
+    id="motor_reading_offset",
     slot=Slot.MOTOR_TORQUE_SIGNAL,
     catalogue_order=362,
     equations=equations,

@@ -14,7 +14,7 @@ def equations(
 
 
 EFFECT = gain(
-    id="lower_spring_force_gain",
+    id="lower_force_gain",
     slot=Slot.LOWER_FORCE_SIGNAL,
     catalogue_order=380,
     equations=equations,

@@ -1,4 +1,4 @@
-"""A load cell in the upper tendon whose zero is off."""
+"""A load cell in the lower tendon whose zero is off."""
 
 from types import SimpleNamespace
 
@@ -14,11 +14,11 @@ def equations(
 
 
 EFFECT = offset(
-    id="upper_spring_force_offset",
-    slot=Slot.UPPER_FORCE_SIGNAL,
-    catalogue_order=372,
+    id="lower_force_offset",
+    slot=Slot.LOWER_FORCE_SIGNAL,
+    catalogue_order=382,
     equations=equations,
-    physics="The load cell in the upper tendon was zeroed while the tendon was pretensioned, or "
+    physics="The load cell in the lower tendon was zeroed while the tendon was pretensioned, or "
     "not at all.",
     confirm="Turn the motor until this tendon is slack: what the load cell reads then is the "
     "offset.",
