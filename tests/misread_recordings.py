@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from effects_at import IDS_AT_POSITION, searched_without_deflection
+from effects_at import IDS_AT_POSITION, searched_in_positions
 from elastic_tendon.actuator.parameters import Model, parse_model, typical_value
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.measurement import Measurement
@@ -94,7 +94,7 @@ def truth_case(seed: int, *, hidden: bool = True, duration: float = 4.0) -> Case
     """
     rng = np.random.default_rng(seed)
     base = random_model(rng)
-    ids = ("", *(name for name in IDS_AT_POSITION if name in searched_without_deflection()))
+    ids = ("", *(name for name in IDS_AT_POSITION if name in searched_in_positions()))
     effect = ids[seed % len(ids)] if hidden else ""
     true = base
     if effect:

@@ -5,6 +5,7 @@ What the cells compute is held against the truth elsewhere (`actuator/test_inter
 interface that is added to `InterfaceKind` has all of these cells at once.
 """
 
+import zipfile
 from dataclasses import replace
 from functools import cache
 
@@ -17,7 +18,11 @@ import pytest
 import elastic_tendon as et
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.variables import moved_states
-from elastic_tendon.app.document import check_shown
+from elastic_tendon.app import results, takeaway, walk
+from elastic_tendon.app.document import Source, new_document
+from elastic_tendon.app.workspace import Cache, Workspace
+from elastic_tendon.native.compiler import host_platform
+from elastic_tendon.progress import silent
 from elastic_tendon.simulation.simulate import given_names
 from elastic_tendon.sweeps.bootstrap import bootstrap
 from elastic_tendon.sweeps.simulations import measured_motion
@@ -184,12 +189,17 @@ def bootstraps(kind, _folder):
     assert table[path].nunique() == 2
 
 
-def diagnoses_fleets(kind, folder):
-    shown = recording(kind, with_effect=False)
+def written(shown, folder):
+    """The recording as a file."""
     units = {"position": "rad", "torque": "Nm"}
     columns = {**shown.inputs, **shown.signals}
     table = {f"{name}_{units[name.rpartition('_')[2]]}": columns[name] for name in columns}
     pd.DataFrame({"time_s": TIME, **table}).to_csv(folder / "robot.csv", index=False)
+    return folder / "robot.csv"
+
+
+def diagnoses_fleets(kind, folder):
+    written(recording(kind, with_effect=False), folder)
     row = et.fleet(machine(kind), [folder / "robot.csv"]).rows(0, 1).iloc[0]
     assert not row["failure"]
     assert row["appeared"] == ""
@@ -201,8 +211,37 @@ def proves(kind, _folder):
     assert et.gather_evidence(machine(kind), recording(kind, with_effect=False))
 
 
-def shows_in_the_app(kind, _folder):
-    check_shown(machine(kind))
+def shows_in_the_app(kind, folder):
+    """Its steps: add data, compare, diagnose, the result and all that can be taken away."""
+    files = {"data": written(recording(kind, with_effect=True), folder)}
+    document = new_document(machine(kind), [Source(key="data", name="robot.csv")])
+    workspace, cache = Workspace(document, files), Cache()
+    depot = takeaway.Depot(workspace)
+    compared = cache.obtain(results.compared(document, document.version, files), silent)
+    assert max(compared.fitted.noise_ratio().values()) > 2.0
+    assert cache.obtain(results.located(document, document.version, files), silent).files
+    ranked = cache.obtain(walk.ranked(document, document.version, files), silent)
+    assert ranked.round.chosen == (hidden_at(kind)[0],)
+    here = takeaway.FmuChoice(platforms=(host_platform().name,))
+    made = {
+        "fmu": takeaway.fmu(document, here, depot),
+        "model": takeaway.model_file(document, files, depot),
+        "report": takeaway.report_page(document, files, depot),
+        "findings": takeaway.findings(document, files, depot),
+        "data": takeaway.data(document, files, depot),
+    }
+    if kind.has_springs:
+        made["linear"] = takeaway.linear(document, depot)
+    built = {name: result.compute(cache, silent) for name, result in made.items()}
+    assert fmpy.read_model_description(str(built["fmu"].path)).modelName
+    with zipfile.ZipFile(built["data"].path) as archive:
+        (table,) = (name for name in archive.namelist() if name.startswith("recordings/"))
+        (folder / "again.csv").write_bytes(archive.read(table))
+    again = et.read(folder / "again.csv").for_model(machine(kind))
+    (file,) = compared.fitted.files
+    assert again.inputs.keys() == file.measurement.inputs.keys()
+    assert again.signals.keys() == file.measurement.signals.keys()
+    workspace.close()
 
 
 CAPABILITIES = {
@@ -228,9 +267,8 @@ REFUSED = {
     (InterfaceKind.LOAD, "linearise"): "a linear model needs springs",
     (InterfaceKind.LOAD, "evidence"): "evidence in an FMU needs springs",
     **{
-        (kind, capability): f"{words} {AT_POSITION}, not at {kind}"
+        (kind, "evidence"): f"evidence in an FMU {AT_POSITION}, not at {kind}"
         for kind in (InterfaceKind.TORQUE, InterfaceKind.JOINT, InterfaceKind.TORQUE_JOINT)
-        for capability, words in (("evidence", "evidence in an FMU"), ("app", "the app"))
     },
 }
 

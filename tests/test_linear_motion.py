@@ -2,18 +2,22 @@
 
 import re
 import zipfile
+from io import StringIO
 
 import fmpy
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.text import Text
+from rich.console import Console
 
 import elastic_tendon as et
 from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.app.document import check_shown
 from elastic_tendon.comparison.simulated import default_table
 from elastic_tendon.diagnosis.candidates import candidates
+from elastic_tendon.reports.fleet_figure import fleet_figure
+from elastic_tendon.reports.fleet_tables import pooled_table, robots_table
 from elastic_tendon.reports.write import report
 from elastic_tendon.sweeps.factors import parse_factor
 from elastic_tendon.sweeps.fleet import fleet
@@ -178,8 +182,27 @@ def test_a_sweep_counts_in_metres(tmp_path):
     assert not any(TURNING.search(column) for column in table)
 
 
-def test_fleets_and_the_app_refuse_a_machine_that_slides():
-    with pytest.raises(et.ModelError, match="a fleet is for machines that turn; take compare"):
-        fleet(LINEAR, ["robot.csv"])
+def test_a_fleet_counts_in_newtons(tmp_path):
+    moved = et.simulate(LINEAR, TIME, load_torque=LOAD)["joint_position"]
+    random = np.random.default_rng(2)
+    for robot in ("first", "second"):
+        noisy = recording()
+        noisy["joint_position_mm"] = 1e3 * (moved + 1e-5 * random.standard_normal(len(TIME)))
+        noisy.to_csv(tmp_path / f"{robot}.csv", index=False)
+    table = fleet(LINEAR, sorted(map(str, tmp_path.glob("*.csv")))).rows(0, 2)
+    assert not any(table["failure"])
+    assert table["joint_position_rmse_after_m"].max() < 1.1e-5
+    assert not any(TURNING.search(column) for column in table)
+    found = et.fleet_findings(LINEAR, table)
+    tables = robots_table(LINEAR, table), pooled_table(found)
+    drawn = " ".join(text.get_text() for text in fleet_figure(LINEAR, table).findobj(Text))
+    with (console := Console(width=200, record=True, file=StringIO())).capture():
+        for one in filter(None, tables):
+            console.print(one)
+    for text in (drawn, str(found), console.export_text()):
+        assert not TURNING.search(text)
+
+
+def test_the_app_refuses_a_machine_that_slides():
     with pytest.raises(et.ModelError, match="the app is for machines that turn"):
         check_shown(LINEAR)

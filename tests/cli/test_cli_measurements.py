@@ -128,7 +128,9 @@ def test_simulate_without_data_crosses_into_slack_and_can_be_compared(run) -> No
     result = run("compare", MODEL, "out.csv", "--json", "c.json")
     assert result.exit_code == 0
     (file,) = json.loads(Path("c.json").read_text())["files"]
-    assert set(file["signals"]) == {"joint_position", "joint_torque", "motor_torque"}
+    torques = {"joint_torque", "motor_torque"}
+    forces = {"upper_spring_force", "lower_spring_force"}
+    assert set(file["signals"]) == {"joint_position", *torques, *forces}
     # the same model on its own table: only the estimate of the initial state differs
     assert file["signals"]["joint_position"]["rmse"] < 1e-6
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from effects_at import searched_without_deflection
+from effects_at import searched_in_positions
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.diagnosis import data
@@ -194,7 +194,7 @@ def test_every_effect_is_a_candidate_of_a_bare_model() -> None:
         data_of(GIVEN, [unbent], []).candidates
     )
     assert added == {"deflection_gain"}
-    assert data_of(GIVEN, [unbent], []).candidates == searched_without_deflection()
+    assert data_of(GIVEN, [unbent], []).candidates == searched_in_positions()
 
 
 def test_some_effects_are_candidates_only_on_request() -> None:
@@ -216,7 +216,7 @@ def test_only_and_without() -> None:
     found = data_of(GIVEN, [recording(500)], [], Options(only=wanted, without=wanted[:1]))
     assert found.candidates == ("coulomb_friction",)
     found = data_of(GIVEN, [recording(500)], [], Options(without=wanted))
-    assert set(searched_without_deflection()) - set(found.candidates) == set(wanted)
+    assert set(searched_in_positions()) - set(found.candidates) == set(wanted)
 
 
 def test_unknown_ids_are_refused_by_name() -> None:

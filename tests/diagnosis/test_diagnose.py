@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from effects_at import searched_without_deflection
+from effects_at import searched_in_positions
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.diagnosis import conclude as concluding
 from elastic_tendon.diagnosis import data as excerpting
@@ -97,7 +97,7 @@ def test_what_would_have_shown_is_told(found) -> None:
 def test_each_other_effect_has_a_size_from_which_it_would_have_shown(found) -> None:
     told = {part.id: part for part in found.would_show}
     laws = {"stribeck_friction", "lugre_friction"}  # of what was found
-    assert set(told) == set(searched_without_deflection()) - {COULOMB} - laws
+    assert set(told) == set(searched_in_positions()) - {COULOMB} - laws
     # in place of softer springs nobody sees it
     compliance = told["tendon_compliance"].smallest
     assert compliance is None or compliance > 1e-6

@@ -47,28 +47,29 @@ def with_typical(model: Model, effect) -> Model:
     return model.with_effect(effect.id, numbers)
 
 
-def measured(model, **options):
-    """What a joint encoder reads."""
+def measured(model, signal="joint_position", **options):
+    """What a sensor reads."""
     motion = simulate(
         model, TIME, load_torque=LOAD, as_measured=True, **{**drive(model), **options}
     )
-    return motion[motion.measured("joint_position")]
+    return motion[motion.measured(signal)]
 
 
-def assert_sensitivities_agree_with_differences(model, paths, relative):
+def assert_sensitivities_agree_with_differences(model, paths, relative, signal="joint_position"):
     """Exact derivatives of what is measured against central differences at 1e-5 of each value."""
     # cubic: where a delayed motor position has kinks, differences to the delay do not converge
     options = {"interpolation": "cubic", "as_measured": True, **drive(model)}
     exact = sensitivities(
         model, TIME, load_torque=LOAD, parameters=paths, tolerance=1e-10, **options
     )
-    derivatives = exact.of(exact.trajectory.measured("joint_position"))
+    derivatives = exact.of(exact.trajectory.measured(signal))
     for path, column in zip(paths, derivatives.T, strict=True):
         value = model.values()[path]
         step = 1e-5 * value
         high, low = (
             measured(
                 model.with_values({path: value + sign * step}),
+                signal,
                 interpolation="cubic",
                 tolerance=1e-12,
             )

@@ -17,7 +17,7 @@ from contract_cases import (
 )
 from scipy.integrate import cumulative_trapezoid
 
-from effects_at import AT_POSITION, placed
+from effects_at import AT_POSITION, placed, shown_in
 from elastic_tendon.actuator.model import build
 from elastic_tendon.actuator.parameters import quantities, typical_value
 from elastic_tendon.effects import CATALOGUE
@@ -46,8 +46,9 @@ def test_null_gives_the_base_model(effect, model):
 @models
 @effects
 def test_typical_numbers_change_what_is_measured(effect, model):
-    bare = measured(placed(model, effect))
-    assert np.abs(measured(with_typical(model, effect)) - bare).max() > 1e-4
+    signal = shown_in(effect)
+    bare = measured(placed(model, effect), signal)
+    assert np.abs(measured(with_typical(model, effect), signal) - bare).max() > 1e-4
 
 
 @models
@@ -71,7 +72,7 @@ def test_sensitivities_agree_with_differences(effect, model):
     model = with_typical(model, effect)
     own = [path for path in model.values() if path.startswith(f"effects.{effect.id}.")]
     paths = [*own, "transmission.pretension_force", "transmission.upper_spring.stiffness"]
-    assert_sensitivities_agree_with_differences(model, paths, DIFFERENCES)
+    assert_sensitivities_agree_with_differences(model, paths, DIFFERENCES, shown_in(effect))
 
 
 @effects
@@ -147,7 +148,7 @@ def test_derivative_at_the_null_is_regular_or_declared_singular(effect):
     result = sensitivities(
         null, TIME, load_torque=LOAD, parameters=paths, as_measured=True, **drive(null)
     )
-    size = np.linalg.norm(result.of(result.trajectory.measured("joint_position")), axis=0)
+    size = np.linalg.norm(result.of(result.trajectory.measured(shown_in(effect))), axis=0)
     assert np.isfinite(size).all()
     assert (size.max() == 0.0) == effect.singular_null
     assert effect.singular_null or (size > 0.0).all()

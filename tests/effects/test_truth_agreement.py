@@ -15,7 +15,7 @@ import pytest
 from elastic_tendon.actuator.parameters import parse_model
 from elastic_tendon.simulation.simulate import simulate
 from truth import signals, solver
-from truth.catalogue import actuator_of, signal_maps_of
+from truth.catalogue import CELLS, actuator_of, signal_maps_of
 from truth.every_effect import EFFECTS as EVERY_EFFECT
 from truth.recording import record
 from truth.solver import Event, Trajectory
@@ -412,7 +412,14 @@ def assert_recorded_alike(expected: Trajectory, actual: Mapping[str, np.ndarray]
     pairs = {
         "measured_joint_position": ("joint_position", AGREEMENT),
         "measured_motor_position": ("motor_position", AGREEMENT),
-        "joint_torque": ("joint_torque", TORQUE_AGREEMENT),
+        **{
+            actual_name: (
+                signal,
+                100.0 * TORQUE_AGREEMENT if "force" in signal else TORQUE_AGREEMENT,
+            )
+            for signal in CELLS.values()
+            for actual_name in (f"measured_{signal}" if f"measured_{signal}" in actual else signal,)
+        },
     }
     for name, (true_name, tolerance) in pairs.items():
         np.testing.assert_allclose(
@@ -433,6 +440,17 @@ def test_encoders_with_offsets():
 def test_a_deflection_that_is_read_too_large():
     expected, actual, true = recorded({"deflection_gain": {"error": 0.15}})
     assert np.abs(expected["joint_position"] - true).max() > 0.01
+    assert_recorded_alike(expected, actual)
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_a_load_cell_with_another_scale_and_zero(cell):
+    """What it shows; the machine moves as it would."""
+    ids = f"{cell}_gain", f"{cell}_offset"
+    expected, actual, true = recorded({name: EVERY_EFFECT[name] for name in ids})
+    np.testing.assert_allclose(expected["joint_position"], true, rtol=0, atol=1e-12)
+    apart = actual[f"measured_{CELLS[cell]}"] - actual[CELLS[cell]]
+    assert np.ptp(apart) > 0.01
     assert_recorded_alike(expected, actual)
 
 

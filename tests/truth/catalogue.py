@@ -100,6 +100,15 @@ def actuator_of(tree: Numbers) -> Actuator:
     )
 
 
+# effects of what measures a torque or a force, by the beginning of their ids
+CELLS = {
+    "joint_torque": "joint_torque",
+    "motor_reading": "motor_torque",
+    "upper_force": "upper_spring_force",
+    "lower_force": "lower_spring_force",
+}
+
+
 def signal_maps_of(tree: Numbers) -> SignalMaps:
     """What the sensors of a model.toml make of the true signals."""
     effects = tree.get("effects", {})
@@ -108,4 +117,11 @@ def signal_maps_of(tree: Numbers) -> SignalMaps:
         motor_offset=effects.get("motor_encoder_offset", {}).get("offset", 0.0),
         delay=effects.get("measurement_delay", {}).get("delay", 0.0),
         deflection_share=effects.get("deflection_gain", {}).get("error", 0.0),
+        cells={
+            signal: (
+                effects.get(f"{cell}_gain", {}).get("error", 0.0),
+                effects.get(f"{cell}_offset", {}).get("offset", 0.0),
+            )
+            for cell, signal in CELLS.items()
+        },
     )

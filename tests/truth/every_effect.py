@@ -32,4 +32,12 @@ EFFECTS = {
     "motor_encoder_offset": {"offset": 0.013},
     "deflection_gain": {"error": 0.15},
     "measurement_delay": {"delay": 0.0073},
+    "joint_torque_gain": {"error": -0.2},
+    "joint_torque_offset": {"offset": 0.3},
+    "motor_reading_gain": {"error": 0.3},
+    "motor_reading_offset": {"offset": -0.2},
+    "upper_force_gain": {"error": 0.1},
+    "upper_force_offset": {"offset": -7.0},
+    "lower_force_gain": {"error": -0.15},
+    "lower_force_offset": {"offset": 5.0},
 }

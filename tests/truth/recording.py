@@ -1,6 +1,7 @@
-"""What encoders with offsets and a late joint side record of a motion."""
+"""What encoders with offsets, load cells and a late joint side record of a motion."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,19 +12,24 @@ from truth.solver import Trajectory, simulate
 
 Vector = NDArray[np.float64]
 
-# signals that come from the joint's side, and so late
-JOINT_SIDE = ("joint_position", "joint_velocity", "joint_torque")
+# signals that come from the joint's side, and so late; forces of tendons are those at its pulley
+JOINT_SIDE = (
+    *("joint_position", "joint_velocity", "joint_torque"),
+    *("upper_spring_force", "lower_spring_force"),
+)
 
 
 @dataclass(frozen=True)
 class SignalMaps:
     """Offsets that encoders add (rad), the `delay` (s) of the joint's side, and the share of its
-    deflection that is read too much where that is measured."""
+    deflection that is read too much where that is measured. `cells`: of a torque or a force by
+    name, the share that is read too much, and what is read where there is none."""
 
     joint_offset: float = 0.0
     motor_offset: float = 0.0
     delay: float = 0.0
     deflection_share: float = 0.0
+    cells: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def waiting(experiment: Experiment, delay: float) -> Experiment:
@@ -60,4 +66,6 @@ def record(
         columns["joint_position"] + maps.joint_offset + maps.deflection_share * deflection
     )
     columns["motor_position"] = columns["motor_position"] + maps.motor_offset
+    for name, (share, zero) in maps.cells.items():
+        columns[name] = columns[name] * (1.0 + share) + zero
     return replace(run, time=time, columns=columns)

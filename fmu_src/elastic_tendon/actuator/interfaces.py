@@ -42,6 +42,8 @@ class InterfaceKind(StrEnum):
         """Whether effects of a slot have something to act on."""
         if not self.has_springs:
             return slot in _WITHOUT_SPRINGS
+        if self.has_rotor and slot is Slot.MOTOR_TORQUE_SIGNAL:  # it is given
+            return False
         return (self.has_rotor or slot not in _OF_ROTOR) and (self.has_link or slot not in _OF_LINK)
 
     def has_quantity(self, path: str) -> bool:

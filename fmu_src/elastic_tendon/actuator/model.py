@@ -3,7 +3,7 @@
 The chain follows the slots of `effects.base`: motor, its pulley, two tendons, joint pulley, link.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -19,6 +19,7 @@ from elastic_tendon.actuator.system import (
 )
 from elastic_tendon.actuator.tendon import TendonForces, tendon
 from elastic_tendon.actuator.variables import (
+    FORCE_READINGS,
     LINK,
     POSITION_OF,
     ROTOR,
@@ -74,6 +75,7 @@ def build(
         upper, lower = _tendons(s, ends.joint)
         angle = _pulley_angle(s, ends, upper, lower)
         outputs = {**s.state, **_outputs(s, kind, ends, angle, upper, lower)}
+        outputs |= _force_readings(s, outputs)
     else:
         _free_link(s, ends.joint)
         outputs = dict(s.state)
@@ -392,6 +394,15 @@ def _readings(s: Symbols, ends: _Ends, delay: Symbol) -> dict[str, Symbol]:
         "measured_motor_position": ends.motor_position
         + sum((error.value for error in motor), ca.SX(0)),
     }
+
+
+def _force_readings(s: Symbols, outputs: Mapping[str, Symbol]) -> dict[str, Symbol]:
+    """What is measured of torques and forces, where effects make it other than the true one."""
+    found = {}
+    for slot, (name, reading) in FORCE_READINGS.items():
+        if errors := s.fill(slot, Signal(outputs[name])):
+            found[reading.name] = outputs[name] + sum(error.value for error in errors)
+    return found
 
 
 # ---- jumps and starts ----------------------------------------------------------------------

@@ -180,6 +180,18 @@ READINGS = (
     Variable("measured_motor_position", "rad", "what the motor encoder reads", at_motor=True),
 )
 
+# what is measured of torques and forces, where an effect makes it other than the true one: slot of
+# such effects -> the output, and what is read of it
+FORCE_READINGS = {
+    slot: (name, Variable(f"measured_{name}", unit, f"what is measured as {name}", at_motor=motor))
+    for slot, name, unit, motor in (
+        (Slot.JOINT_TORQUE_SIGNAL, "joint_torque", "N.m", False),
+        (Slot.MOTOR_TORQUE_SIGNAL, "motor_torque", "N.m", True),
+        (Slot.UPPER_FORCE_SIGNAL, "upper_spring_force", "N", False),
+        (Slot.LOWER_FORCE_SIGNAL, "lower_spring_force", "N", False),
+    )
+}
+
 # rotor and link, whose position and velocity are outputs and states alike
 _ROTOR = (
     replace(MOTOR_POSITION, at_motor=True),
@@ -188,7 +200,13 @@ _ROTOR = (
 _LINK = (JOINT_POSITION, JOINT_VELOCITY)
 
 # everything that is measured, driven or computed at some interface, by name
-SIGNALS = {variable.name: variable for variable in (*INPUTS, *_ROTOR, *OUTPUTS, *READINGS)}
+SIGNALS = {
+    variable.name: variable
+    for variable in (
+        *(*INPUTS, *_ROTOR, *OUTPUTS, *READINGS),
+        *(reading for _, reading in FORCE_READINGS.values()),
+    )
+}
 
 SIGNAL_SLOTS = (
     Slot.MOTOR_SIGNAL,
@@ -270,6 +288,7 @@ def _outputs(kind: InterfaceKind, effects: tuple[Effect, ...]) -> tuple[Variable
         *(output for output in rest if not (kind.has_rotor and output is MOTOR_TORQUE)),
         *(() if kind.has_link else (HOLDING_TORQUE,)),
         *(reading for reading in READINGS if read and (kind.has_link or reading.at_motor)),
+        *(reading for slot, (_, reading) in FORCE_READINGS.items() if _has(effects, slot)),
     )
 
 

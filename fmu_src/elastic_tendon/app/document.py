@@ -302,9 +302,8 @@ def check_shown(model: Model) -> None:
     Raises
     ------
     ModelError
-        at an interface without a recorded motion, or for a machine that slides
+        for a machine that slides
     """
-    model.check_interface("the app")
     model.check_rotary("the app")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from elastic_tendon.actuator.variables import OUTPUTS
+from elastic_tendon.actuator.variables import SIGNALS
 from elastic_tendon.app.results import Compared
 from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import Location
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 AS_GIVEN, SIMULATED = "as given", "simulated"  # what models are called beside the data
-_UNITS = {output.name: SUFFIXES[output.unit] for output in OUTPUTS}
+_UNITS = {
+    name: SUFFIXES[signal.unit] for name, signal in SIGNALS.items() if signal.unit in SUFFIXES
+}
 
 
 @dataclass(frozen=True)
@@ -102,9 +104,8 @@ def _samples(runs: Sequence[Run]) -> "pd.DataFrame":
     import pandas as pd
 
     measurement = runs[0].file.measurement
-    columns = {"time_s": measurement.time, "motor_position_rad": measurement.motor_position}
-    if measurement.load_torque is not None:
-        columns["load_torque_Nm"] = measurement.load_torque
+    inputs = {name + _UNITS[name]: values for name, values in measurement.inputs.items()}
+    columns = {"time_s": measurement.time, **inputs}
     for signal, measured in measurement.signals.items():
         column = signal + _UNITS[signal]
         columns[f"measured_{column}"] = measured

@@ -30,7 +30,7 @@ _WRITTEN = {
     "Nmm": "N·mm",
 }
 BY_NAME = ""  # chosen in place of a column: found by its name, if it is there
-_SI = {"time": "s", "angle": "rad", "torque": "N·m"}
+_SI = {"time": "s", "angle": "rad", "torque": "N·m", "force": "N"}
 
 
 @dataclass(frozen=True)

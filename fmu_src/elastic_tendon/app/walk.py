@@ -16,6 +16,7 @@ from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.by_hand import LeftOpen, Outcome, Proposed, Ranked, SoFar
 from elastic_tendon.diagnosis.data import Data, data_of
+from elastic_tendon.diagnosis.diagnose import for_search
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Round
 from elastic_tendon.estimation.add import named_after
@@ -61,7 +62,9 @@ def given_data(document: Document, version: Version, files: Files) -> Result[Dat
     def compute(cache: Cache, progress: Progress) -> Data:
         measurements = cache.obtain(results.data(document.at(version.id), files), progress)
         model, options = _root(document, version).loaded(), Options(without=of_others(document))
-        return data_of(model, measurements.fitted, measurements.heldout, options)
+        return data_of(
+            model, *for_search(model, measurements.fitted, measurements.heldout, options)
+        )
 
     return Result(_key("given data", document, version), "preparing the data", compute)
 

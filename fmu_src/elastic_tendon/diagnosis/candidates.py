@@ -11,6 +11,7 @@ from elastic_tendon.actuator.effect_numbers import exclusion
 from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.actuator.transmission import prestretched_length
+from elastic_tendon.actuator.variables import FORCE_READINGS
 from elastic_tendon.effects.base import Effect, Parameter, Slot, Spread
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.coordinates import SPRINGS
@@ -41,13 +42,15 @@ def candidates(model: Model, measurements: Sequence[Measurement]) -> tuple[str, 
     -------
     tuple of str, in the catalogue's order
     """
-    hidden = set()
+    hidden: set[Slot] = set()
     if all(recording.static for recording in measurements):
         # in equilibrium a spring with a mass is the same, and over the long times of a static
         # curve one that is hardly damped takes millions of steps
         hidden.add(Slot.SPRING_MASS)
     if all(recording.motor_share is None for recording in measurements):
         hidden.add(Slot.DEFLECTION_SIGNAL)
+    measured = {name for recording in measurements for name in recording.signals}
+    hidden |= {slot for slot, (name, _) in FORCE_READINGS.items() if name not in measured}
     found = filter(None, map(effects.BY_ID.find, effects.BY_ID.ids()))
     return tuple(
         effect.id for effect in found if effect.slot not in hidden and _welcome(model, effect)

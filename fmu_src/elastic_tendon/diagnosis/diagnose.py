@@ -93,6 +93,29 @@ def _check_positions(measurement: Measurement) -> None:
         )
 
 
+def for_search(
+    model: Model,
+    measurements: Sequence[Measurement],
+    validation: Sequence[Measurement],
+    options: Options,
+) -> tuple[list[Measurement], list[Measurement], Options]:
+    """Recordings as of the model's interface, and options with the horizon that suits their noise.
+
+    Raises
+    ------
+    MeasurementError : what drives the model was not measured, nothing that it computes, or a
+        position
+    """
+    fitted, heldout = (
+        [part.to_compare(model) for part in parts] for parts in (measurements, validation)
+    )
+    for part in (*fitted, *heldout):
+        _check_positions(part)
+    if options.horizon is None:
+        options = replace(options, horizon=horizon_for(model, (*fitted, *heldout)))
+    return fitted, heldout, options
+
+
 def _diagnosed(
     model: Model,
     measurements: Sequence[Measurement],
@@ -103,13 +126,8 @@ def _diagnosed(
 ) -> Diagnosis:
     begin = time.monotonic()
     options.check_ids()
-    measurements = [part.to_compare(model) for part in measurements]
-    validation = [part.to_compare(model) for part in validation]
-    for part in (*measurements, *validation):
-        _check_positions(part)
     asked = options.horizon
-    if asked is None:
-        options = replace(options, horizon=horizon_for(model, (*measurements, *validation)))
+    measurements, validation, options = for_search(model, measurements, validation, options)
     data = data_of(model, measurements, validation, options)
     looked_at = measurements if model.kind in AS_RECORDED else ()
     notes = [finding.sentence for finding in sign_errors(model, looked_at)]

@@ -11,12 +11,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.variables import FORCE_READINGS
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.missing_torque import MissingTorque, TorqueCurve, missing_torque
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.learned import learned_effect
 from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.effects import BY_ID
 
 # they order everything a little: a motion is smooth, every torque accelerates the joint, and the
 # load deflects it
@@ -48,6 +50,13 @@ def is_told(diagnosis: Diagnosis) -> bool:
     """Whether the torque that an effect explains can be told: not of a joint that is given, whose
     motion no effect changes."""
     return diagnosis.model.kind.has_link
+
+
+def told_effects(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Ids of those added whose torque can be told: not of the sensor of a torque or a force, which
+    changes no motion."""
+    added = diagnosis.added if is_told(diagnosis) else ()
+    return tuple(name for name in added if BY_ID[name].slot not in FORCE_READINGS)
 
 
 def explained_by_effect(diagnosis: Diagnosis, effect_id: str) -> Explained:

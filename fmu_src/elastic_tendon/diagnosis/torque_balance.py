@@ -460,8 +460,10 @@ class _Seen:
         return moves_up * up + moves_down * down + rests * held
 
     def shown(self, name: str, weights: ca.SX) -> ca.SX:
-        """An output of the system that is a torque."""
-        output = self.system.outputs[self.system.interface.output_names.index(name)]
+        """A torque, or the force of a tendon, as it is measured."""
+        names = self.system.interface.output_names
+        reading = f"measured_{name}" if f"measured_{name}" in names else name
+        output = self.system.outputs[names.index(reading)]
         up, down = self._moving(LINK, output)
         if up is down:
             return up

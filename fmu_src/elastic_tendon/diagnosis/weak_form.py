@@ -35,7 +35,8 @@ SLOW = 2.5  # velocities below so many of their standard deviations have no sure
 SLOWEST = 0.005  # ... nor those below this share of the largest
 SMOOTHING = 10.0 ** np.arange(0.0, 14.0, 0.5)  # weights that cross-validation chooses from
 ORDER = 3  # derivative that smoothing keeps small
-TORQUES = "joint_torque", "motor_torque"  # outputs of the model that sensors may show
+# torques, and forces of tendons, that sensors may show
+TORQUES = "joint_torque", "motor_torque", "upper_spring_force", "lower_spring_force"
 JITTER = 1e-9  # relative; keeps covariances positive
 
 

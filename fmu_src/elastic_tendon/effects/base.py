@@ -34,6 +34,10 @@ class Slot(IntEnum):
     JOINT_SIGNAL = 9  # Signal -> error of the joint encoder, rad
     SIGNAL_DELAY = 10  # None -> delay of the signals measured at the joint, s
     DEFLECTION_SIGNAL = 13  # Signal -> error of the deflection sensor, rad
+    JOINT_TORQUE_SIGNAL = 14  # Signal -> error of the measured joint torque, N·m
+    MOTOR_TORQUE_SIGNAL = 15  # Signal -> error of the motor torque, where it is measured, N·m
+    UPPER_FORCE_SIGNAL = 16  # Signal -> error of the measured force of the upper tendon, N
+    LOWER_FORCE_SIGNAL = 17  # Signal -> error of that of the lower tendon, N
     MOTOR_TORQUE = 11  # Motor -> smooth torque added on the rotor, N·m
     MOTOR_FRICTION = 12  # Motor -> FrictionBounds, one stick relation of the rotor
 
@@ -139,7 +143,7 @@ class Alias:
 
 @dataclass(frozen=True)
 class Signal:
-    """Where a sensor reads: the true angle, rad."""
+    """Where a sensor reads: the true value, in the unit of what is measured."""
 
     value: Symbol
 

@@ -12,7 +12,7 @@ from elastic_tendon.effects.base import Effect
 from elastic_tendon.effects.registry import Registry
 
 # modules of this folder that hold no effect
-WITHOUT = {"base", "catalogue", "checks", "registry", "source", "symbolic", "units"}
+WITHOUT = {"base", "catalogue", "checks", "readings", "registry", "source", "symbolic", "units"}
 
 
 def _effects() -> tuple[Effect, ...]:

@@ -30,3 +30,11 @@ motor_stiction: Effect
 motor_cogging: Effect
 motor_torque_gain: Effect
 motor_torque_offset: Effect
+joint_torque_gain: Effect
+joint_torque_offset: Effect
+motor_reading_gain: Effect
+motor_reading_offset: Effect
+upper_force_gain: Effect
+upper_force_offset: Effect
+lower_force_gain: Effect
+lower_force_offset: Effect

@@ -28,7 +28,8 @@ EFFECT = Effect(
     "joint farther where one is slack. Gravity load: its torque changes with the angle, and over a "
     "small range of angles the two are alike. Coulomb friction: it changes its sign with the "
     "velocity; a machine that moves in one direction only cannot distinguish the two. Directional "
-    "damping: it vanishes at rest and in slow motion.",
+    "damping: it vanishes at rest and in slow motion. Joint torque offset: the joint rests where "
+    "it should, and only the measured torque is off.",
     confirm="Hold the motor, push the joint gently to both sides and let it come to rest from "
     "each, at several angles and with another pretension: the mean of the two rest positions is "
     "beside the motor's by the torque over the stiffness, which changes with the pretension; the "

@@ -16,7 +16,7 @@ import numpy as np
 from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, load_model
-from elastic_tendon.actuator.variables import interface
+from elastic_tendon.actuator.variables import FORCE_READINGS, interface
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.errors import EvidenceError, ModelError, SimulationError
@@ -191,12 +191,14 @@ def gather_evidence(
 def replayable(model: Model, measurement: Measurement) -> bool:
     """Whether an FMU can be driven as the recording was simulated.
 
-    Effects of sensors act where model and data meet, and are not in an FMU; cubic inputs no
-    importer knows.
+    Effects of sensors act where model and data meet, and are not in what a replay reads of an FMU;
+    cubic inputs no importer knows.
     """
-    return (
-        measurement.input_interpolation != "cubic" and not interface(*model.structure).reads_signals
+    variables = interface(*model.structure)
+    of_sensors = variables.reads_signals or any(
+        effect.slot in FORCE_READINGS for effect in variables.effects
     )
+    return measurement.input_interpolation != "cubic" and not of_sensors
 
 
 def _smoke_test(model: Model) -> Experiment:

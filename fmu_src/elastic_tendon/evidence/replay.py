@@ -22,7 +22,10 @@ from elastic_tendon.errors import EvidenceError
 from elastic_tendon.evidence.experiment import RESULTS, STATES, Array, Experiment
 
 # beside the results, what recordings and ranges of validity may hold
-OUTPUTS = (*RESULTS, "motor_torque", "deflection")
+OUTPUTS = (
+    *(*RESULTS, "motor_torque", "deflection"),
+    *("upper_spring_force", "lower_spring_force"),
+)
 
 _VELOCITY, _CONNECTED = "motor_velocity", "motor_velocity_connected"
 _FINEST = 1e-3  # s; of a replay whose inputs move, where the importer gives no derivatives

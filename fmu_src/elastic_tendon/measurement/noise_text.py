@@ -9,7 +9,10 @@ from elastic_tendon.measurement.preparation import DIMENSIONS
 from elastic_tendon.measurement.units import factor_of
 
 # what is compared with a model, and so has a noise floor
-COMPARED = ("joint_position", "joint_torque", "motor_torque")
+COMPARED = (
+    *("joint_position", "joint_torque", "motor_torque"),
+    *("upper_spring_force", "lower_spring_force"),
+)
 # what is measured in place of another signal and compared as that, without other errors
 COMPARED_AS = {"joint_deflection": "joint_position"}
 APART = 2.0  # figures of one noise that differ by more disagree
@@ -18,7 +21,7 @@ _GIVEN = re.compile(
     r"\s*(?P<signal>\w+)\s*=\s*(?P<size>[+-]?[0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?)\s*(?P<unit>.*?)\s*"
 )
 # as people write it; `USUAL` has what a column's name may hold
-_WRITTEN = {"angle": "rad", "torque": "N·m"}
+_WRITTEN = {"angle": "rad", "torque": "N·m", "force": "N"}
 
 
 def parse_size(text: str, kind: str = "noise") -> tuple[str, float]:

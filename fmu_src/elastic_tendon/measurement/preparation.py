@@ -33,10 +33,15 @@ DIMENSIONS = {
     "load_torque": "torque",
     "joint_torque": "torque",
     "motor_torque": "torque",
+    "upper_spring_force": "force",
+    "lower_spring_force": "force",
     "motor_velocity": "speed",
 }
 # what a sensor may be late in; a static curve has no time, and the motor's speed is not used
-SHIFTED = ("motor_position", "joint_position", "load_torque", "joint_torque", "motor_torque")
+SHIFTED = (
+    *("motor_position", "joint_position", "load_torque", "joint_torque", "motor_torque"),
+    *("upper_spring_force", "lower_spring_force"),
+)
 
 _NUMBER = r"[0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?"
 _MAP = re.compile(

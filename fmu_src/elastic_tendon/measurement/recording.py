@@ -20,6 +20,7 @@ from elastic_tendon.measurement.noise import (
     rounding_noise,
 )
 from elastic_tendon.measurement.noise_text import (
+    COMPARED,
     COMPARED_AS,
     check_size,
     floor_notes,
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 JOINT, DEFLECTION = "joint_position", "joint_deflection"
-_COMPARED = (JOINT, "motor_position", "joint_torque", "motor_torque")
+_COMPARED = (JOINT, "motor_position", *COMPARED[1:])
 # fewer samples than this cannot distinguish an initial state from noise
 MINIMUM_SAMPLES = 10
 CLEARLY_LESS = 0.95  # of a mean square error, which straight inputs have to leave at most
@@ -82,7 +83,8 @@ class Measurement(Result):
         that it drives, and zeros stand here
     signals : name of a model output -> (n,) array in its SI unit; what is compared with the model:
         where measured, ``joint_position`` (rad), or in its place ``joint_deflection`` (rad), see
-        `with_joint_position`; ``joint_torque`` and ``motor_torque`` (N·m)
+        `with_joint_position`; ``joint_torque`` and ``motor_torque`` (N·m),
+        ``upper_spring_force`` and ``lower_spring_force`` (N)
     load_torque : (n,) array, N·m on the joint, or None: none acts
     interpolation : of motor position and load between the samples, as of `simulate`, or "auto":
         as their spectra show, see `input_interpolation`

@@ -18,6 +18,7 @@ from elastic_tendon.diagnosis.explained import (
     explained_by_learned,
     is_told,
     mean_curve,
+    told_effects,
 )
 from elastic_tendon.diagnosis.result import Candidate, Diagnosis, Experiment, Round
 from elastic_tendon.reports.comparison_figures import (
@@ -48,11 +49,10 @@ def all_figures(diagnosis: Diagnosis) -> Iterator[tuple[str, Drawing]]:
         yield f"ladder_{signal}", partial(ladder, diagnosis.ladder, signal)
     if any(candidate_round.candidates for candidate_round in diagnosis.rounds):
         yield "candidates", partial(candidates, diagnosis.rounds)
-    told = is_told(diagnosis)
-    for effect_id in diagnosis.added if told else ():
+    for effect_id in told_effects(diagnosis):
         yield f"explained_by_{effect_id}", partial(explained_by, diagnosis, effect_id)
     yield from _of_recordings(diagnosis)
-    if diagnosis.learned is not None and told:
+    if diagnosis.learned is not None and is_told(diagnosis):
         yield "learned_term", partial(learned_term, diagnosis)
     if diagnosis.next_experiment is not None:
         yield "next_experiment", partial(next_experiment, diagnosis.next_experiment)

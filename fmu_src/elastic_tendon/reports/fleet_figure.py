@@ -50,7 +50,7 @@ MANY = (13.0, 5.0)  # inch, of the figure of more
 ROW, LOW_ROW, CELL = 0.36, 0.2, 0.62  # inch; rows are low where there are many
 ERRORS, NAMES, BAR = 2.6, 2.2, 0.14  # inch: width of the errors, of names; height of the scale
 LETTERS = 13.0  # of a reason in an inch
-SIGNAL_COLOURS = dict(zip(SIGNALS, (BLACK, SKY, VERMILLION, GREEN), strict=True))
+SIGNAL_COLOURS = dict(zip(SIGNALS, (BLACK, SKY, VERMILLION, GREEN, BLUE, PURPLE), strict=True))
 LEAST = 0.1  # multiples of the noise: less is drawn there, as data without noise tell
 RANGE = (0.7, 3.0)  # multiples of the noise that are always shown
 

@@ -16,7 +16,7 @@ from elastic_tendon.actuator.design import DesignTable, design
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.effects.base import Effect
-from elastic_tendon.simulation.simulate import driving_torque, simulate
+from elastic_tendon.simulation.simulate import Trajectory, driving_torque, simulate
 
 Array = NDArray[np.float64]
 
@@ -62,8 +62,9 @@ class Signature:
     """How an effect shows on the model named `example`, as the sensors read it.
 
     `slow_loop`: load torque (N·m) over deflection (rad), the motor held. `fast_loop`: torque of
-    the tendons on the joint (N·m) over deflection (rad), the motor swinging. `step`: joint
-    position (rad) over time (s) beside `motor`, the motor position reflected to the joint (rad).
+    the tendons on the joint (N·m), see `_read_torque`, over deflection (rad), the motor swinging.
+    `step`: joint position (rad) over time (s) beside `motor`, the motor position reflected to the
+    joint (rad).
     `numbers` are the effect's by name, its strength `times_typical` the typical one.
     `slack_boundaries` (rad) are those without the effect.
     """
@@ -236,5 +237,21 @@ def _record(machine: Model, example: Model, experiment: _Experiment) -> _Record:
         motor_position=motor_position[shown] / ratio,
         load_torque=load[shown],
         joint_position=trajectory[trajectory.measured("joint_position")][shown],
-        joint_torque=trajectory["joint_torque"][shown],
+        joint_torque=_read_torque(example, trajectory)[shown],
     )
+
+
+def _read_torque(example: Model, trajectory: Trajectory) -> Array:
+    """Torque of the tendons on the joint, (n,) N·m, as the one sensor reads it that an effect
+    changes, of the joint's torque, of the motor's, or of the force of a tendon."""
+    transmission = example.transmission
+    torque = trajectory["joint_torque"]
+    for signal, arm in (
+        ("joint_torque", 1.0),
+        ("motor_torque", 1.0 / transmission.motor_share),
+        ("upper_spring_force", transmission.joint_pulley_radius),
+        ("lower_spring_force", -transmission.joint_pulley_radius),
+    ):
+        if (read := trajectory.measured(signal)) != signal:
+            torque = torque + arm * (trajectory[read] - trajectory[signal])
+    return np.asarray(torque)

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import SIGNALS as VARIABLES
 from elastic_tendon.actuator.variables import interface
@@ -40,7 +41,10 @@ from elastic_tendon.sweeps.task import (
 LOW, HIGH = ".low", ".high"  # after the path of a parameter: ends of its 95 % interval
 UNKNOWN = "unknown"  # what has appeared where no effect of the catalogue explains it
 # that a recording may hold, and a model compute at some interface
-SIGNALS = ("joint_position", "joint_torque", "motor_torque", "motor_position")
+SIGNALS = (
+    *("joint_position", "joint_torque", "motor_torque", "motor_position"),
+    *("upper_spring_force", "lower_spring_force"),
+)
 SUFFIXES_READ = (
     *(".csv", ".tsv", ".txt", ".dat", ".parquet", ".h5", ".hdf5"),
     *(".mat", ".mf4", ".mdf", ".mcap", ".db3"),
@@ -180,7 +184,6 @@ def fleet(
     ------
     MeasurementError : there are no robots, or two of one name
     """
-    model.check_rotary("a fleet")
     if not robots:
         raise MeasurementError("a fleet has no robots; name the recordings of at least one")
     chosen = [robot if isinstance(robot, Robot) else _robot(str(robot)) for robot in robots]
@@ -299,9 +302,11 @@ def _content(file: Path) -> str:
 # ---- what a row says ---------------------------------------------------------------------------
 
 
-def error_columns(signal: str) -> dict[tuple[str, str], str]:
+def error_columns(
+    signal: str, motion: MotionKind = MotionKind.ROTARY
+) -> dict[tuple[str, str], str]:
     """Columns of a signal's error: ("noise_ratio" or "rmse", "before" or "after") -> name."""
-    unit = VARIABLES[signal].unit
+    unit = motion.unit(VARIABLES[signal].unit)
     suffixes = {"noise_ratio": "", "rmse": SUFFIXES[unit]}
     return {
         (kind, when): f"{signal}_{kind}_{when}{suffix}"
@@ -330,7 +335,7 @@ def units_of(model: Model) -> dict[str, str]:
     units = {quantity.path: quantity.unit for quantity in model.quantities()}
     known = {path: units[path] for path in free_parameters(model)}
     return known | {
-        f"effects.{effect_id}.{parameter.name}": parameter.unit
+        f"effects.{effect_id}.{parameter.name}": model.motion.unit(parameter.unit)
         for effect_id, effect in effects.BY_ID.items()
         if effect_id not in model.effect_ids
         for parameter in effect.parameters
@@ -341,7 +346,7 @@ def _numbers(model: Model) -> Iterator[str]:
     """Columns of numbers; the same for all robots."""
     known = interface(*model.structure).output_names
     for signal in (name for name in SIGNALS if name in known):
-        yield from error_columns(signal).values()
+        yield from error_columns(signal, model.motion).values()
     for path in units_of(model):
         yield from (path, path + LOW, path + HIGH)
 
@@ -355,7 +360,7 @@ def _summary(diagnosis: Diagnosis) -> dict[str, str | float]:
     }
     ends = {"before": diagnosis.ladder[0], "after": diagnosis.ladder[-1]}
     for signal in ends["after"].rmse:
-        for (kind, when), column in error_columns(signal).items():
+        for (kind, when), column in error_columns(signal, diagnosis.given.motion).items():
             step = ends[when]
             row[column] = (step.rmse if kind == "rmse" else step.noise_ratio)[signal]
     for effect_id in diagnosis.added:

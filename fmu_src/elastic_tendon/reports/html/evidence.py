@@ -10,6 +10,7 @@ from elastic_tendon.diagnosis.explained import (
     explained_by_effect,
     explained_by_learned,
     is_told,
+    told_effects,
 )
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.errors import ElasticTendonError
@@ -44,10 +45,9 @@ def rounds(diagnosis: Diagnosis) -> Iterator[Block]:
         if (table := candidates_table(candidate_round, every=True)) is not None:
             yield _bars(number, candidate_round)
             yield as_table(table, f"Candidates of round {number}, the likeliest first")
-    told = is_told(diagnosis)
-    for effect_id in diagnosis.added if told else ():
+    for effect_id in told_effects(diagnosis):
         yield from _explains(called(effect_id), partial(explained_by_effect, diagnosis, effect_id))
-    if diagnosis.learned is not None and told:
+    if diagnosis.learned is not None and is_told(diagnosis):
         yield from _explains("the learned term", partial(explained_by_learned, diagnosis))
     if diagnosis.next_experiment is not None:
         proposed = diagnosis.next_experiment
