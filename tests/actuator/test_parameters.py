@@ -27,7 +27,11 @@ BUNDLED = (
     *("mrd_jaw", "mrd_tool_4", "muir_bench"),
 )
 ALL_EFFECTS = tuple(effect.id for effect in effects.CATALOGUE)
-EXCLUDED = ("stribeck_friction", "lugre_friction")  # by coulomb_friction
+# by coulomb_friction, and by a motor torque that is given
+EXCLUDED = (
+    *("stribeck_friction", "lugre_friction"),
+    *("motor_reading_gain", "motor_reading_offset"),
+)
 COMPATIBLE = tuple(effect_id for effect_id in ALL_EFFECTS if effect_id not in EXCLUDED)
 ROUNDING = 1e-12  # relative: a few operations in double precision
 

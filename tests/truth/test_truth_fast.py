@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from truth.catalogue import actuator_of, signal_maps_of
+from truth.catalogue import CELLS, actuator_of, signal_maps_of
 from truth.every_effect import EFFECTS
 from truth.experiments import Limits, multisine
 from truth.fast import Inputs, Player, TruthError
@@ -31,6 +31,8 @@ TREE = {
 }
 TIME = np.arange(0.0, 1.0, 0.002)
 EXPERIMENT = multisine(3, Limits(0.4, 5.0, 4.0), 1.0)
+# it plays no load cells: what they make of a torque or a force moves nothing
+PLAYED = [name for name in EFFECTS if name.rpartition("_")[0] not in CELLS]
 
 
 def tree_with(effects: dict, damping: float) -> dict:
@@ -59,7 +61,7 @@ PAIRS = [
 SHORT = TIME[:250]
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", PLAYED)
 def test_every_effect_agrees_with_the_located_events(effect):
     tree = tree_with({effect: EFFECTS[effect]}, 0.0)
     maps = signal_maps_of(tree)
