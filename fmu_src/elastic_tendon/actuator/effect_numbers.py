@@ -31,6 +31,7 @@ def effect_quantities(effect: Effect, sizes: Sizes) -> Iterator[Quantity]:
             integer=False,
             uncertainty=WIDE,
             tunable=not parameter.shape,
+            of_recording=parameter.of_recording,
         )
 
 

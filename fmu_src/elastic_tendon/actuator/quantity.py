@@ -31,6 +31,7 @@ class Quantity:
     relative to the value (of an effect: to the typical value); `Model.uncertainty_of`
     says what it comes to. `tunable`: it may change while the machine runs, by load, adjustment,
     temperature or wear, and so while the FMU does; the others are fixed by construction.
+    `of_recording`: what a fit to several recordings estimates for each.
     """
 
     path: str
@@ -43,6 +44,7 @@ class Quantity:
     integer: bool
     uncertainty: float
     tunable: bool
+    of_recording: bool = False
 
 
 def declare(

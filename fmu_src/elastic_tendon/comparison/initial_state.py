@@ -1,5 +1,6 @@
 """The state at the first sample, estimated on the beginning of a recording."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
@@ -27,7 +28,9 @@ MINIMUM_SAMPLES = 5  # for slow recordings, where the window would hold fewer
 SETTLING = 10.0  # s in which a joint that is damped critically comes to rest
 
 
-def estimate_initial_state(model: Model, measurement: Measurement) -> InitialState:
+def estimate_initial_state(
+    model: Model, measurement: Measurement, own: Mapping[str, float] | None = None
+) -> InitialState:
     """Least squares on the positions of what is moved, joint or motor, over the first 0.1 s.
 
     Where such a position was not measured, all signals tell, each by its noise, and the start is
@@ -44,6 +47,7 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
     ----------
     model : Model
     measurement : Measurement
+    own : what the recording has of its own, see `InitialState`
 
     Returns
     -------
@@ -53,6 +57,9 @@ def estimate_initial_state(model: Model, measurement: Measurement) -> InitialSta
     ------
     SimulationError : the solver could not go on
     """
+    if own:
+        held = InitialState(own=own).model(model)
+        return replace(estimate_initial_state(held, measurement), own=own)
     if measurement.static:
         return _equilibrium(model, measurement)
     positions = moved_states(model.kind)[::2]

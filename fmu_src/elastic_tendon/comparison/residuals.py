@@ -1,7 +1,7 @@
 """Simulated less measured signals, their derivatives, and how much information they hold."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -26,23 +26,33 @@ class InitialState:
     """State at the first sample: positions (rad) and velocities (rad/s).
 
     `position` and `velocity` of the joint, the others of the motor; what an interface does not
-    compute stays 0.
+    compute stays 0. `own` : what else the recording has of its own, as the zero of an encoder, by
+    dotted path; it takes the place of the model's.
     """
 
     position: float = 0.0
     velocity: float = 0.0
     motor_position: float = 0.0
     motor_velocity: float = 0.0
+    own: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, kind: InterfaceKind, numbers: Iterable[float]) -> "InitialState":
         """From the numbers in the order of `moved_states`."""
         names = (_FIELDS[name] for name in moved_states(kind))
-        return cls(**{name: float(number) for name, number in zip(names, numbers, strict=True)})
+        state: Any = {name: float(number) for name, number in zip(names, numbers, strict=True)}
+        return cls(**state)
 
     def as_dict(self, kind: InterfaceKind = InterfaceKind.POSITION) -> dict[str, float]:
         """By the names of the states that an interface has."""
         return {name: getattr(self, _FIELDS[name]) for name in moved_states(kind)}
+
+    def model(self, model: Model) -> Model:
+        """The model as the recording has it."""
+        if not self.own:
+            return model
+        present = model.values().keys() & self.own
+        return model.with_values({path: self.own[path] for path in present})
 
 
 _FIELDS = {  # of `InitialState`, by the state's name
@@ -91,7 +101,8 @@ def simulate_measurement(
     ------
     SimulationError : the solver could not go on
     """
-    trajectory = simulate(model, **(_motion(measurement, initial, tolerance) | instead))
+    arguments = _motion(measurement, initial, tolerance) | instead
+    trajectory = simulate(initial.model(model), **arguments)
     count(_weight(measurement) * trajectory.statistics["rates"])
     return trajectory
 
@@ -173,7 +184,7 @@ def sensitivity(
     """
     initial_states = moved_states(model.kind)
     result = sensitivities(
-        model,
+        initial.model(model),
         parameters=tuple(parameters),
         initial_states=initial_states,
         **_motion(measurement, initial, tolerance),

@@ -30,7 +30,8 @@ class Answer:
     @property
     def complexity(self) -> int:
         """Number of parameters that came in with the effects."""
-        return sum(len(effects.BY_ID[effect_id].parameters) for effect_id in self.added)
+        starts = tuple(f"effects.{effect_id}." for effect_id in self.added)
+        return sum(path.startswith(starts) for path in self.result.problem.coordinates.paths)
 
     @cached_property
     def floored(self) -> Array:

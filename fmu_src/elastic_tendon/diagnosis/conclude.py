@@ -1,7 +1,8 @@
 """What is concluded from a search: what remains, what would decide, and the diagnosis itself."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import sqrt
 from operator import is_
 
@@ -132,11 +133,16 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
 
 
 def _compared(answer: Answer, recordings: Sequence[Measurement]) -> Comparison:
-    """An answer beside recordings, which begin as the fit found them to where it was to these."""
+    """An answer beside recordings, which begin as the fit found them to where it was to these; each
+    has its own zeros, where the fit gave some."""
     result = answer.result
     fitted = result.problem.measurements
-    own = len(fitted) == len(recordings) and all(map(is_, fitted, recordings))
-    return compare(result.model, recordings, result.initial_states if own else None)
+    if len(fitted) == len(recordings) and all(map(is_, fitted, recordings)):
+        return compare(result.model, recordings, result.initial_states)
+    if not result.problem.coordinates.of_recording:
+        return compare(result.model, recordings)
+    recordings = [part.to_compare(result.model) for part in recordings]
+    return compare(result.model, recordings, list(map(result.initial_state, recordings)))
 
 
 def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
@@ -379,23 +385,26 @@ def _steps(data: Data, search: Search, found: Found) -> tuple[FittedStep, ...]:
     values = search.evidence.of([_searched(search, answer) for _, _, answer in found.ladder])
 
     def step(
-        title: str, added: str | None, evidence: float | None, comparison: Comparison
+        title: str,
+        added: str | None,
+        evidence: float | None,
+        compared: Callable[[Sequence[Measurement]], Comparison],
     ) -> FittedStep:
         return FittedStep(
             title=title,
             added=added,
             parameters=0 if added is None else len(effects.BY_ID[added].parameters),
             effective=0.0,
-            comparison=comparison,
-            heldout=compare(comparison.model, data.heldout) if data.heldout else None,
+            comparison=compared(data.whole),
+            heldout=compared(data.heldout) if data.heldout else None,
             evidence=evidence,
         )
 
     ways = [
-        step(title, added, value, _compared(answer, data.whole))
+        step(title, added, value, partial(_compared, answer))
         for (title, added, answer), value in zip(found.ladder, values, strict=True)
     ]
-    return (step(AS_GIVEN, None, None, compare(data.given, data.whole)), *ways)
+    return (step(AS_GIVEN, None, None, partial(compare, data.given)), *ways)
 
 
 def _searched(search: Search, answer: Answer) -> Answer:

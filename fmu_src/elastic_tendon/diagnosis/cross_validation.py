@@ -12,8 +12,14 @@ from functools import partial
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.initial_state import residuals_from_beginning
-from elastic_tendon.comparison.residuals import Array, beyond_rounding, noise_floors, stack
+from elastic_tendon.comparison.residuals import (
+    Array,
+    beyond_rounding,
+    noise_floors,
+    residuals_of,
+    simulate_measurement,
+    stack,
+)
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.refits import Check
 from elastic_tendon.estimation.fit import QUICK
@@ -78,8 +84,9 @@ def _square(
 ) -> float:
     """Mean square error on a stretch, predicted from the others."""
     start = answer.result.model
-    fitted = refit(given, answer.added, others, [start], ENOUGH, check).result.model
-    residuals = beyond_rounding(residuals_from_beginning(fitted, left_out), left_out)
+    fitted = refit(given, answer.added, others, [start], ENOUGH, check).result
+    motion = simulate_measurement(fitted.model, left_out, fitted.initial_state(left_out))
+    residuals = beyond_rounding(residuals_of(motion, left_out), left_out)
     return float(np.mean(stack([residuals], [noise_floors(left_out)]) ** 2))
 
 

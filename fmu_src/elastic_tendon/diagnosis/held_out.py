@@ -60,7 +60,9 @@ def _about_mean(recordings: Sequence[Measurement]) -> Array:
 
 
 def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: float) -> Array:
-    problem = replace(result.problem, measurements=tuple(recordings))
+    fitted = result.problem
+    coordinates = fitted.coordinates.with_recordings([part.name for part in recordings])
+    problem = replace(fitted, coordinates=coordinates, measurements=tuple(recordings))
     floors = tuple(map(noise_floors, recordings))
     try:
         errors = stack(problem.errors(problem.start(result.model)), floors)
@@ -96,7 +98,9 @@ def _moved(
 ) -> tuple[Array, float]:
     """Vector of the held-out problem with the parameters fitted to all recordings, from a model on,
     and the factor by which errors there grow when the cost of the move is among them."""
-    fitted, count = result.problem, len(problem.coordinates.paths)
+    fitted = result.problem
+    coordinates = fitted.coordinates
+    count = len(coordinates.paths)
     sigmas = _sigmas(result, problem.measurements)
     samples = sum(len(part.time) * len(part.signals) for part in problem.measurements)
 
@@ -118,11 +122,12 @@ def _moved(
         own = fitted.jacobian(moved, result.sigmas)
         beyond = np.zeros((samples, own.shape[1]))
         slopes = problem.data_jacobian(vector(moved), sigmas)[:, :count]
-        beyond[:, :count] = slopes @ problem.coordinates.derivatives(problem.numbers(moved))
+        beyond[:, :count] = slopes @ coordinates.derivatives(fitted.numbers(moved))
         return np.vstack([beyond, own])
 
     moved = result.vector.copy()
-    moved[:count] = problem.numbers(problem.start(model))
+    shared = len(coordinates.of_model)
+    moved[:shared] = problem.start(model)[:shared]
     first = residuals(moved)
     weights = np.ones((len(first), 1))
     # a long move ends where it falls too slowly to explain all

@@ -257,7 +257,7 @@ class Refits:
         yield from self.starts.get(added, ())
         if added in self.estimates:
             values = self.estimates[added].values
-            paths = self.screen.structure(added).coordinates.paths
+            paths = self.screen.structure(added).coordinates.of_model
             start = model_with(self.data.given, added, {path: values[path] for path in paths})
             yield start
             little = {

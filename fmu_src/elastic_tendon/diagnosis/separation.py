@@ -134,10 +134,12 @@ def predict(rival: Known, experiment: Measurement, sigmas: dict[str, float]) -> 
     SimulationError : the solver could not go on
     """
     coordinates, variables = rival.coordinates, rival.variables
-    found = sensitivity(rival.model, experiment, rival.initial, coordinates.paths)
-    jacobian = stack([found.derivatives], [sigmas])
-    count = len(variables)
-    jacobian[:, :count] = jacobian[:, :count] @ coordinates.derivatives(variables)
+    paths = coordinates.of_model
+    found = sensitivity(rival.model, experiment, rival.initial, paths)
+    slopes = stack([found.derivatives], [sigmas])
+    by_parameter = coordinates.columns(slopes[:, : len(paths)], experiment.name)
+    moved = by_parameter @ coordinates.derivatives(variables)
+    jacobian = np.hstack([moved, slopes[:, len(paths) :]])
     return Prediction(stack([found.residuals], [sigmas]), jacobian)
 
 

@@ -63,8 +63,7 @@ def significance(before: Answer, after: Answer, effect_id: str) -> float:
     if count < 3:
         return 1.0
     scatter = float(np.sum(moves[:, -1] ** 2)) * (count - 1) / count
-    parameters = effects.BY_ID[effect_id].parameters
-    freedom = len(parameters)
+    parameters, freedom = effects.BY_ID[effect_id].parameters, len(own)
     tail = float(f_distribution.sf(1.0 / max(scatter * freedom, 1e-300), freedom, count - 1))
     one_sided = freedom == 1 and parameters[0].lower >= parameters[0].null
     return 0.5 * tail if one_sided else tail

@@ -25,7 +25,12 @@ from elastic_tendon.diagnosis.sets import in_order
 from elastic_tendon.diagnosis.torque_balance import Balance, Torques, torque_balance
 from elastic_tendon.diagnosis.weak_form import Weak, weak_form
 from elastic_tendon.errors import ModelError
-from elastic_tendon.estimation.coordinates import Coordinates, free_parameters
+from elastic_tendon.estimation.coordinates import (
+    Coordinates,
+    free_parameters,
+    own_of,
+    parameter_of,
+)
 from elastic_tendon.measurement import Measurement
 
 # of the typical strength of an effect, from which its estimate begins; also the second where its
@@ -65,7 +70,7 @@ class Structure:
     @cached_property
     def balance(self) -> Balance:
         """Its equations, with derivatives by the free parameters."""
-        return torque_balance(self.effect_ids, self.coordinates.paths, self.shown, self.kind)
+        return torque_balance(self.effect_ids, self.coordinates.of_model, self.shown, self.kind)
 
     @cached_property
     def plain(self) -> Balance:
@@ -74,11 +79,14 @@ class Structure:
 
     def variables(self, values: Mapping[str, float]) -> Array:
         """Variables of the fit at parameters by path; those that are missing begin as given."""
-        free = [values.get(path, self.values[path]) for path in self.coordinates.paths]
+        free = []
+        for path in self.coordinates.paths:
+            parameter = parameter_of(path)
+            free.append(values.get(path, values.get(parameter, self.values[parameter])))
         return self.coordinates.variables(np.array(free))
 
     def parameters(self, x: Array) -> dict[str, float]:
-        """Every parameter by its path."""
+        """Every parameter by its path, recordings' own among them."""
         free = zip(self.coordinates.paths, self.coordinates.values(x).tolist(), strict=True)
         return {**self.values, **dict(free)}
 
@@ -188,6 +196,8 @@ class Screen:
                 for part in self.recordings
             ]
         )
+        names = [part.name for part in self.measurements]
+        self._parts = list(zip(self.recordings, self.whiteners, names, strict=True))
         self._kept: dict[str, list[dict[str, float]]] = {}
         self._known: tuple[Estimate, Around] | None = None
         # where a fit begins at a start that was scored, the latest ones
@@ -229,7 +239,7 @@ class Screen:
             kind=model.kind,
             lower=lower,
             upper=upper,
-            shapes=tuple(shape.get(path, False) for path in paths),
+            shapes=tuple(shape.get(path, False) for path in coordinates.paths),
             shown=self._shown,
             values=model.values(),
         )
@@ -246,13 +256,15 @@ class Screen:
         return self._evaluated[key]
 
     def _evaluate(self, structure: Structure, x: Array) -> tuple[Array, Array]:
-        values = structure.parameters(x)
+        values, coordinates = structure.parameters(x), structure.coordinates
         residuals, derivatives, along = [], [], []
-        for part, whiten in zip(self.recordings, self.whiteners, strict=True):
-            torques = structure.balance.torques(values, part.motion)
+        for part, whiten, recording in self._parts:
+            own = {**values, **own_of(values, recording)}
+            torques = structure.balance.torques(own, part.motion)
             along.append(torques)
-            residuals.append(whiten(part.residuals(values, torques)))
-            derivatives.append(whiten(part.jacobian(torques, structure.coordinates.paths)))
+            residuals.append(whiten(part.residuals(own, torques)))
+            by_model = whiten(part.jacobian(torques, coordinates.of_model))
+            derivatives.append(coordinates.columns(by_model, recording))
         scale, slopes = self._scale(structure, values, self._slopes_of_link(along))
         whole, by_parameter = np.concatenate(residuals), np.vstack(derivatives)
         whole[self._of_link] /= scale
@@ -523,9 +535,9 @@ class Screen:
         """Whitened residuals (N,) alone, in the scale of the given model's stiffness."""
         whole = np.concatenate(
             [
-                whiten(part.residuals(values, torques))
-                for part, whiten in zip(self.recordings, self.whiteners, strict=True)
-                for torques in [structure.plain.torques(values, part.motion)]
+                whiten(part.residuals(own, structure.plain.torques(own, part.motion)))
+                for part, whiten, recording in self._parts
+                for own in [{**values, **own_of(values, recording)}]
             ]
         )
         weights = _weights(self._given)
@@ -552,11 +564,15 @@ def scaled_strengths(effect_id: str, start: Mapping[str, float], times: float) -
     effect = effects.BY_ID[effect_id]
     if effect.singular_null:
         return {}
-    return {
-        path: parameter.null + times * (start[path] - parameter.null)
+    nulls = {
+        f"effects.{effect_id}.{parameter.name}": parameter.null
         for parameter in effect.parameters
-        for path in [f"effects.{effect_id}.{parameter.name}"]
         if not parameter.shape
+    }
+    return {
+        path: null + times * (value - null)
+        for path, value in start.items()
+        if (null := nulls.get(parameter_of(path))) is not None
     }
 
 

@@ -83,8 +83,9 @@ class Parameter:
     makes it vanish). `typical` is a typical magnitude on a real actuator, in `unit`. `shape` marks
     a number that says where or how fast the effect acts; the others are its strength, and grow
     together. Strengths may change while the machine runs, shapes may not. `spread`: where a search
-    for a shape begins. `at_frequency`: of a number that sets at which angular frequency, rad/s, the
-    effect swings: its value for that.
+    for a shape begins. `of_recording`: a zero or a load that may change from one recording to the
+    next, and is estimated for each. `at_frequency`: of a number that sets at which angular
+    frequency, rad/s, the effect swings: its value for that.
     """
 
     name: str
@@ -96,6 +97,7 @@ class Parameter:
     typical: float | Callable[[Sizes], float]
     shape: bool = False
     spread: Spread = Spread.TYPICAL
+    of_recording: bool = False
     at_frequency: Callable[[Sizes, float], float] | None = None
 
     def typical_for(self, sizes: Sizes) -> float:

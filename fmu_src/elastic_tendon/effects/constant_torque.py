@@ -48,6 +48,7 @@ EFFECT = Effect(
             lower=-1.0e5,
             upper=1.0e5,
             typical=lambda sizes: 0.03 * sizes.torque,
+            of_recording=True,
         ),
     ),
     equations=equations,

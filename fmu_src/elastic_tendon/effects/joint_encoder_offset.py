@@ -42,6 +42,7 @@ EFFECT = Effect(
             lower=-7.0,
             upper=7.0,
             typical=0.01,
+            of_recording=True,
         ),
     ),
     equations=equations,

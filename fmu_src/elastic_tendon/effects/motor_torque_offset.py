@@ -39,6 +39,7 @@ EFFECT = Effect(
             lower=-1.0e4,
             upper=1.0e4,
             typical=lambda sizes: 0.02 * sizes.torque,
+            of_recording=True,
         ),
     ),
     equations=equations,

@@ -92,6 +92,7 @@ def offset(
                 lower=-1.0e5,
                 upper=1.0e5,
                 typical=_share_of_torque if of_torque else _share_of_force,
+                of_recording=True,
             ),
         ),
         reference=_REFERENCE,

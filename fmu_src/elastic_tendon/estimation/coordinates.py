@@ -9,8 +9,9 @@ its share of (27), so that every point within the bounds is a model that exists.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import starmap
 
 import numpy as np
 
@@ -23,6 +24,22 @@ PRETENSION = "transmission.pretension_force"
 SPRINGS = ("transmission.upper_spring", "transmission.lower_spring")
 UNLIMITED = (-np.inf, np.inf)
 Limits = Mapping[str, tuple[float, float]]  # lowest and highest value by dotted path
+
+
+def own_path(path: str, recording: str) -> str:
+    """What stands for a parameter that a recording has of its own."""
+    return f"{path}@{recording}"
+
+
+def parameter_of(path: str) -> str:
+    """Dotted path of the parameter for which a path stands."""
+    return path.partition("@")[0]
+
+
+def own_of(values: Mapping[str, float], recording: str) -> dict[str, float]:
+    """By dotted path, what a recording has of its own among these values."""
+    parts = {path.partition("@")[::2]: value for path, value in values.items() if "@" in path}
+    return {path: value for (path, name), value in parts.items() if name == recording}
 
 
 def free_parameters(model: Model) -> tuple[str, ...]:
@@ -43,13 +60,16 @@ def declared_quantities(model: Model) -> dict[str, Quantity]:
 class Coordinates:
     """Way between the fit's variables x (m,) and the free parameters of a model.
 
-    `given` is the model that the prior is centred on; `paths` are the m free parameters; `sigma`
-    (m,) is the prior's one sigma in their units and `centre` (m,) their given values. `limits`
-    (m, 2) are bounds beside those of the quantities; `sizes`, see `sizes_in`.
+    `given` is the model that the prior is centred on; `paths` are the m free parameters: those of
+    the model, then what further recordings have of their own, each as `own_path` of it and the
+    recording. `sigma` (m,) is the prior's one sigma in their units and `centre` (m,) their given
+    values. `limits` (m, 2) are bounds beside those of the quantities; `sizes`, see `sizes_in`.
+    `recordings` : names; the model has the values of the first.
     """
 
     given: Model
     paths: tuple[str, ...]
+    recordings: tuple[str, ...]
     centre: Array
     sigma: Array
     limits: Array
@@ -70,6 +90,8 @@ class Coordinates:
         makes a torque of the velocity by no less than what takes that load at the largest speed.
         Springs that are used in a part of their range may be curved as much there: a cubic
         stiffness is uncertain by no less than what doubles their force where they were.
+
+        Recordings with names of their own each have their own zeros.
         """
         values = given.values()
         sizes = sizes_in(given, measurements)
@@ -80,14 +102,63 @@ class Coordinates:
             told = path in given.uncertainty or not path.startswith("effects.")
             return own if told else max(own, sizes.get(declared[path].unit, 0.0))
 
+        recordings = tuple(dict.fromkeys(part.name for part in measurements))
+        own = [path for path in paths if declared[path].of_recording]
+        every = [*paths, *(own_path(path, name) for name in recordings[1:] for path in own)]
+        of_model = [parameter_of(path) for path in every]
+        bounds = [(limits or {}).get(path, UNLIMITED) for path in of_model]
         return cls(
             given=given,
-            paths=tuple(paths),
-            centre=np.array([values[path] for path in paths]),
-            sigma=np.array([sigma(path) for path in paths]),
-            limits=np.array([(limits or {}).get(path, UNLIMITED) for path in paths]).reshape(-1, 2),
+            paths=tuple(every),
+            recordings=recordings,
+            centre=np.array([values[path] for path in of_model]),
+            sigma=np.array([sigma(path) for path in of_model]),
+            limits=np.array(bounds).reshape(-1, 2),
             sizes=sizes,
         )
+
+    def with_recordings(self, names: Sequence[str]) -> "Coordinates":
+        """With what recordings of these names have of their own beside those there are, if these
+        have some."""
+        new = [name for name in dict.fromkeys(names) if name not in self.recordings]
+        if not self.of_recording or not new:
+            return self
+        more = [(path, name) for name in new for path in self.of_recording]
+        like = [self.paths.index(path) for path, _ in more]
+        return replace(
+            self,
+            paths=(*self.paths, *starmap(own_path, more)),
+            recordings=(*self.recordings, *new),
+            centre=np.concatenate([self.centre, self.centre[like]]),
+            sigma=np.concatenate([self.sigma, self.sigma[like]]),
+            limits=np.concatenate([self.limits, self.limits[like]]),
+        )
+
+    @cached_property
+    def of_model(self) -> tuple[str, ...]:
+        """Dotted paths of those that are the model's, the first of `paths`."""
+        return tuple(path for path in self.paths if parameter_of(path) == path)
+
+    @cached_property
+    def of_recording(self) -> tuple[str, ...]:
+        """Dotted paths of those that each recording has of its own, where there are several."""
+        return tuple(dict.fromkeys(map(parameter_of, self.paths[len(self.of_model) :])))
+
+    def own(self, x: Array, recording: str) -> dict[str, float]:
+        """What a recording has of its own at x (m,), by dotted path."""
+        if not self.of_recording:
+            return {}
+        return own_of(dict(zip(self.paths, self.values(x).tolist(), strict=True)), recording)
+
+    def columns(self, derivatives: Array, recording: str) -> Array:
+        """Derivatives by `paths`, (N, m), of what a recording shows; from those by `of_model`."""
+        if not self.of_recording:
+            return derivatives
+        placed = np.zeros((len(derivatives), len(self.paths)))
+        for path, column in zip(self.of_model, derivatives.T, strict=True):
+            own = own_path(path, recording)
+            placed[:, self.paths.index(own if own in self.paths else path)] = column
+        return placed
 
     def values(self, x: Array) -> Array:
         """Free parameters (m,) at x (m,), each in its unit."""
@@ -138,8 +209,9 @@ class Coordinates:
     def _range(self) -> tuple[Array, Array]:
         """Lowest and highest values (m,), from the bounds of the quantities and the limits."""
         declared = declared_quantities(self.given)
-        lower = np.maximum([declared[path].lower for path in self.paths], self.limits[:, 0])
-        upper = np.minimum([declared[path].upper for path in self.paths], self.limits[:, 1])
+        quantities = [declared[parameter_of(path)] for path in self.paths]
+        lower = np.maximum([quantity.lower for quantity in quantities], self.limits[:, 0])
+        upper = np.minimum([quantity.upper for quantity in quantities], self.limits[:, 1])
         return lower, upper
 
     def model(self, x: Array) -> Model:
@@ -149,7 +221,8 @@ class Coordinates:
         ------
         ModelError : the values together are no model
         """
-        return self.given.with_values(dict(zip(self.paths, self.values(x).tolist(), strict=True)))
+        values = self.values(x)[: len(self.of_model)].tolist()
+        return self.given.with_values(dict(zip(self.of_model, values, strict=True)))
 
     def _given_limit(self) -> float:
         return self.given.transmission.largest_pretension

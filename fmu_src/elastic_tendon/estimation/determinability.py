@@ -46,6 +46,7 @@ class Estimate:
     """One fitted parameter; `given`, `fitted`, `sigma` and `interval` (95 %) in its `unit`.
 
     `determined` is false where the data leave it, alone or in a combination, to the prior.
+    `recording` : whose it is, where each of several has its own; the model's is the first's.
     """
 
     path: str
@@ -55,6 +56,7 @@ class Estimate:
     sigma: float
     interval: tuple[float, float]
     determined: bool
+    recording: str | None = None
 
 
 @dataclass(frozen=True)
@@ -71,14 +73,17 @@ class Ratio:
 class Findings:
     """Estimates of all free parameters, ratios where only these are determined, and sentences.
 
-    `effective` is the count of parameters that the data determine, the rest staying with the
-    prior: sum of s^2 / (s^2 + 1) over the singular values s.
+    `estimates` are the model's; `of_recordings` those that each of several recordings has of its
+    own, as the zero of an encoder, the first's among them. `effective` is the count of parameters
+    that the data determine, the rest staying with the prior: sum of s^2 / (s^2 + 1) over the
+    singular values s.
     """
 
     effective: float
     estimates: tuple[Estimate, ...]
     ratios: tuple[Ratio, ...]
     sentences: tuple[str, ...]
+    of_recordings: tuple[Estimate, ...] = ()
 
     def summary(self) -> str:
         """Every parameter as given and as fitted, a line each."""
@@ -139,7 +144,9 @@ def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
     covariance, quantile = _covariance(problem, vector, sigmas, data, jacobian)
     open_directions = find_open_directions(data, values / coordinates.sigma, coordinates.paths)
     shrinkage = np.sqrt(np.diag(covariance))
-    estimates = _estimates(problem, values, shrinkage, quantile, open_directions)
+    every = _estimates(problem, values, shrinkage, quantile, open_directions)
+    own = len(coordinates.of_model)
+    estimates = every[:own]
     information = np.linalg.svd(data, compute_uv=False) ** 2
     return Findings(
         effective=float(np.sum(information / (information + 1.0))),
@@ -147,10 +154,11 @@ def findings(problem: Problem, vector: Array, sigmas: Sigmas) -> Findings:
         ratios=_ratios(
             problem.model(problem.numbers(vector)),
             estimates,
-            covariance * np.outer(coordinates.sigma, coordinates.sigma),
+            (covariance * np.outer(coordinates.sigma, coordinates.sigma))[:own, :own],
             open_directions,
         ),
         sentences=_sentences(problem, open_directions),
+        of_recordings=tuple(part for part in every if part.recording is not None),
     )
 
 
@@ -288,7 +296,9 @@ def _estimates(
     open_paths = open_directions.all()
     estimates = []
     for index, path in enumerate(coordinates.paths):
-        quantity = declared[path]
+        parameter, _, name = path.partition("@")
+        first = coordinates.recordings[0] if parameter in coordinates.of_recording else None
+        quantity = declared[parameter]
         allowed = (quantity.upper - quantity.lower) / np.sqrt(12.0)
         before = min(float(coordinates.sigma[index]), allowed)
         sigma = float(shrinkage[index] * coordinates.sigma[index])
@@ -297,13 +307,14 @@ def _estimates(
         high = min(fitted + quantile * sigma, quantity.upper)
         estimates.append(
             Estimate(
-                path=path,
+                path=parameter,
                 unit=quantity.unit,
                 given=float(coordinates.centre[index]),
                 fitted=fitted,
                 sigma=sigma,
                 interval=(low, high),
                 determined=path not in open_paths and bool(sigma < DETERMINED_RATIO * before),
+                recording=name or first,
             )
         )
     return tuple(estimates)

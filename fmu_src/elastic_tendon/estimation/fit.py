@@ -19,13 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import Array, InitialState, noise_floors, stack
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.estimation.coordinates import Limits, free_parameters
 from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import Findings, findings
 from elastic_tendon.estimation.problem import FINER, Problem, Sigmas, problem_of
-from elastic_tendon.measurement import CLEARLY_LESS, Recordings, listed
+from elastic_tendon.measurement import CLEARLY_LESS, Measurement, Recordings, listed
 from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.work import worked
 
@@ -146,6 +147,20 @@ class FitResult(Result):
     def initial_states(self) -> list[InitialState]:
         """Fitted state at the first sample of each recording, rad and rad/s."""
         return self.problem.initial_states(self.vector)
+
+    def initial_state(self, measurement: Measurement) -> InitialState:
+        """State at the first sample of any recording or part of one, estimated on its beginning;
+        with what it has of its own, as fitted, or estimated where it was not fitted.
+
+        Raises
+        ------
+        SimulationError : the solver could not go on
+        """
+        coordinates = self.problem.coordinates
+        if measurement.name not in coordinates.recordings:
+            return self.problem.begun(self.model, measurement)
+        own = coordinates.own(self.problem.numbers(self.vector), measurement.name)
+        return estimate_initial_state(self.model, measurement, own)
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,13 @@
 """The least-squares problem of a fit: one vector in, whitened residuals and derivatives out.
 
-The vector holds the fit's variables of the free parameters (see `coordinates`), then the state at
-the first sample of each recording: position and velocity of what the interface moves. The residual
+The vector holds the fit's variables of the free parameters (see `coordinates`), of which a zero or
+a load may be each recording's own, then the state at the first sample of each recording: position
+and velocity of what the interface moves. The residual
 vector holds every recording and signal divided by its sigma, then the prior of each free parameter.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +29,13 @@ from elastic_tendon.comparison.residuals import (
     stack,
 )
 from elastic_tendon.errors import ModelError, SimulationError
-from elastic_tendon.estimation.coordinates import Coordinates, Limits
+from elastic_tendon.estimation.coordinates import (
+    Coordinates,
+    Limits,
+    declared_quantities,
+    own_path,
+    parameter_of,
+)
 from elastic_tendon.measurement import Measurement
 
 # for each recording: signal -> one sigma in its unit
@@ -70,12 +77,38 @@ class Problem:
         SimulationError : this model cannot be simulated
         """
         values = model.values()
-        free = np.array([values[path] for path in self.coordinates.paths])
-        states = [estimate_initial_state(model, measurement) for measurement in self.measurements]
+        states = [self.begun(model, measurement) for measurement in self.measurements]
+        for part, state in zip(self.measurements, states, strict=True):
+            values |= {own_path(path, part.name): value for path, value in state.own.items()}
+        paths = self.coordinates.paths
+        free = np.array([values.get(path, values[parameter_of(path)]) for path in paths])
         return np.concatenate(
             [self.coordinates.variables(free)]
             + [list(state.as_dict(self.kind).values()) for state in states]
         )
+
+    def begun(self, model: Model, measurement: Measurement) -> InitialState:
+        """State at the first sample of a recording, estimated with a model; and what it has of its
+        own where that is not the model's, from one step along the derivatives.
+
+        Raises
+        ------
+        SimulationError : this model cannot be simulated
+        """
+        coordinates = self.coordinates
+        state = estimate_initial_state(model, measurement)
+        if not coordinates.of_recording or measurement.name == coordinates.recordings[0]:
+            return state
+        found = sensitivity(model, measurement, state, coordinates.of_recording, self.tolerance)
+        floors = [noise_floors(measurement)]
+        slopes, errors = stack([found.derivatives], floors), stack([found.residuals], floors)
+        step = np.linalg.lstsq(slopes, -errors)[0]
+        values, declared = model.values(), declared_quantities(model)
+        own = {
+            path: float(np.clip(values[path] + change, declared[path].lower, declared[path].upper))
+            for path, change in zip(coordinates.of_recording, step.tolist(), strict=False)
+        }
+        return estimate_initial_state(model, measurement, own)
 
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest vector; initial states are free."""
@@ -99,7 +132,11 @@ class Problem:
     def initial_states(self, vector: Array) -> list[InitialState]:
         """State at the first sample of each recording, rad and rad/s."""
         states = vector[len(self.coordinates.paths) :].reshape(len(self.measurements), self.states)
-        return [InitialState.of(self.kind, row) for row in states]
+        numbers = self.numbers(vector)
+        return [
+            replace(InitialState.of(self.kind, row), own=self.coordinates.own(numbers, part.name))
+            for row, part in zip(states, self.measurements, strict=True)
+        ]
 
     def errors(self, vector: Array) -> list[dict[str, Array]]:
         """For each recording, signal -> (n,) simulated less measured, the signal's unit, see
@@ -183,16 +220,16 @@ class Problem:
         """
         model = self.model(vector)
         states = self.initial_states(vector)
-        count, paths = len(self.coordinates.paths), self.coordinates.paths
+        count, paths = len(self.coordinates.paths), self.coordinates.of_model
         blocks = []
         for index, measurement in enumerate(self.measurements):
             found = sensitivity(model, measurement, states[index], paths, self.tolerance)
             slopes = slopes_beyond_rounding(found.derivatives, found.residuals, measurement)
             own = stack([slopes], [sigmas[index]])
             block = np.zeros((len(own), count + self.states * len(self.measurements)))
-            block[:, :count] = own[:, :count]
+            block[:, :count] = self.coordinates.columns(own[:, : len(paths)], measurement.name)
             first = count + self.states * index
-            block[:, first : first + self.states] = own[:, count:]
+            block[:, first : first + self.states] = own[:, len(paths) :]
             if measurement.static:
                 # long forgotten by the second row; a trace of it would scale its steps to infinity
                 block[:, first + 1] = 0.0
