@@ -44,6 +44,7 @@ def diagnosis_json(diagnosis: Diagnosis, learned_file: str | None = None) -> dic
             "remaining": {name: asdict(left) for name, left in diagnosis.remaining.items()},
             "noise": {name: asdict(floor) for name, floor in diagnosis.noise.items()},
             "parameters": list(_parameters(diagnosis)),
+            "parameters_of_recordings": [asdict(part) for part in found.of_recordings],
             "ratios": [asdict(ratio) for ratio in found.ratios],
             "undetermined": found.sentences,
             "ladder": [step.to_dict() for step in diagnosis.ladder],

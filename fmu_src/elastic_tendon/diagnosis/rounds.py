@@ -17,6 +17,7 @@ from elastic_tendon.diagnosis.evidence import (
 from elastic_tendon.diagnosis.result import Candidate, Neighbour, Round
 from elastic_tendon.diagnosis.search import Search, expected_evidence
 from elastic_tendon.diagnosis.sets import Set, change_between, in_order, size_of
+from elastic_tendon.estimation.coordinates import parameter_of
 
 TAKEN = "taken"
 LESSER = "explains less, or is less simple, than what was taken"
@@ -235,11 +236,16 @@ class _Candidates:
         ids = self._came(added)
         paths = tuple(f"effects.{effect_id}." for effect_id in ids)
         estimate = self.search.estimates.get(added)
-        values = estimate.values if estimate is not None else {}
+        values = {} if estimate is None else estimate.values
+        expected = {
+            path: value
+            for path, value in values.items()
+            if path.startswith(paths) and path == parameter_of(path)
+        }
         return Candidate(
             ids=ids,
             probability=self.probabilities.get(added, 0.0),
-            expected_parameters={p: value for p, value in values.items() if p.startswith(paths)},
+            expected_parameters=expected,
             equivalence_class=(ids,),
         )
 

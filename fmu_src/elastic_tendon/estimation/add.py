@@ -86,6 +86,7 @@ class Addition(Result):
                 "interrupted": self.interrupted,
                 "ladder": [step.to_dict() for step in self.ladder],
                 "parameters": [asdict(estimate) for estimate in found.estimates],
+                "parameters_of_recordings": [asdict(part) for part in found.of_recordings],
                 "ratios": [asdict(ratio) for ratio in found.ratios],
                 "undetermined": found.sentences,
                 "model": self.model.model_dump(mode="json", exclude_none=True),

@@ -58,6 +58,11 @@ class Estimate:
     determined: bool
     recording: str | None = None
 
+    @property
+    def name(self) -> str:
+        """Its path, and whose it is."""
+        return self.path if self.recording is None else f"{self.path} of {self.recording}"
+
 
 @dataclass(frozen=True)
 class Ratio:
@@ -85,21 +90,28 @@ class Findings:
     sentences: tuple[str, ...]
     of_recordings: tuple[Estimate, ...] = ()
 
+    @property
+    def every(self) -> tuple[Estimate, ...]:
+        """All estimates: of what each recording has of its own one for each, else the model's."""
+        own = {estimate.path for estimate in self.of_recordings}
+        shared = (estimate for estimate in self.estimates if estimate.path not in own)
+        return (*shared, *sorted(self.of_recordings, key=lambda estimate: estimate.path))
+
     def summary(self) -> str:
         """Every parameter as given and as fitted, a line each."""
-        width = max((len(estimate.path) for estimate in self.estimates), default=0)
+        width = max((len(estimate.name) for estimate in self.every), default=0)
         return "\n".join(
-            f"{estimate.path:{width}} {estimate.given:.4g} → {estimate.fitted:.4g} "
+            f"{estimate.name:{width}} {estimate.given:.4g} → {estimate.fitted:.4g} "
             + unit_text(estimate.unit)
             + ("" if estimate.determined else " (open)")
-            for estimate in self.estimates
+            for estimate in self.every
         )
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Every parameter as given and as fitted, with its 95 % interval, a row each, SI."""
         import pandas as pd
 
-        return pd.DataFrame([asdict(estimate) for estimate in self.estimates])
+        return pd.DataFrame([asdict(estimate) for estimate in self.every])
 
 
 @dataclass(frozen=True)

@@ -120,9 +120,10 @@ class FitResult(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Parameters as in the contract of a diagnosis, and the model."""
-        estimates = [asdict(estimate) for estimate in self.findings.estimates]
+        found = self.findings
         return {
-            "parameters": plain(estimates),
+            "parameters": plain([asdict(estimate) for estimate in found.estimates]),
+            "parameters_of_recordings": plain([asdict(part) for part in found.of_recordings]),
             "model": self.model.model_dump(mode="json", exclude_none=True),
         }
 

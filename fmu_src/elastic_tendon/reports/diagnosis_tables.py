@@ -29,6 +29,7 @@ CHANCE = 0.05  # probability from which on a dependence is not reported
 TOO_LITTLE = ", too little to matter"
 NONE = "none of them"
 LIKELY = 0.5  # probability from which on it needs no word that nothing was added
+NAMED = 3  # recordings with values of their own that a sentence lists
 SMALLEST = 0.005  # shares below it are shown as "<1 %"
 
 
@@ -77,9 +78,12 @@ def _sized(diagnosis: Diagnosis, effect_id: str) -> str:
     numbers = []
     estimates = _estimates(diagnosis)
     for name, value in diagnosis.model.effects[effect_id].items():
-        estimate = estimates.get(f"effects.{effect_id}.{name}")
+        path = f"effects.{effect_id}.{name}"
+        estimate = estimates.get(path)
         words = name.replace("_", " ")
-        if estimate is None:
+        if own := [part for part in diagnosis.findings.of_recordings if part.path == path]:
+            numbers.append(f"{words} {_of_recordings(own)}")
+        elif estimate is None:
             numbers.append(f"{words} {value:.3g}")
         elif estimate.determined:
             numbers.append(f"{words} {_with_unit(estimate)}")
@@ -89,6 +93,15 @@ def _sized(diagnosis: Diagnosis, effect_id: str) -> str:
                 f"{words} about {estimate.fitted:.3g}{unit}, which these data leave open"
             )
     return ", ".join([called(effect_id), *numbers])
+
+
+def _of_recordings(own: Sequence[Estimate]) -> str:
+    """What each recording has of its own, as "0.02 ± 0.001 rad in a.csv, 0.01 ± 0.001 rad in
+    b.csv"."""
+    if len(own) <= NAMED:
+        return ", ".join(f"{_with_unit(part)} in {part.recording}" for part in own)
+    low, high = (of(part.fitted for part in own) for of in (min, max))
+    return f"{low:.3g} to {high:.3g}{unit_suffix(own[0].unit)}, another in each recording"
 
 
 def _moved(estimate: Estimate) -> str:

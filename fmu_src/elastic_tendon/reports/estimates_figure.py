@@ -23,7 +23,7 @@ def estimates_figure(fit: FitResult) -> Figure:
     -------
     matplotlib.figure.Figure; a parameter that the data leave open has a hollow mark
     """
-    estimates = fit.findings.estimates
+    estimates = fit.findings.every
     figure = Figure(figsize=(9.0, 1.6 + 0.55 * len(estimates)), layout="constrained")
     axes = figure.subplots()
     axes.axvspan(-1.0, 1.0, color="0.92", label="one sigma of what was given")
@@ -48,4 +48,4 @@ def estimates_figure(fit: FitResult) -> Figure:
 def _words(estimate: Estimate) -> str:
     unit = unit_suffix(estimate.unit)
     values = f"{four_digits(estimate.given)} → {four_digits(estimate.fitted)}{unit}"
-    return f"{verbatim(estimate.path)}\n{values}"
+    return f"{verbatim(estimate.name)}\n{values}"

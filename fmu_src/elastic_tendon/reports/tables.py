@@ -79,7 +79,7 @@ def estimates_table(findings: Findings) -> Table:
     table.add_column("given", justify="right", no_wrap=True)
     table.add_column("fitted", no_wrap=True)
     table.add_column("unit", no_wrap=True)
-    for estimate in findings.estimates:
+    for estimate in findings.every:
         name, *numbers = estimate_cells(estimate)
         table.add_row(at_dots(name), *numbers)
     table.caption = open_note(findings) or None
@@ -90,7 +90,7 @@ def estimate_cells(estimate: Estimate) -> tuple[str, str, str, str]:
     """An estimated parameter: its name, as given, as fitted with its interval, and its unit."""
     fitted = with_interval(estimate.fitted, estimate.interval)
     return (
-        estimate.path.removeprefix("transmission.").removeprefix("effects."),
+        estimate.name.removeprefix("transmission.").removeprefix("effects."),
         four_digits(estimate.given),
         fitted if estimate.determined else f"{four_digits(estimate.fitted)} (open)",
         unit_text(estimate.unit),
@@ -105,7 +105,7 @@ def four_digits(value: float) -> str:
 
 def open_note(findings: Findings) -> str:
     """What "open" means in a table of estimated parameters, "" where none is."""
-    if all(estimate.determined for estimate in findings.estimates):
+    if all(estimate.determined for estimate in findings.every):
         return ""
     return "open: not determined by these data; any value near what was given would do"
 

@@ -155,7 +155,7 @@ def _numbers(findings: Findings) -> list[Component]:
     heads = ("Parameter", "given", "fitted, 95 % interval", "unit")
     parts: list[Component] = [
         html.H3("Estimated parameters"),
-        table(heads, map(_estimate, findings.estimates)),
+        table(heads, map(_estimate, findings.every)),
     ]
     if note := open_note(findings):
         parts.append(html.P(note, className="quiet"))

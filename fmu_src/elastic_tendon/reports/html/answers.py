@@ -74,12 +74,11 @@ def equations(diagnosis: Diagnosis) -> Iterator[Block]:
 
 
 def _of_effect(findings: Findings, effect_id: str) -> Findings:
-    own = (
-        estimate
-        for estimate in findings.estimates
-        if estimate.path.startswith(f"effects.{effect_id}.")
+    estimates, of_recordings = (
+        tuple(part for part in parts if part.path.startswith(f"effects.{effect_id}."))
+        for parts in (findings.estimates, findings.of_recordings)
     )
-    return replace(findings, estimates=tuple(own))
+    return replace(findings, estimates=estimates, of_recordings=of_recordings)
 
 
 def _effect(effect: Effect) -> Iterator[Block]:
