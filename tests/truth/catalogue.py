@@ -43,8 +43,8 @@ def overstretch_of(spring: Numbers, effects: Numbers) -> Overstretch | None:
     )
 
 
-def spring_of(spring: Numbers, effects: Numbers) -> Spring:
-    """All springs of one side with their tendon."""
+def spring_of(spring: Numbers, effects: Numbers, sign: float) -> Spring:
+    """All springs of one side with their tendon; `sign` is 1 of the upper, -1 of the lower."""
     count = spring.get("parallel", 1)
     hysteresis, relaxation, lumped = (
         effects.get(name) for name in ("spring_hysteresis", "spring_relaxation", "spring_mass")
@@ -54,6 +54,9 @@ def spring_of(spring: Numbers, effects: Numbers) -> Spring:
         max_deflection=spring["max_deflection"],
         damping=count * spring.get("damping", 0.0),
         overstretch=overstretch_of(spring, effects),
+        square_stiffness=sign
+        * count
+        * effects.get("spring_asymmetry", {}).get("square_stiffness", 0.0),
         cubic_stiffness=count * effects.get("spring_hardening", {}).get("cubic_stiffness", 0.0),
         hysteresis=hysteresis
         and BoucWen(
@@ -91,8 +94,8 @@ def actuator_of(tree: Numbers) -> Actuator:
         joint_pulley_radius=transmission["joint_pulley_radius"],
         motor_pulley_radius=transmission["motor_pulley_radius"],
         pretension_force=transmission["pretension_force"],
-        upper=spring_of(transmission["upper_spring"], effects),
-        lower=spring_of(transmission["lower_spring"], effects),
+        upper=spring_of(transmission["upper_spring"], effects, 1.0),
+        lower=spring_of(transmission["lower_spring"], effects, -1.0),
         link=link_of(tree["link"], effects),
         wrap_friction=effects.get("tendon_guide_friction", {}).get("wrap_friction", 0.0),
         gap=effects.get("gear_backlash", {}).get("gap", 0.0),

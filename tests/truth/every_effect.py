@@ -21,6 +21,7 @@ EFFECTS = {
     "joint_stop": {"lower": -0.3, "upper": 0.4, "stiffness": 200.0, "damping": 1.0},
     "overstretch_protection": {"engagement": 0.45, "stiffness": 9000.0},
     "spring_hardening": {"cubic_stiffness": 2.5e7},
+    "spring_asymmetry": {"square_stiffness": 2.1e5},
     "spring_hysteresis": {"force": 12.0, "yield_length": 0.0011, "exponent": 1.6},
     "spring_relaxation": {"stiffness": 3000.0, "time_constant": 0.13},
     "spring_mass": {"mass": 0.3, "damping": 2.0},

@@ -10,7 +10,7 @@
 
 enum { /* in the order of fast.numbers_of */
     JOINT_RADIUS, MOTOR_RADIUS, PRETENSION, INERTIA, DAMPING,
-    K1, K2, D1, D2, CUBIC1, CUBIC2, ENGAGE1, ENGAGE2, STRING1, STRING2,
+    K1, K2, D1, D2, SQUARE1, SQUARE2, CUBIC1, CUBIC2, ENGAGE1, ENGAGE2, STRING1, STRING2,
     HYSTERESIS1, HYSTERESIS2, YIELD, EXPONENT, CREEP1, CREEP2, TIME_CONSTANT,
     MASS1, MASS2, MASS_DAMPING1, MASS_DAMPING2, COMPLIANCE,
     COULOMB, STATIC, STRIBECK, BRISTLE, BRISTLE_DAMPING, DRAG, DIFFERENCE, CONSTANT,
@@ -29,7 +29,7 @@ typedef struct { double q_torque, upper, lower, joint_torque; int signature; } T
 typedef struct { double travel, rate; int signature; } Pulley;
 
 typedef struct {
-    double k, d, cubic, engage, string, friction, yield, exponent, creep, time, compliance;
+    double k, d, square, cubic, engage, string, friction, yield, exponent, creep, time, compliance;
 } Law;
 /* `pieces` of one side, in the order of their states, and how far and fast their ends part */
 typedef struct { Law law; int pieces; double length[2], rate[2]; } Side;
@@ -49,7 +49,8 @@ static Side side_of(const double *p, const double *y, int side, Pulley pulley)
     double s = y[S1 + 2 * side], vs = y[VS1 + 2 * side];
     /* each piece bears the same force at a part of the elongation */
     Law law = {
-        p[K1 + side] * count, p[D1 + side] * count, p[CUBIC1 + side] * count * count * count,
+        p[K1 + side] * count, p[D1 + side] * count, p[SQUARE1 + side] * count * count,
+        p[CUBIC1 + side] * count * count * count,
         p[ENGAGE1 + side] / count, p[STRING1 + side] * count,
         p[HYSTERESIS1 + side], p[YIELD] / count, p[EXPONENT], p[CREEP1 + side] * count,
         p[TIME_CONSTANT], p[COMPLIANCE] / count
@@ -74,9 +75,9 @@ static Stretched stretched(const Law *a, double e, double rate, double z, double
 {
     double over = e > a->engage ? a->string : 0.0;
     Stretched out = {
-        .force = a->k * e + a->cubic * e * e * e + over * (e - a->engage) + a->friction * z
+        .force = a->k * e + a->square * e * e + a->cubic * e * e * e + over * (e - a->engage) + a->friction * z
             + a->creep * (e - c),
-        .slope = a->k + 3.0 * a->cubic * e * e + over + a->creep,
+        .slope = a->k + 2.0 * a->square * e + 3.0 * a->cubic * e * e + over + a->creep,
         .fading = a->creep * (e - c) / a->time
     };
     double drive = rate + a->compliance * out.fading;

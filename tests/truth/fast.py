@@ -94,6 +94,10 @@ def numbers_of(tree: Numbers, start: tuple[float, float]) -> Vector:
             link.get("damping", 0.0),
             *[n * spring["stiffness"] for n, spring in zip(counts, springs, strict=True)],
             *[n * spring.get("damping", 0.0) for n, spring in zip(counts, springs, strict=True)],
+            *[
+                sign * count * effect("spring_asymmetry", "square_stiffness")
+                for sign, count in zip((1.0, -1.0), counts, strict=True)
+            ],
             *of_both(effect("spring_hardening", "cubic_stiffness")),
             *[
                 effect("overstretch_protection", "engagement", NO_STRING) * one["max_deflection"]

@@ -64,6 +64,7 @@ class Spring:
     max_deflection: float = math.inf  # m
     damping: float = 0.0  # N s/m
     overstretch: Overstretch | None = None
+    square_stiffness: float = 0.0  # N/m²
     cubic_stiffness: float = 0.0  # N/m³
     hysteresis: Hysteresis | None = None
     relaxation: Relaxation | None = None
@@ -77,14 +78,16 @@ class Spring:
 
     def static_force(self, elongation: float, engaged: bool) -> float:
         """Elastic force, N, of an `elongation` (m) from rest; negative where it would push."""
-        force = self.stiffness * elongation + self.cubic_stiffness * elongation**3
+        force = self.stiffness * elongation
+        force += self.square_stiffness * elongation**2 + self.cubic_stiffness * elongation**3
         if self.overstretch is not None:
             force += self.overstretch.force(elongation, engaged)
         return force
 
     def static_slope(self, elongation: float, engaged: bool) -> float:
         """Derivative of the elastic force by the elongation, N/m."""
-        slope = self.stiffness + 3.0 * self.cubic_stiffness * elongation**2
+        slope = self.stiffness + 2.0 * self.square_stiffness * elongation
+        slope += 3.0 * self.cubic_stiffness * elongation**2
         if self.overstretch is not None:
             slope += self.overstretch.slope(elongation, engaged)
         return slope
@@ -102,6 +105,7 @@ class Spring:
                 2.0 * self.overstretch.stiffness,
                 0.5 * self.overstretch.rounding,
             ),
+            square_stiffness=4.0 * self.square_stiffness,
             cubic_stiffness=8.0 * self.cubic_stiffness,
             hysteresis=self.hysteresis and self.hysteresis.halved(),
             relaxation=self.relaxation

@@ -38,12 +38,14 @@ class TendonForces:
 
 @dataclass(frozen=True)
 class _Side:
-    """Numbers of one side: `spring` of one of its springs, with `parallel` of them.
+    """Numbers of one side: `spring` of one of its springs, with `parallel` of them; `sign` is 1 of
+    the upper.
 
     `compliance` in series, m/N; `rest` length of the tendon where the deflection is zero, m.
     """
 
     spring: SimpleNamespace
+    sign: float
     in_series: bool
     compliance: Symbol
     rest: Symbol
@@ -140,6 +142,7 @@ def _side(s: Symbols, name: str) -> _Side:
     compliance = sum((element.value for element in elements), ca.SX(0))
     return _Side(
         spring,
+        1.0 if name == "upper_spring" else -1.0,
         bool(elements),
         compliance,
         rest=transmission.prestretched_length(pretension, combined) + compliance * pretension,
@@ -224,7 +227,7 @@ def _law(s: Symbols, name: str, side: _Side) -> _Law:
     """Law of one spring of a strand, (3), with its effects."""
     spring = side.spring
     elongation, rate = ca.SX.sym("elongation"), ca.SX.sym("rate")
-    at = Spring(elongation, rate, spring.stiffness, spring.max_deflection)
+    at = Spring(elongation, rate, spring.stiffness, spring.max_deflection, side.sign)
     effects = s.answers(Slot.SPRING_LAW, at, name)
     force = transmission.spring_force(spring.stiffness, elongation, spring.damping, rate)
     force += sum((added.value for _, added in effects), ca.SX(0))

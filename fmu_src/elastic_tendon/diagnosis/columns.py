@@ -124,7 +124,7 @@ def _spring_torque(answer: Answer, motion: Motion) -> Array:
     springs = (transmission.upper_spring, transmission.lower_spring)
     for sign, spring, length in zip((1.0, -1.0), springs, motion.elongations, strict=True):
         rate = -sign * radius * motion.deflection_rate
-        place = Spring(length, rate, spring.stiffness, spring.max_deflection)
+        place = Spring(length, rate, spring.stiffness, spring.max_deflection, sign)
         own = np.where(length > 0, answer(place).value, 0.0)
         torque = torque + sign * radius * spring.parallel * own
     return torque

@@ -117,7 +117,10 @@ class Data:
     def _asked_for(self, effect_id: str) -> bool:
         if self.only:
             return effect_id in self.only
-        return effect_id in self.idle or not effects.BY_ID[effect_id].on_request
+        effect = effects.BY_ID[effect_id]
+        pushing = self.given.kind.has_springs and self.given.transmission.slack == 0
+        common = not effect.on_request or (effect.common_without_slack and pushing)
+        return common or effect_id in self.idle
 
 
 def data_of(

@@ -29,6 +29,7 @@ from elastic_tendon.diagnosis.likeliest_sets import LikeliestSets
 from elastic_tendon.diagnosis.sets import Set, simpler, without
 from elastic_tendon.diagnosis.significance import (
     CHANCE,
+    COMMON,
     heldout_significance,
     heldout_worse,
     significance,
@@ -206,6 +207,11 @@ class Doubts(LikeliestSets):
                 return f"{title} {WORSE_ELSEWHERE}", chance
         if gain > sure:
             return None  # however the errors hang together
-        if chance > CHANCE:
+        if chance > (COMMON if _is_common(effect_id) else CHANCE):
             return f"{title} may be chance, p = {chance:.2g}", chance
         return None
+
+
+def _is_common(effect_id: str) -> bool:
+    """Whether an effect is a zero or a load that hardly any recording is without."""
+    return any(parameter.of_recording for parameter in effects.BY_ID[effect_id].parameters)

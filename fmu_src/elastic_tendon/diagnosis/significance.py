@@ -25,6 +25,8 @@ from elastic_tendon.measurement import Measurement
 
 CHANCE = 0.01  # probability up to which a gain is no chance ...
 REFUTED = 0.05  # ... and a loss on held-out data is none
+# of a zero or a load that was not told, which hardly any recording is without
+COMMON = 0.05
 
 
 def significance(before: Answer, after: Answer, effect_id: str) -> float:

@@ -135,9 +135,9 @@ class Around:
     gradient: Array
     changes: dict[tuple[object, ...], Array] = field(default_factory=dict, repr=False)
 
-    def left(self, change: Array) -> tuple[float, float]:
+    def left(self, change: Array, *, signed: bool) -> tuple[float, float]:
         """Mean square that is left when a change (N,) comes in, all else free to follow; and how
-        many times it comes in."""
+        many times it comes in, less than none only where it is `signed`."""
         if not np.isfinite(change).all() or not change.any():
             return float(np.mean(self.residuals**2)), 1.0
         count = len(self.gradient)
@@ -147,7 +147,7 @@ class Around:
         whole[count, count] = change @ change / self.weight * (1.0 + 1e-9)
         score = np.append(self.gradient, change @ self.residuals / self.weight)
         step = -np.linalg.solve(whole, score)
-        if step[count] < 0.0:
+        if step[count] < 0.0 and not signed:
             return float(np.mean(self.residuals**2)), 1.0
         after = self.residuals + self.derivatives @ step[:count] + change * step[count]
         return float(np.mean(after**2)), float(step[count])
@@ -478,8 +478,10 @@ class Screen:
         if around is None:
             return Expected(np.inf, {**estimate.values, **starts[0]})
         changes = self._changes(estimate, around, effect_id, starts)
+        signed = effects.BY_ID[effect_id].signed
         found = [
-            (*around.left(change), start) for start, change in zip(starts, changes, strict=True)
+            (*around.left(change, signed=signed), start)
+            for start, change in zip(starts, changes, strict=True)
         ]
         square, times, start = min(found, key=itemgetter(0))
         return Expected(

@@ -181,7 +181,8 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Spring:
-    """Where a spring law acts: one spring, `elongation` from its rest length (m), rate (m/s).
+    """Where a spring law acts: one spring, `elongation` from its rest length (m), rate (m/s);
+    `sign` is 1 of the upper tendon and -1 of the lower.
 
     The law's value and state rates must be affine in `rate`, given the modes. A slack spring
     sees the elongation at which it carries no force, not what the kinematics would ask of it.
@@ -191,6 +192,7 @@ class Spring:
     rate: Symbol
     stiffness: Symbol
     max_deflection: Symbol
+    sign: float
 
 
 @dataclass(frozen=True)
@@ -293,9 +295,10 @@ class Effect:
     each. `singular_null`: at its null the effect is structurally absent, so its derivative
     there says nothing. `smallest_share`: of the typical strength, where such an effect, or a stop,
     is still sought. `on_request`: a rare one, which a search tries only where it is asked for,
-    or where all others leave much. `catalogue_order`: effects of the catalogue are listed, and act
-    within a slot, by it and then by id; the more common come first. `refuses` and `cautions` judge
-    the numbers of model.toml together.
+    or where all others leave much; unless `common_without_slack`, where springs push too, as a
+    shaft does. `catalogue_order`: effects of the catalogue are listed, and act within a slot, by it
+    and then by id; the more common come first. `refuses` and `cautions` judge the numbers of
+    model.toml together.
     """
 
     id: str
@@ -319,8 +322,15 @@ class Effect:
     singular_null: bool = False
     smallest_share: float = 0.03
     on_request: bool = False
+    common_without_slack: bool = False
     refuses: Check = _all_well
     cautions: Check = _all_well
+
+    @property
+    def signed(self) -> bool:
+        """Whether it may be there with either sign, and grows in proportion from nothing."""
+        strengths = [parameter for parameter in self.parameters if not parameter.shape]
+        return not self.singular_null and all(part.lower < part.null for part in strengths)
 
     @property
     def strength(self) -> Parameter:

@@ -24,6 +24,7 @@ motor_encoder_offset: Effect
 constant_torque: Effect
 measurement_delay: Effect
 directional_damping: Effect
+spring_asymmetry: Effect
 motor_friction: Effect
 gear_loss: Effect
 motor_stiction: Effect

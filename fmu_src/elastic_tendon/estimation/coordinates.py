@@ -281,7 +281,9 @@ def _spring_sizes(given: Model, measurements: Sequence[Measurement]) -> dict[str
     )
     stiffness = max(springs.upper_spring.stiffness, springs.lower_spring.stiffness)
     elongation = reached * springs.joint_pulley_radius
-    return {"N/m3": stiffness / elongation**2} if elongation else {}
+    if not elongation:
+        return {}
+    return {"N/m2": stiffness / elongation, "N/m3": stiffness / elongation**2}
 
 
 def _largest_speed(measurement: Measurement) -> float:
