@@ -29,7 +29,8 @@ EFFECT = Effect(
     "small range of angles the two are alike. Coulomb friction: it changes its sign with the "
     "velocity; a machine that moves in one direction only cannot distinguish the two. Directional "
     "damping: it vanishes at rest and in slow motion. Joint torque offset: the joint rests where "
-    "it should, and only the measured torque is off.",
+    "it should, and only the measured torque is off. Spring asymmetry: it shifts what swings, and "
+    "the farther the larger the swing is.",
     confirm="Hold the motor, push the joint gently to both sides and let it come to rest from "
     "each, at several angles and with another pretension: the mean of the two rest positions is "
     "beside the motor's by the torque over the stiffness, which changes with the pretension; the "

@@ -49,7 +49,7 @@ EFFECT = Effect(
             null=0.0,
             lower=-1.0e10,
             upper=1.0e10,
-            typical=lambda sizes: 0.1 * sizes.stiffness / sizes.max_deflection,
+            typical=lambda sizes: 0.15 * sizes.stiffness / sizes.max_deflection,
         ),
     ),
     equations=equations,

@@ -27,7 +27,8 @@ EFFECT = Effect(
     law="added force of one spring: cubic_stiffness e³",
     confused_with="Overstretch protection: it has a corner, with level slopes before and after. A "
     "larger spring stiffness: the slope is then wrong by the same share at every deflection. Joint "
-    "stop: it stands at one angle of the joint, hardening moves with the motor.",
+    "stop: it stands at one angle of the joint, hardening moves with the motor. Spring asymmetry: "
+    "stiffer in one direction, softer in the other.",
     confirm="Hold the motor, load the link slowly and plot the slope of load torque against "
     "deflection: it climbs steadily beyond the slack boundaries. Or change the pretension: with "
     "linear springs the stiffness with both tendons taut stays the same. A single spring under "
