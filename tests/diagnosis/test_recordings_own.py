@@ -92,6 +92,30 @@ def test_a_recording_that_was_not_fitted_has_its_own_zero_too(found):
     assert found.ladder[-1].heldout_rmse["joint_position"] == pytest.approx(NOISE, rel=0.1)
 
 
+def test_the_improved_model_knows_them_and_is_compared_with_them(found, zeroed_anew, tmp_path):
+    known = found.model.recordings
+    assert known["tuesday.csv"] == {ZERO: pytest.approx(-0.013, abs=1e-4)}
+    assert known["wednesday.csv"] == {ZERO: pytest.approx(0.031, abs=1e-3)}
+    (tmp_path / "improved.toml").write_text(found.model.to_toml())
+    again = et.load_model(tmp_path / "improved.toml")
+    assert again == found.model
+    assert max(et.compare(again, zeroed_anew).noise_ratio().values()) < 1.05
+    assert again.without(["joint_encoder_offset"]).recordings is None
+
+
+@pytest.mark.parametrize(
+    ("own", "sentence"),
+    [
+        ({"link.inertia": 0.1}, "b.csv: link.inertia is not what a recording has of its own"),
+        ({ZERO: 9.0}, f"b.csv: {ZERO} = 9 is not from -7 to 7 rad"),
+    ],
+)
+def test_what_is_no_recording_s_own_is_refused(own, sentence):
+    tree = {**TREE, "effects": {"joint_encoder_offset": {}}, "recordings": {"b.csv": own}}
+    with pytest.raises(et.ModelError, match=sentence):
+        et.load_model(tree)
+
+
 def test_tables_and_json_say_whose_it_is(found):
     rows = [estimate_cells(part)[0] for part in found.findings.every]
     assert rows[-2:] == [f"joint_encoder_offset.offset of {name}" for name in ZEROS]

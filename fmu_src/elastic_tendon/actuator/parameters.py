@@ -75,6 +75,8 @@ class Model(BaseModel):
     motor: Motor | None = Field(default=None, validate_default=True)
     # dotted path -> one sigma, relative to the value, absolute where the value is 0
     uncertainty: dict[str, float] = Field(default_factory=dict)
+    # name of a recording -> dotted path -> its own zero or load, where that is not the model's
+    recordings: dict[str, dict[str, float]] | None = None
 
     @field_validator("name")
     @classmethod
@@ -162,6 +164,29 @@ class Model(BaseModel):
         declared = (quantity.path for quantity in quantities(effect_ids, kind))
         listed = _uncertainty_schema(tuple(path for path in declared if path in given))
         return listed.model_validate(value).model_dump(by_alias=True)
+
+    @field_validator("recordings")
+    @classmethod
+    def _own_values(
+        cls, value: dict[str, dict[str, float]] | None, info: ValidationInfo
+    ) -> dict[str, dict[str, float]] | None:
+        declared = quantities(info.data.get("effects", ()), _kind_of(info.data))
+        possible = {quantity.path: quantity for quantity in declared if quantity.of_recording}
+        for name, own in (value or {}).items():
+            for path, number in own.items():
+                if path not in possible:
+                    listed = ", ".join(possible) or "none, as no such effect is in it"
+                    raise _refused(
+                        f"{name}: {path} is not what a recording has of its own; of this model "
+                        f"that may be: {listed}"
+                    )
+                low, high = possible[path].lower, possible[path].upper
+                if not low <= number <= high:
+                    raise _refused(
+                        f"{name}: {path} = {number:g} is not from {low:g} to {high:g} "
+                        f"{possible[path].unit}"
+                    )
+        return {name: own for name, own in (value or {}).items() if own} or None
 
     @property
     def effect_ids(self) -> tuple[str, ...]:
@@ -278,6 +303,23 @@ class Model(BaseModel):
             _descend(tree, parent)[key] = _plain(value, known[path].integer)
         return parse_model(tree, self.name)
 
+    def own(self, recording: str) -> Mapping[str, float]:
+        """By dotted path, what a recording of this name has of its own in place of the model's."""
+        return (self.recordings or {}).get(recording, {})
+
+    def with_recordings(self, own: Mapping[str, Mapping[str, float]]) -> "Model":
+        """Model with what recordings have of their own, by name and dotted path, beside those that
+        it knows.
+
+        Raises
+        ------
+        ModelError
+            for what is not a recording's own
+        """
+        known = {**(self.recordings or {}), **{name: dict(values) for name, values in own.items()}}
+        tree = self.model_dump() | {"recordings": known}
+        return parse_model(tree, self.name)
+
     def with_effect(self, effect_id: str, values: Mapping[str, float] | None) -> "Model":
         """Model with one more effect, or other numbers for it; None for its null values.
 
@@ -303,6 +345,10 @@ class Model(BaseModel):
         }
         tree["uncertainty"] = {
             path: sigma for path, sigma in self.uncertainty.items() if not path.startswith(gone)
+        }
+        tree["recordings"] = {
+            name: {path: value for path, value in own.items() if not path.startswith(gone)}
+            for name, own in (self.recordings or {}).items()
         }
         return parse_model(tree, self.name)
 

@@ -47,7 +47,7 @@ def estimate_initial_state(
     ----------
     model : Model
     measurement : Measurement
-    own : what the recording has of its own, see `InitialState`
+    own : what the recording has of its own, see `InitialState`; None: as the model knows it
 
     Returns
     -------
@@ -57,9 +57,10 @@ def estimate_initial_state(
     ------
     SimulationError : the solver could not go on
     """
+    own = model.own(measurement.name) if own is None else own
     if own:
         held = InitialState(own=own).model(model)
-        return replace(estimate_initial_state(held, measurement), own=own)
+        return replace(estimate_initial_state(held, measurement, {}), own=own)
     if measurement.static:
         return _equilibrium(model, measurement)
     positions = moved_states(model.kind)[::2]

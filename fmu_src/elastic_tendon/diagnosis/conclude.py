@@ -256,6 +256,10 @@ def conclude(
     matter = () if verdict == "adequate" else changed
     names = different([part.added for part in found.alike])
     improved = with_estimates(answer.result.model, answer.result.findings.estimates)
+    if answer.result.problem.coordinates.of_recording:
+        unseen = steps[-1].heldout.files if steps[-1].heldout is not None else ()
+        own = {file.measurement.name: file.initial_state.own for file in unseen}
+        improved = improved.with_recordings(own)
     structured = any(part.significant for part in remaining.values())
     explained = (
         verdict != "unexplained" and only_chance(found.lack) and not (structured or elsewhere)

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import Array, InitialState, noise_floors, stack
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.estimation.coordinates import Limits, free_parameters
@@ -157,11 +156,7 @@ class FitResult(Result):
         ------
         SimulationError : the solver could not go on
         """
-        coordinates = self.problem.coordinates
-        if measurement.name not in coordinates.recordings:
-            return self.problem.begun(self.model, measurement)
-        own = coordinates.own(self.problem.numbers(self.vector), measurement.name)
-        return estimate_initial_state(self.model, measurement, own)
+        return self.problem.begun(self.model, measurement)
 
 
 @dataclass(frozen=True)
@@ -372,7 +367,7 @@ def _fitted(
     vector = search.settle(search.best)
     return FitResult(
         given=given,
-        model=problem.model(vector),
+        model=problem.model_of_all(vector),
         problem=problem,
         vector=vector,
         sigmas=search.sigmas,

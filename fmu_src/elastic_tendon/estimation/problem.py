@@ -97,7 +97,8 @@ class Problem:
         """
         coordinates = self.coordinates
         state = estimate_initial_state(model, measurement)
-        if not coordinates.of_recording or measurement.name == coordinates.recordings[0]:
+        known = state.own or measurement.name == coordinates.recordings[0]
+        if known or not coordinates.of_recording:
             return state
         found = sensitivity(model, measurement, state, coordinates.of_recording, self.tolerance)
         floors = [noise_floors(measurement)]
@@ -128,6 +129,20 @@ class Problem:
         ModelError : the values together are no model
         """
         return self.coordinates.model(self.numbers(vector))
+
+    def model_of_all(self, vector: Array) -> Model:
+        """The model at a vector, with what recordings have of their own.
+
+        Raises
+        ------
+        ModelError : the values together are no model
+        """
+        coordinates, numbers = self.coordinates, self.numbers(vector)
+        if not coordinates.of_recording:
+            return self.model(vector)
+        further = coordinates.recordings[1:]
+        own = {name: coordinates.own(numbers, name) for name in further}
+        return self.model(vector).with_recordings(own)
 
     def initial_states(self, vector: Array) -> list[InitialState]:
         """State at the first sample of each recording, rad and rad/s."""
