@@ -2,6 +2,7 @@
 
 import re
 import zipfile
+from dataclasses import replace
 from io import StringIO
 
 import fmpy
@@ -16,6 +17,7 @@ from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.app.document import check_shown
 from elastic_tendon.comparison.simulated import default_table
 from elastic_tendon.diagnosis.candidates import candidates
+from elastic_tendon.evidence.gather import PARAMETERS
 from elastic_tendon.reports.fleet_figure import fleet_figure
 from elastic_tendon.reports.fleet_tables import pooled_table, robots_table
 from elastic_tendon.reports.write import report
@@ -151,6 +153,21 @@ def test_units_and_terminals_of_its_fmu(version, tmp_path):
             terminals = archive.read("terminalsAndIcons/terminalsAndIcons.xml").decode()
             assert "Mechanics.Translational.Interfaces.Flange_b" in terminals
             assert "Rotational" not in terminals
+
+
+@pytest.mark.usefixtures("made_soon")
+def test_the_evidence_of_its_fmu_counts_in_metres(tmp_path):
+    straight = replace(et.read(recording()).window(0.0, 1.0), interpolation="linear")
+    evidence = et.gather_evidence(LINEAR, straight)
+    path = et.export_fmu(LINEAR, tmp_path / "x.fmu", evidence=evidence)
+    found = et.verify(path, inputs=straight)
+    assert found.passed, found.faults
+    assert not re.search("not replayed", str(found))
+    assert re.search(r"joint_position -?\S+ to \S+ m, joint_velocity \S+ to \S+ m/s", str(found))
+    assert 'unit="kg"' in evidence.files[PARAMETERS].decode()
+    drawn = " ".join(text.get_text() for text in found.plot().findobj(Text))
+    for text in (str(found), str(evidence), evidence.files[PARAMETERS].decode(), drawn):
+        assert not TURNING.search(text)
 
 
 def test_what_turns_is_no_candidate_for_a_machine_that_slides():
