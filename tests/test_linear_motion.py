@@ -14,7 +14,6 @@ from rich.console import Console
 
 import elastic_tendon as et
 from elastic_tendon.actuator.motion_kind import MotionKind
-from elastic_tendon.app.document import check_shown
 from elastic_tendon.comparison.simulated import default_table
 from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.evidence.gather import PARAMETERS
@@ -81,6 +80,8 @@ def test_units_of_its_numbers():
         ("Constant torque of the joint torque", "Constant force of the joint force"),
         ("joint_torque, effects.constant_torque.torque, interface torque", ...),
         ("stiffness 3 N/m, gradient, radius 2 m", ...),
+        ("natural frequency (rad/s); speed 3 rad/s", "natural frequency (1/s); speed 3 m/s"),
+        ("poles 1.5 ± 3j rad/s", "poles 1.5 ± 3j 1/s"),
         ("coulomb_friction.\ntorque", ...),
     ],
 )
@@ -170,6 +171,13 @@ def test_the_evidence_of_its_fmu_counts_in_metres(tmp_path):
         assert not TURNING.search(text)
 
 
+def test_a_design_counts_in_metres():
+    table = et.design(et.load_model({**et.models.figure_7.model_dump(), "motion": "linear"}))
+    assert {row.unit for row in table.rows().values()} == {"m", "N", "N/m", "N.s/m", "kg", "1/s"}
+    assert not TURNING.search(str(table))
+    assert "torque" not in str(table)
+
+
 def test_what_turns_is_no_candidate_for_a_machine_that_slides():
     measured = et.Measurement(TIME, load_torque=LOAD, signals={"joint_position": 0.01 * LOAD})
     bare = [model.without(model.effect_ids) for model in (ROTARY, LINEAR)]
@@ -218,8 +226,3 @@ def test_a_fleet_counts_in_newtons(tmp_path):
             console.print(one)
     for text in (drawn, str(found), console.export_text()):
         assert not TURNING.search(text)
-
-
-def test_the_app_refuses_a_machine_that_slides():
-    with pytest.raises(et.ModelError, match="the app is for machines that turn"):
-        check_shown(LINEAR)
