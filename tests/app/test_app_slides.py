@@ -21,8 +21,8 @@ from elastic_tendon.app.server import dash_app
 from elastic_tendon.app.source_card import Form, card, overview
 from elastic_tendon.app.steps import STEPS
 from elastic_tendon.app.steps.data import seen
-from elastic_tendon.app.workspace import Session, Workspace
 from elastic_tendon.app.worded import worded
+from elastic_tendon.app.workspace import Session, Workspace
 from elastic_tendon.diagnosis.experiment import experiment_csv
 from elastic_tendon.progress import silent
 from elastic_tendon.reports.interactive.theme import LIGHT
@@ -145,7 +145,7 @@ def test_its_tables_are_read_again(workspace: Workspace, session: Session) -> No
         heads = {
             name: archive.read(name).decode().partition("\n")[0] for name in archive.namelist()
         }
-    assert "deflection (m)" in heads["figures/01_characteristic_curve.csv"]
+    assert "θ (m),force on the joint (N)" in heads["figures/01_characteristic_curve.csv"]
     (columns,) = (head for name, head in heads.items() if name.startswith("recordings/"))
     assert {"load_torque_N", "measured_joint_position_m"} < {*columns.split(",")}
     assert not [head for head in heads.values() if TURNING.search(head)]

@@ -16,8 +16,8 @@ from elastic_tendon.app import requests, safety, shell
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.session_file import SessionFile
 from elastic_tendon.app.steps import STEPS
-from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.app.worded import word_answers
+from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.output import OutputError
 
 LOOPBACK = "127.0.0.1"
