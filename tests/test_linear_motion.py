@@ -171,11 +171,40 @@ def test_the_evidence_of_its_fmu_counts_in_metres(tmp_path):
         assert not TURNING.search(text)
 
 
-def test_a_design_counts_in_metres():
-    table = et.design(et.load_model({**et.models.figure_7.model_dump(), "motion": "linear"}))
-    assert {row.unit for row in table.rows().values()} == {"m", "N", "N/m", "N.s/m", "kg", "1/s"}
-    assert not TURNING.search(str(table))
-    assert "torque" not in str(table)
+WITH_SPRINGS = et.load_model(
+    {**et.models.figure_7.model_dump(exclude_none=True), "motion": "linear"}
+)
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Of a machine with springs, what can be printed and drawn."""
+    motor, load = 0.2 * np.sin(9.0 * TIME), 2.0 * np.sin(14.0 * TIME)
+    moved = et.simulate(WITH_SPRINGS, TIME, motor, load)
+    noisy = moved["joint_position"] + 1e-4 * np.random.default_rng(1).standard_normal(len(TIME))
+    table = {"motor_position_m": motor, "load_torque_N": load, "joint_position_mm": 1e3 * noisy}
+    measured = et.read(pd.DataFrame({"time_s": TIME, **table}))
+    compared = et.compare(WITH_SPRINGS.with_values({"link.damping": 0.3}), measured)
+    varied = points([parse_factor(WITH_SPRINGS, "link.inertia=5%")], "monte-carlo", 2)
+    return {
+        "trajectory": moved,
+        "recording": measured,
+        "location": et.locate(compared),
+        "design": et.design(WITH_SPRINGS),
+        "linear": et.linearise(WITH_SPRINGS, "III"),
+        "describing": et.describing_function(WITH_SPRINGS, [0.05, 0.3], frequency=5.0),
+        "sweep": et.sweep(simulations(WITH_SPRINGS, varied)),
+    }
+
+
+def test_what_is_printed_and_drawn_counts_in_metres(results):
+    for name, result in results.items():
+        drawn = " ".join(text.get_text() for text in result.plot().findobj(Text))
+        for text in (result.summary(), drawn):
+            assert not TURNING.search(text), (name, text)
+    units = {row.unit for row in results["design"].rows().values()}
+    assert units == {"m", "N", "N/m", "N.s/m", "kg", "1/s"}
+    assert "m/s" not in results["linear"].summary()
 
 
 def test_what_turns_is_no_candidate_for_a_machine_that_slides():

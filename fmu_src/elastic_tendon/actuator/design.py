@@ -111,8 +111,9 @@ class DesignTable(Result):
     def plot(self) -> "Figure":
         """Draw the characteristic curves over pretension."""
         from elastic_tendon.reports.figures import characteristic_curves
+        from elastic_tendon.reports.worded import worded_figure
 
-        return characteristic_curves(self.model)
+        return worded_figure(characteristic_curves(self.model), self.model.motion)
 
     def rows(self) -> dict[str, DesignRow]:
         """Table for printing: name of a field -> its row, in their order."""

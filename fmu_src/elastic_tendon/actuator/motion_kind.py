@@ -31,6 +31,8 @@ _WRITTEN = {
     "rad/s²": "m/s²",
     "mrad": "mm",
     "mrad/s": "mm/s",
+    "rad/rad": "m/m",
+    "rad/(N·m)": "m/N",
     "N·m": "N",
     "mN·m": "mN",
     "N·m/rad": "N/m",

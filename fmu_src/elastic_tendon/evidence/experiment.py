@@ -3,6 +3,7 @@
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,13 +86,8 @@ def results_of(model: Model, experiment: Experiment) -> dict[str, Array]:
     ------
     SimulationError : the solver could not go on
     """
-    run = simulate(
-        model,
-        experiment.time,
-        **experiment.inputs,
-        initial_state=experiment.start,
-        interpolation="hold",
-    )
+    motion: dict[str, Any] = {"time": experiment.time, **experiment.inputs}
+    run = simulate(model, **motion, initial_state=experiment.start, interpolation="hold")
     kept = slice(None, None, -(-len(run.time) // _ROWS))
     columns = {"time": run.time, **{name: run[name] for name in result_names(model.kind)}}
     return {name: values[kept] for name, values in columns.items()}
