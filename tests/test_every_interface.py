@@ -23,6 +23,7 @@ from elastic_tendon.app import results, takeaway, walk
 from elastic_tendon.app.document import Source, new_document
 from elastic_tendon.app.workspace import Cache, Workspace
 from elastic_tendon.evidence.experiment import result_names
+from elastic_tendon.evidence.gather import PARAMETERS
 from elastic_tendon.evidence.manifest import FOLDER
 from elastic_tendon.evidence.seal import SEAL, add_seal
 from elastic_tendon.fmu.packing import write_archive
@@ -216,6 +217,11 @@ def proves(kind, folder):
     model = machine(kind)
     straight = replace(recording(kind, with_effect=False), interpolation="linear")
     evidence = et.gather_evidence(model, straight)
+    slides = et.load_model({**model.model_dump(exclude_none=True), "motion": "linear"})
+    of_sliding = et.gather_evidence(slides, straight)
+    assert of_sliding.report["motion"] == "linear"
+    assert of_sliding.report["recordings"] == evidence.report["recordings"]
+    assert b'unit="N.m' not in of_sliding.files[PARAMETERS]
     path = et.export_fmu(model, folder / "x.fmu", evidence=evidence, outside_validity=True)
     found = et.verify(path, inputs=straight)
     assert found.faults == ()
