@@ -2,6 +2,7 @@
 
 import re
 import zipfile
+from dataclasses import replace
 from io import StringIO
 
 import fmpy
@@ -13,9 +14,9 @@ from rich.console import Console
 
 import elastic_tendon as et
 from elastic_tendon.actuator.motion_kind import MotionKind
-from elastic_tendon.app.document import check_shown
 from elastic_tendon.comparison.simulated import default_table
 from elastic_tendon.diagnosis.candidates import candidates
+from elastic_tendon.evidence.gather import PARAMETERS
 from elastic_tendon.reports.fleet_figure import fleet_figure
 from elastic_tendon.reports.fleet_tables import pooled_table, robots_table
 from elastic_tendon.reports.write import report
@@ -79,6 +80,8 @@ def test_units_of_its_numbers():
         ("Constant torque of the joint torque", "Constant force of the joint force"),
         ("joint_torque, effects.constant_torque.torque, interface torque", ...),
         ("stiffness 3 N/m, gradient, radius 2 m", ...),
+        ("natural frequency (rad/s); speed 3 rad/s", "natural frequency (1/s); speed 3 m/s"),
+        ("poles 1.5 ± 3j rad/s", "poles 1.5 ± 3j 1/s"),
         ("coulomb_friction.\ntorque", ...),
     ],
 )
@@ -153,6 +156,57 @@ def test_units_and_terminals_of_its_fmu(version, tmp_path):
             assert "Rotational" not in terminals
 
 
+@pytest.mark.usefixtures("made_soon")
+def test_the_evidence_of_its_fmu_counts_in_metres(tmp_path):
+    straight = replace(et.read(recording()).window(0.0, 1.0), interpolation="linear")
+    evidence = et.gather_evidence(LINEAR, straight)
+    path = et.export_fmu(LINEAR, tmp_path / "x.fmu", evidence=evidence)
+    found = et.verify(path, inputs=straight)
+    assert found.passed, found.faults
+    assert not re.search("not replayed", str(found))
+    assert re.search(r"joint_position -?\S+ to \S+ m, joint_velocity \S+ to \S+ m/s", str(found))
+    assert 'unit="kg"' in evidence.files[PARAMETERS].decode()
+    drawn = " ".join(text.get_text() for text in found.plot().findobj(Text))
+    for text in (str(found), str(evidence), evidence.files[PARAMETERS].decode(), drawn):
+        assert not TURNING.search(text)
+
+
+WITH_SPRINGS = et.load_model(
+    {**et.models.figure_7.model_dump(exclude_none=True), "motion": "linear"}
+)
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Of a machine with springs, what can be printed and drawn."""
+    motor, load = 0.2 * np.sin(9.0 * TIME), 2.0 * np.sin(14.0 * TIME)
+    moved = et.simulate(WITH_SPRINGS, TIME, motor, load)
+    noisy = moved["joint_position"] + 1e-4 * np.random.default_rng(1).standard_normal(len(TIME))
+    table = {"motor_position_m": motor, "load_torque_N": load, "joint_position_mm": 1e3 * noisy}
+    measured = et.read(pd.DataFrame({"time_s": TIME, **table}))
+    compared = et.compare(WITH_SPRINGS.with_values({"link.damping": 0.3}), measured)
+    varied = points([parse_factor(WITH_SPRINGS, "link.inertia=5%")], "monte-carlo", 2)
+    return {
+        "trajectory": moved,
+        "recording": measured,
+        "location": et.locate(compared),
+        "design": et.design(WITH_SPRINGS),
+        "linear": et.linearise(WITH_SPRINGS, "III"),
+        "describing": et.describing_function(WITH_SPRINGS, [0.05, 0.3], frequency=5.0),
+        "sweep": et.sweep(simulations(WITH_SPRINGS, varied)),
+    }
+
+
+def test_what_is_printed_and_drawn_counts_in_metres(results):
+    for name, result in results.items():
+        drawn = " ".join(text.get_text() for text in result.plot().findobj(Text))
+        for text in (result.summary(), drawn):
+            assert not TURNING.search(text), (name, text)
+    units = {row.unit for row in results["design"].rows().values()}
+    assert units == {"m", "N", "N/m", "N.s/m", "kg", "1/s"}
+    assert "m/s" not in results["linear"].summary()
+
+
 def test_what_turns_is_no_candidate_for_a_machine_that_slides():
     measured = et.Measurement(TIME, load_torque=LOAD, signals={"joint_position": 0.01 * LOAD})
     bare = [model.without(model.effect_ids) for model in (ROTARY, LINEAR)]
@@ -201,8 +255,3 @@ def test_a_fleet_counts_in_newtons(tmp_path):
             console.print(one)
     for text in (drawn, str(found), console.export_text()):
         assert not TURNING.search(text)
-
-
-def test_the_app_refuses_a_machine_that_slides():
-    with pytest.raises(et.ModelError, match="the app is for machines that turn"):
-        check_shown(LINEAR)

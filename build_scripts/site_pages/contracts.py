@@ -25,7 +25,7 @@ from elastic_tendon.estimation import determinability, ladder
 from elastic_tendon.fmu.documentation import documentation
 from elastic_tendon.measurement import formats, noise, preparation
 from elastic_tendon.measurement.columns import find_layout
-from elastic_tendon.measurement.units import USUAL
+from elastic_tendon.measurement.units import LINEAR, USUAL
 from elastic_tendon.native.layout import default_layout
 from elastic_tendon.result import Result
 from site_pages import Pages
@@ -71,13 +71,14 @@ def _model() -> str:
 
 
 def _measurements() -> str:
-    signals = (
-        (f"`{name}`", kind, ", ".join(f"`{name}_{unit}`" for unit in USUAL[kind]))
+    signals = [
+        (f"`{name}`", kind, _columns(name, kind), _columns(name, LINEAR.get(kind, kind)))
         for name, kind in preparation.DIMENSIONS.items()
-    )
+    ]
+    heads = ("signal", "kind", "columns that are found by their name", "of a machine that slides")
     parts = [
         "# Measurements",
-        table(("signal", "kind", "columns that are found by their name"), signals),
+        table(heads, signals),
         from_rst((inspect.getdoc(find_layout) or "").partition("\n\nParameters")[0]),
         "## Kinds of files",
         *_formats(),
@@ -87,6 +88,10 @@ def _measurements() -> str:
         _classes(preparation),
     ]
     return "\n\n".join(parts)
+
+
+def _columns(signal: str, kind: str) -> str:
+    return ", ".join(f"`{signal}_{unit}`" for unit in USUAL[kind])
 
 
 def _formats() -> Iterable[str]:

@@ -1,5 +1,6 @@
 """Verify runs an FMU's own binary and says in five lines what came of it."""
 
+import json
 import re
 import zipfile
 from dataclasses import replace
@@ -13,10 +14,11 @@ from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 
 import elastic_tendon as et
+from elastic_tendon.evidence.experiment import smoke_test
 from elastic_tendon.evidence.gather import REPORT, replayable
 from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, Related, manifest
 from elastic_tendon.evidence.parameter_set import Uncertainty, parameter_set
-from elastic_tendon.evidence.replay import IMPORTERS
+from elastic_tendon.evidence.replay import IMPORTERS, by_another
 from fmu_driver import Fmu
 
 PLAIN = ("modelDescription.xml", "binaries/")
@@ -114,6 +116,20 @@ def test_what_sensors_do_and_smooth_inputs_are_stated_and_not_replayed() -> None
     late = friction_model().with_effect("measurement_delay", {"delay": 0.01})
     assert not replayable(late, recording)
     assert not replayable(friction_model(), replace(recording, interpolation="cubic"))
+
+
+def test_where_nothing_is_moved_other_importers_have_nothing_to_look_at() -> None:
+    experiment = smoke_test(et.models.figure_7.at("joint"))
+    with pytest.raises(et.EvidenceError, match="at its interface nothing is moved, and ecos"):
+        by_another("ecos", "x.fmu", experiment, ())
+
+
+def test_evidence_of_before_there_were_interfaces_is_of_position(sealed, tmp_path) -> None:
+    files = contents(sealed(2))
+    report = json.loads(files[REPORT]) | {"signed_by": None}
+    del report["interface"], report["motion"]
+    resealed(tmp_path / "x.fmu", files | {REPORT: json.dumps(report).encode()})
+    assert et.verify(tmp_path / "x.fmu").passed
 
 
 @pytest.mark.parametrize(

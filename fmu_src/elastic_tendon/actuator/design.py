@@ -4,7 +4,7 @@ Symbols as in `transmission`; J, b inertia and damping of the link.
 """
 
 from collections.abc import Sequence
-from dataclasses import Field, asdict, dataclass, field, fields
+from dataclasses import Field, asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -111,15 +111,21 @@ class DesignTable(Result):
     def plot(self) -> "Figure":
         """Draw the characteristic curves over pretension."""
         from elastic_tendon.reports.figures import characteristic_curves
+        from elastic_tendon.reports.worded import worded_figure
 
-        return characteristic_curves(self.model)
+        return worded_figure(characteristic_curves(self.model), self.model.motion)
 
     def rows(self) -> dict[str, DesignRow]:
         """Table for printing: name of a field -> its row, in their order."""
-        return {
-            figure.name: DesignRow(value=getattr(self, figure.name), **figure.metadata)
-            for figure in _figures()
-        }
+        return {figure.name: self._moving(figure) for figure in _figures()}
+
+    def _moving(self, figure: "Field[Any]") -> DesignRow:
+        """A figure in the words and units of the machine's motion."""
+        motion = self.model.motion
+        row = DesignRow(value=getattr(self, figure.name), **figure.metadata)
+        # of velocities there is none
+        unit = motion.frequency_unit if row.unit == "rad/s" else motion.unit(row.unit)
+        return replace(row, name=motion.words(row.name), unit=unit)
 
 
 def _figures() -> "list[Field[Any]]":

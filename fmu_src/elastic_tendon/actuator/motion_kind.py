@@ -31,6 +31,8 @@ _WRITTEN = {
     "rad/s²": "m/s²",
     "mrad": "mm",
     "mrad/s": "mm/s",
+    "rad/rad": "m/m",
+    "rad/(N·m)": "m/N",
     "N·m": "N",
     "mN·m": "mN",
     "N·m/rad": "N/m",
@@ -52,6 +54,11 @@ _SAID |= {rotary.capitalize(): linear.capitalize() for rotary, linear in _WORDS.
 # by its name
 _ANY = "|".join(map(re.escape, sorted(_SAID, key=len, reverse=True)))
 _PLACES = re.compile(rf"(?<![\w.·/])(?<!\.\n)(?<!interface )(?:{_ANY})(?![\w·²/])(?!\.\w)")
+# what is counted in rad/s and is no velocity, up to where its unit stands
+_OF_FREQUENCY = re.compile(
+    r"(?:frequenc|resonance|poles|zeros|(?:real|imaginary) part)(?:(?!\. |;|velocity).){0,90}$",
+    re.DOTALL,
+)
 
 
 class MotionKind(StrEnum):
@@ -64,11 +71,21 @@ class MotionKind(StrEnum):
         """Unit that stands in place of a rotary machine's, in FMI's spelling."""
         return unit if self is MotionKind.ROTARY else _UNITS.get(unit, unit)
 
+    @property
+    def frequency_unit(self) -> str:
+        """Unit of angular frequencies, of which a machine that slides turns nothing."""
+        return "rad/s" if self is MotionKind.ROTARY else "1/s"
+
     def words(self, text: str) -> str:
         """A text with the units and words of this motion in place of a rotary machine's."""
         if self is MotionKind.ROTARY:
             return text
-        return _PLACES.sub(lambda place: _SAID[place[0]], text)
+        return _PLACES.sub(self._said, text)
+
+    def _said(self, place: re.Match[str]) -> str:
+        if place[0] == "rad/s" and _OF_FREQUENCY.search(place.string, 0, place.start()):
+            return self.frequency_unit
+        return _SAID[place[0]]
 
     def quantities(self, of_rotary: "tuple[Quantity, ...]") -> "tuple[Quantity, ...]":
         """Quantities of a model that moves so."""

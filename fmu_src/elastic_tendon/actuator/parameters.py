@@ -232,17 +232,6 @@ class Model(BaseModel):
         ]
         return self.without(without_place).at(position)
 
-    def check_rotary(self, what: str) -> None:
-        """Refuse a machine that slides where its numbers would have wrong units.
-
-        Raises
-        ------
-        ModelError
-        """
-        if self.motion is not MotionKind.ROTARY:
-            advice = "take compare, add and diagnose for each recording of one that slides"
-            raise ModelError(self.name, [f"motion: {what} is for machines that turn; {advice}"])
-
     def check_interface(self, what: str, allowed: Sequence[InterfaceKind] = AS_RECORDED) -> None:
         """Refuse what does not work at this model's interface; `what` begins the sentence.
 

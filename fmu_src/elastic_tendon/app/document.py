@@ -296,20 +296,8 @@ class Document(BaseModel):
         return self.model_copy(update={"versions": versions})
 
 
-def check_shown(model: Model) -> None:
-    """Refuse a model that the page would show wrongly.
-
-    Raises
-    ------
-    ModelError
-        for a machine that slides
-    """
-    model.check_rotary("the app")
-
-
 def new_document(model: Model, sources: Sequence[Source] = ()) -> Document:
     """A document that looks at a model as given."""
-    check_shown(model)
     root = Version(id="1", parent=None, title=GIVEN, model=model.to_toml())
     return Document(sources=tuple(sources), versions=(root,), current="1")
 

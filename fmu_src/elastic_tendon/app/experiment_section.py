@@ -61,7 +61,7 @@ def _files() -> Component:
                 [
                     html.Button("Download the experiment", id="effect-experiment-download"),
                     html.Span(
-                        "CSV: time (s), motor position (rad) and load torque (N·m), a row a sample",
+                        "CSV: time, motor position and load, SI units, a row a sample",
                         className="quiet",
                     ),
                 ],
@@ -149,7 +149,7 @@ def _register_download(app: Dash, workspace: Workspace) -> None:
         if not clicks or found is None:
             return no_update
         return {
-            "content": experiment_csv(found),
+            "content": experiment_csv(found, session.document.version.loaded().motion),
             "filename": file_name(session),
             "type": "text/csv",
         }

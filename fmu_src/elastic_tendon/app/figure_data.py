@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.variables import SIGNALS
 from elastic_tendon.app.results import Compared
 from elastic_tendon.comparison.comparison import FileComparison
@@ -23,14 +24,12 @@ from elastic_tendon.reports.interactive.loop import torque_loop
 from elastic_tendon.reports.interactive.overlay import Run, overlay
 from elastic_tendon.reports.interactive.places import error_maps, shares
 from elastic_tendon.reports.interactive.torque import missing_torque
+from elastic_tendon.reports.worded import worded_plotly
 
 if TYPE_CHECKING:
     import pandas as pd
 
 AS_GIVEN, SIMULATED = "as given", "simulated"  # what models are called beside the data
-_UNITS = {
-    name: SUFFIXES[signal.unit] for name, signal in SIGNALS.items() if signal.unit in SUFFIXES
-}
 
 
 @dataclass(frozen=True)
@@ -56,35 +55,36 @@ def figures(
     """
     given, current = known[0].fitted.model, known[-1].fitted.model
     springs = current.kind.has_springs
+    table = partial(_table, current.motion)
     if springs:
-        yield _table("characteristic_curve", partial(characteristic, current, given=given))
+        yield table("characteristic_curve", partial(characteristic, current, given=given))
     for runs in _side_by_side(known):
         measurement = runs[0].file.measurement
         for signal in measurement.signals:
-            yield _table(f"{measurement.name}_{signal}", partial(overlay, runs, signal))
+            yield table(f"{measurement.name}_{signal}", partial(overlay, runs, signal))
     fitted = known[-1].fitted
     for file, location in zip(fitted.files, located.files, strict=True):
         name = file.measurement.name
         if springs:
-            yield _table(f"{name}_torque_loop", partial(torque_loop, fitted.model, file, location))
-        yield _table(f"{name}_missing_torque", partial(missing_torque, file, location))
+            yield table(f"{name}_torque_loop", partial(torque_loop, fitted.model, file, location))
+        yield table(f"{name}_missing_torque", partial(missing_torque, file, location))
         if not file.measurement.static:
-            yield _table(f"{name}_error_maps", partial(error_maps, file, location))
+            yield table(f"{name}_error_maps", partial(error_maps, file, location))
         for signal in file.signals:
-            yield _table(f"{name}_shares_{signal}", partial(shares, file, location, signal))
+            yield table(f"{name}_shares_{signal}", partial(shares, file, location, signal))
         for signal in location.correlations:
             name_of_table = f"{name}_residual_correlation_{signal}"
-            yield _table(name_of_table, partial(residual_correlation, location, signal))
+            yield table(name_of_table, partial(residual_correlation, location, signal))
     static = all(file.measurement.static for file in fitted.files)
     for signal in steps[0].rmse:
-        yield _table(f"ladder_{signal}", partial(ladder, steps, signal, static=static))
+        yield table(f"ladder_{signal}", partial(ladder, steps, signal, static=static))
     for search_round in rounds:
         if search_round.candidates:
-            yield _table("candidates", partial(candidates, search_round))
+            yield table("candidates", partial(candidates, search_round))
 
 
-def _table(name: str, draw: Callable[[], go.Figure]) -> Table:
-    return Table("figures", name, lambda: figure_table(draw()))
+def _table(motion: MotionKind, name: str, draw: Callable[[], go.Figure]) -> Table:
+    return Table("figures", name, lambda: figure_table(worded_plotly(draw(), motion)))
 
 
 def recordings(known: Sequence[Compared]) -> Iterator[Table]:
@@ -104,10 +104,15 @@ def _samples(runs: Sequence[Run]) -> "pd.DataFrame":
     import pandas as pd
 
     measurement = runs[0].file.measurement
-    inputs = {name + _UNITS[name]: values for name, values in measurement.inputs.items()}
+    motion = measurement.motion or MotionKind.ROTARY
+
+    def with_unit(name: str) -> str:
+        return name + SUFFIXES[motion.unit(SIGNALS[name].unit)]
+
+    inputs = {with_unit(name): values for name, values in measurement.inputs.items()}
     columns = {"time_s": measurement.time, **inputs}
     for signal, measured in measurement.signals.items():
-        column = signal + _UNITS[signal]
+        column = with_unit(signal)
         columns[f"measured_{column}"] = measured
         for run in runs:
             model = "" if run.label == SIMULATED else "as_given_"

@@ -30,16 +30,25 @@ _CHOICES = {
 
 
 def filters(step: str) -> list[Component]:
-    """Choices of samples; `step` begins their ids."""
+    """Choices of samples; `step` begins their ids. Those of a range are filled in by `ranges`."""
     return [
         *(_choice(f"{step}-{field}", *offered) for field, offered in _CHOICES.items()),
         *(_end(f"{step}-{end}", words) for end, words in (("low", "from"), ("high", "to"))),
     ]
 
 
-def _choice(component_id: str, words: str, offered: dict[str, str]) -> Component:
+def ranges() -> list[dict[str, str]]:
+    """Quantities of which a range can be chosen, with their units."""
+    return _options(_RANGES)
+
+
+def _options(offered: dict[str, str]) -> list[dict[str, str]]:
     labels = {ALL: "all samples", **offered}
-    options = [{"value": value, "label": label} for value, label in labels.items()]
+    return [{"value": value, "label": label} for value, label in labels.items()]
+
+
+def _choice(component_id: str, words: str, offered: dict[str, str]) -> Component:
+    options = _options(offered)
     look = {"clearable": False, "searchable": False, "className": "chooser"}
     return choice(component_id, words, options=options, value=ALL, **look, **_KEPT)
 

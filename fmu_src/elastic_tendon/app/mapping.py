@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.app.document import Source
 from elastic_tendon.app.numbers import parsed, with_minus
 from elastic_tendon.errors import MeasurementError
@@ -17,7 +18,7 @@ from elastic_tendon.measurement.preparation import (
     SignalColumn,
     parse_map,
 )
-from elastic_tendon.measurement.units import USUAL
+from elastic_tendon.measurement.units import LINEAR, USUAL
 
 READ = tuple(name for name in DIMENSIONS if name != "motor_velocity")  # that one nobody reads
 _WRITTEN = {
@@ -30,14 +31,13 @@ _WRITTEN = {
     "Nmm": "N·mm",
 }
 BY_NAME = ""  # chosen in place of a column: found by its name, if it is there
-_SI = {"time": "s", "angle": "rad", "torque": "N·m", "force": "N"}
 
 
 @dataclass(frozen=True)
 class Row:
     """Where a signal stands in a file: ``signal = column * unit * times + plus``.
 
-    `column` None: the file has none.
+    `column` None: the file has none. `motion` : whether it is of a machine that turns or slides.
     """
 
     signal: str
@@ -45,21 +45,32 @@ class Row:
     unit: str | None = None
     times: float = 1.0
     plus: float = 0.0
+    motion: MotionKind = MotionKind.ROTARY
+
+    @property
+    def _usual(self) -> list[str]:
+        """Units that are known of what it measures, that of SI first."""
+        dimension = DIMENSIONS[self.signal]
+        slides = self.motion is MotionKind.LINEAR
+        return list(USUAL[LINEAR.get(dimension, dimension) if slides else dimension])
 
     @property
     def si(self) -> str:
         """Unit of `plus`."""
-        return _SI[DIMENSIONS[self.signal]]
+        return _WRITTEN.get(self._usual[0], self._usual[0])
 
     def units(self) -> list[dict[str, str]]:
         """Units to choose from, the present one among them."""
-        usual = list(USUAL[DIMENSIONS[self.signal]])
+        usual = self._usual
         own = [self.unit] if self.unit and self.unit not in usual else []
         return [{"value": unit, "label": _WRITTEN.get(unit, unit)} for unit in (*usual, *own)]
 
 
 def rows_of(
-    source: Source, labels: Sequence[str], measurement: Measurement | None
+    source: Source,
+    labels: Sequence[str],
+    measurement: Measurement | None,
+    motion: MotionKind = MotionKind.ROTARY,
 ) -> tuple[Row, ...]:
     """A row for each signal that the file has or could have.
 
@@ -68,11 +79,13 @@ def rows_of(
     source : Source
     labels : columns of the file
     measurement : the recording as it was read, None where it could not be
+    motion : of the machine that was recorded
     """
     corrected = dict(parse_map(item, labels) for item in _items(source))
     read = {} if measurement is None else measurement.preparation.columns
     return tuple(
-        _row(signal, corrected.get(signal), read.get(signal)) for signal in _possible(measurement)
+        replace(_row(signal, corrected.get(signal), read.get(signal)), motion=motion)
+        for signal in _possible(measurement)
     )
 
 

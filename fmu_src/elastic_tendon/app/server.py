@@ -16,6 +16,7 @@ from elastic_tendon.app import requests, safety, shell
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.session_file import SessionFile
 from elastic_tendon.app.steps import STEPS
+from elastic_tendon.app.worded import word_answers
 from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.output import OutputError
 
@@ -106,6 +107,7 @@ def dash_app(workspace: Workspace, token: str) -> Dash:
     shell.register(app, workspace, STEPS)
     for step in STEPS:
         step.register(app, workspace)
+    word_answers(app, workspace)
     return app
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from dash import dcc, html
 from dash.development.base_component import Component
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.app.document import Source
 from elastic_tendon.app.figures import GESTURES, saveable
 from elastic_tendon.app.mapping import BY_NAME, DECLARE, Row, in_app_words, rows_of, shifted, words
@@ -25,6 +26,7 @@ from elastic_tendon.measurement.recording import samples_text
 from elastic_tendon.reports.interactive.preview import preview
 from elastic_tendon.reports.interactive.theme import Theme
 from elastic_tendon.reports.units import noise_in_words, number, shown
+from elastic_tendon.reports.worded import worded_plotly
 
 ROLES = {
     "fit": "fit",
@@ -47,13 +49,17 @@ Found = tuple[Measurement, ...] | Failure | None
 
 @dataclass(frozen=True)
 class Seen:
-    """What is known of a source: its columns, its recordings as read, and as checked."""
+    """What is known of a source: its columns, its recordings as read, and as checked.
+
+    `modelled` : whether the model that is looked at turns or slides.
+    """
 
     source: Source
     labels: tuple[str, ...] | Failure | None
     read: Found
     checked: Found
     beginnings: tuple[Beginning, ...] = ()
+    modelled: MotionKind = MotionKind.ROTARY
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -73,9 +79,15 @@ class Seen:
         """The first recording, None where the file could not be read."""
         return next(iter(self.recordings), None)
 
+    @property
+    def motion(self) -> MotionKind:
+        """Whether what was recorded turns or slides; where no unit tells, as the model."""
+        told = None if self.first is None else self.first.motion
+        return self.modelled if told is None else told
+
     def rows(self) -> tuple[Row, ...]:
         """Which column is which signal."""
-        return rows_of(self.source, self.columns, self.first)
+        return rows_of(self.source, self.columns, self.first, self.motion)
 
     def sentence(self) -> str:
         """Why the file cannot be used as it is read, "" where it can."""
@@ -144,8 +156,11 @@ class Form:
 
     @staticmethod
     def of_signal(signal: str, name: str, control: Any) -> html.Label:
-        """A field of a table, told by name to readers of the screen, whom no heads help."""
-        label = f"{name}, {words(signal)}"
+        """A field of a table, told by name to readers of the screen, whom no heads help.
+
+        `signal` : in words.
+        """
+        label = f"{name}, {signal}"
         place = f"{dom_id(control.id)}-value-count"  # by which Dash names a list
         return html.Label([html.Span(label, id=place, className="unseen"), control])
 
@@ -318,17 +333,18 @@ def _mapping_row(seen: Seen, row: Row, form: Form) -> html.Tr:
     options.insert(0, {"value": BY_NAME, "label": "found by its name"})
     empty = "by its name" if seen.first is None else "not there"
     column = form.choice(key, "column", row.column, options, signal, placeholder=empty)
-    cells: list[Any] = [form.of_signal(signal, "column of the file", column), "", "", ""]
+    name = row.motion.words(words(signal))
+    cells: list[Any] = [form.of_signal(name, "column of the file", column), "", "", ""]
     if row.column is not None:
         unit = form.choice(key, "unit", row.unit, row.units(), signal, searchable=False)
         times = form.text(key, "times", with_minus(f"{row.times:.9g}"), signal)
         plus = form.text(key, "plus", with_minus(f"{row.plus:.6g}"), signal)
         cells[1:] = [
-            form.of_signal(signal, "unit", unit),
-            form.of_signal(signal, "times", times),
-            html.Span([form.of_signal(signal, "plus", plus), row.si], className="measure"),
+            form.of_signal(name, "unit", unit),
+            form.of_signal(name, "times", times),
+            html.Span([form.of_signal(name, "plus", plus), row.si], className="measure"),
         ]
-    return html.Tr([html.Th(words(signal), scope="row"), *(html.Td(cell) for cell in cells)])
+    return html.Tr([html.Th(name, scope="row"), *(html.Td(cell) for cell in cells)])
 
 
 def _advanced(seen: Seen, form: Form) -> html.Details:
@@ -336,6 +352,10 @@ def _advanced(seen: Seen, form: Form) -> html.Details:
     resample = "" if source.options.resample is None else f"{source.options.resample:.9g}"
     late = shifted(seen.first)
     zeroed = [name for name in late if name != "load_torque"]
+
+    def told(signal: str) -> str:
+        return seen.motion.words(words(signal))
+
     parts: list[Component] = [
         _labelled(
             "inputs between the samples:",
@@ -352,14 +372,14 @@ def _advanced(seen: Seen, form: Form) -> html.Details:
     if zeroed:
         value = [name for name in zeroed if name in source.options.remove_offset]
         place = form.place(source.key, "remove_offset", value)
-        options = [{"value": name, "label": words(name)} for name in zeroed]
+        options = [{"value": name, "label": told(name)} for name in zeroed]
         boxes = dcc.Checklist(options, value, id=place, inline=True)
         parts.append(html.Div(["begins at 0 by definition:", boxes], className="row"))
     for signal in late:
         shift = source.options.time_shift.get(signal, "")
         text = shift if isinstance(shift, str) else f"{shift:.9g}"
         control = form.text(source.key, "shift", text, signal, placeholder="0, or auto")
-        parts.append(_labelled(f"{words(signal)} is late by", control, "s"))
+        parts.append(_labelled(f"{told(signal)} is late by", control, "s"))
     return html.Details([html.Summary("Advanced"), *parts])
 
 
@@ -372,7 +392,8 @@ def _figure(seen: Seen, theme: Theme) -> list[Component]:
         return []
     split = seen.source.split if seen.source.role == "split" else None
     margin = {"l": 56, "r": 8, "t": 46, "b": 40}
-    figure = preview(first, split=split, theme=theme, height=HEIGHT, margin=margin)
+    drawn = preview(first, split=split, theme=theme, height=HEIGHT, margin=margin)
+    figure = worded_plotly(drawn, seen.motion)
     several = [html.P(f"Shown: {first.name}", className="quiet")] if seen.recordings[1:] else []
     return [
         saveable(Path(first.name).stem, PLAIN, figure=figure, style={"height": HEIGHT}),
@@ -399,10 +420,9 @@ def findings(seen: Seen) -> list[str]:
         texts.append("There is no load torque: none is taken to act.")
     if len(first.signals) == 1 and not first.static:
         texts.append("There is no measured torque: only the joint position tests the model.")
-    texts += noted(seen.recordings)
     if seen.checked is None and seen.source.role != "off" and not seen.sentence():
         texts.append("Checking units, signs and columns against the model…")
-    return texts
+    return [*map(seen.motion.words, texts), *noted(seen.recordings)]
 
 
 def noted(recordings: Sequence[Measurement]) -> list[str]:

@@ -229,7 +229,8 @@ class Outputs:
         if self.experiment is not None and diagnosis.next_experiment is not None:
             from elastic_tendon.diagnosis.experiment import experiment_csv
 
-            write_text(self.experiment, experiment_csv(diagnosis.next_experiment), force=self.force)
+            text = experiment_csv(diagnosis.next_experiment, diagnosis.given.motion)
+            write_text(self.experiment, text, force=self.force)
         save_json(diagnosis_json(diagnosis, learned), self.json, self.force)
 
     def draw(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.averaging import block_means, spread, stride_of
 from elastic_tendon.comparison.bins import Bin, bins_of
@@ -116,8 +117,11 @@ class Location(Result):
     def plot(self) -> "Figure":
         """Draw the share of the error that lies in each bin, for each recording and signal."""
         from elastic_tendon.reports.location_figures import shares_of_error
+        from elastic_tendon.reports.worded import worded_figure
 
-        return shares_of_error(self)
+        motions = (file.comparison.measurement.motion for file in self.files)
+        motion = next(filter(None, motions), MotionKind.ROTARY)
+        return worded_figure(shares_of_error(self), motion)
 
 
 def locate(comparison: Comparison, progress: Progress = silent) -> Location:

@@ -15,7 +15,10 @@ from operator import attrgetter
 
 import numpy as np
 
+from elastic_tendon.actuator.motion_kind import MotionKind
+from elastic_tendon.actuator.variables import SIGNALS
 from elastic_tendon.comparison.residuals import Array, residuals_of, simulate_measurement
+from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.experiment_text import Separated, experiment_text, undecidable_text
 from elastic_tendon.diagnosis.limits import Limits, limits_of
 from elastic_tendon.diagnosis.proposals import Proposal, neighbour, random_proposal
@@ -141,23 +144,21 @@ def _tell(progress: Progress, done: int, share: float) -> None:
     progress(WORDS, 0.5 * (done + share))
 
 
-def experiment_csv(experiment: Experiment) -> str:
+def experiment_csv(experiment: Experiment, motion: MotionKind = MotionKind.ROTARY) -> str:
     """Text of the file with the experiment, which `simulate` and a machine can run.
 
     Returns
     -------
-    str; a row a sample, columns time_s, motor_position_rad, load_torque_Nm
+    str; a row a sample, columns time_s, motor_position_rad, load_torque_Nm; of a machine that
+        slides motor_position_m, load_torque_N
     """
     import pandas as pd
 
-    table = pd.DataFrame(
-        {
-            "time_s": experiment.time,
-            "motor_position_rad": experiment.motor_position,
-            "load_torque_Nm": experiment.load_torque,
-        }
-    )
-    return str(table.to_csv(index=False))
+    driven = {"motor_position": experiment.motor_position, "load_torque": experiment.load_torque}
+    columns = {
+        name + SUFFIXES[motion.unit(SIGNALS[name].unit)]: values for name, values in driven.items()
+    }
+    return str(pd.DataFrame({"time_s": experiment.time, **columns}).to_csv(index=False))
 
 
 def _prepare(rivals: Sequence[Rival], limits: Limits) -> _Search:

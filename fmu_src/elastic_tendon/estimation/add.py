@@ -73,8 +73,9 @@ class Addition(Result):
     def plot(self) -> "Figure":
         """Draw the error after each step, and measured beside simulated."""
         from elastic_tendon.reports.comparison_figures import story
+        from elastic_tendon.reports.worded import worded_figure
 
-        return story(self.steps, self.ladder)
+        return worded_figure(story(self.steps, self.ladder), self.model.motion)
 
     def to_dict(self) -> dict[str, Any]:
         """Ladder and parameters as in the diagnosis contract, and the final model."""

@@ -3,22 +3,24 @@
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.transmission import characteristic_stiffness, slack_boundaries
+from elastic_tendon.actuator.variables import moved_states
 from elastic_tendon.errors import EvidenceError
-from elastic_tendon.simulation.simulate import simulate
+from elastic_tendon.simulation.simulate import given_names, simulate
 
 Array = NDArray[np.float64]
 
 SMOKE_TEST = "smoke_test"
-# what any importer sees at a communication point, before it sets the next inputs
-STATES = ("joint_position", "joint_velocity")
-RESULTS = (*STATES, "joint_torque")
 _SAMPLES, _STEP = 301, 0.01  # of the smoke test; the step, s, is a whole number of nanoseconds
-_TURNS = (1.3, 3.7)  # Hz
+_TURNS = 2.0 * np.pi * np.array([1.3, 3.7])  # rad/s, of motor and load
+_AMPLITUDE = 0.1  # rad at the joint
 _DIGITS = 9  # of inputs that are made up, and of results
 _ROWS = 400  # results are thinned to about as many rows
 # of the range of a result: above what other processors and libraries of mathematics differ by
@@ -42,38 +44,52 @@ class Experiment:
         return to_csv({"time": self.time, **self.inputs}, "%r")
 
 
-def smoke_test(motor_amplitude: float, load_amplitude: float) -> Experiment:
+def result_names(kind: InterfaceKind) -> tuple[str, ...]:
+    """Outputs that reference results hold: of what is moved, and the torque of the tendons."""
+    return (*moved_states(kind), *(("joint_torque",) if kind.has_springs else ()))
+
+
+def smoke_test(model: Model) -> Experiment:
     """Three seconds that any importer can run: equal steps from where the FMU starts.
 
-    Parameters
-    ----------
-    motor_amplitude : rad at the motor pulley
-    load_amplitude : N·m on the joint
+    A motor turns the joint by 0.1 rad, torques deflect the springs by half of what slackens a
+    tendon, and so does a joint that is given; without springs the load moves the link by 0.1 rad.
+    Torques are cosines, under which what is free to move does not drift away.
     """
     time = np.round(np.arange(_SAMPLES) * _STEP, _DIGITS)
-    motor, load = (np.sin(2.0 * np.pi * rate * time) for rate in _TURNS)
-    inputs = {"motor_position": motor_amplitude * motor, "load_torque": load_amplitude * load}
-    rounded = {name: np.round(values, _DIGITS) for name, values in inputs.items()}
-    return Experiment(SMOKE_TEST, time, rounded, {})
+    motor, load = _TURNS[:, np.newaxis] * time
+    ratio = 1.0 / model.transmission.motor_share  # n_t, (9)
+    deflection, torque = _deflecting(model)
+    inputs = {
+        "motor_position": ratio * _AMPLITUDE * np.sin(motor),
+        "motor_torque": torque / ratio * np.cos(motor),
+        "load_torque": torque * np.cos(load),
+        "joint_position": _AMPLITUDE * np.sin(motor) + deflection * np.sin(load),
+    }
+    given = {name: np.round(inputs[name], _DIGITS) for name in given_names(model)}
+    return Experiment(SMOKE_TEST, time, given, {})
+
+
+def _deflecting(model: Model) -> tuple[float, float]:
+    """Amplitudes of a deflection, rad, and of a torque on the joint, N·m."""
+    if not model.kind.has_springs:
+        return 0.0, model.link.inertia * float(_TURNS[1]) ** 2 * _AMPLITUDE
+    low, high = slack_boundaries(model.transmission)
+    deflection = min(-low, high) / 2.0
+    return deflection, deflection * float(characteristic_stiffness(0.0, model.transmission))
 
 
 def results_of(model: Model, experiment: Experiment) -> dict[str, Array]:
-    """Time and `RESULTS` of the model, thinned; SI.
+    """Time and what `result_names` lists, thinned; SI.
 
     Raises
     ------
     SimulationError : the solver could not go on
     """
-    run = simulate(
-        model,
-        experiment.time,
-        experiment.inputs["motor_position"],
-        experiment.inputs.get("load_torque"),
-        initial_state=experiment.start,
-        interpolation="hold",
-    )
+    motion: dict[str, Any] = {"time": experiment.time, **experiment.inputs}
+    run = simulate(model, **motion, initial_state=experiment.start, interpolation="hold")
     kept = slice(None, None, -(-len(run.time) // _ROWS))
-    columns = {"time": run.time, **{name: run[name] for name in RESULTS}}
+    columns = {"time": run.time, **{name: run[name] for name in result_names(model.kind)}}
     return {name: values[kept] for name, values in columns.items()}
 
 

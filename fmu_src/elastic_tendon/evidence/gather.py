@@ -13,10 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from elastic_tendon.actuator.design import design
-from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, load_model
-from elastic_tendon.actuator.variables import FORCE_READINGS, interface
+from elastic_tendon.actuator.variables import FORCE_READINGS, interface, moved_states
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.errors import EvidenceError, ModelError, SimulationError
@@ -38,6 +36,7 @@ from elastic_tendon.evidence.parameter_set import Uncertainty, parameter_set
 from elastic_tendon.evidence.privacy import without_names
 from elastic_tendon.measurement import Measurement, Recordings, listed
 from elastic_tendon.result import Result, plain
+from elastic_tendon.simulation.simulate import given_names
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,11 +46,9 @@ SCHEMA = "elastic-tendon/evidence/1"
 REPORT = f"{FOLDER}evidence.json"
 PARAMETERS = f"{FOLDER}parameters.ssv"
 Kept = Literal["data", "hashes"]
-RANGES = ("motor_position", "load_torque", "joint_position", "joint_velocity", "deflection")
 _PACKAGES = ("elastic-tendon", "casadi", "numpy", "ziglang")
 _CSV, _JSON, _SSV = "text/csv", "application/json", "application/x-ssp-parameter-set"
 _MARGIN = 0.02  # of a range of validity, on either side
-_SMOKE_AMPLITUDE = 0.1  # rad at the joint
 _ALWAYS = (
     Related("parameters.ssv", _SSV, "parameter", "Values with intervals and covariance"),
     Related("evidence.json", _JSON, "report", "Errors, range of validity, verdict, provenance"),
@@ -152,16 +149,16 @@ def gather_evidence(
     Raises
     ------
     EvidenceError : the diagnosis cannot be read or is of another model
+    MeasurementError : a recording does not hold what the model's interface needs
     SimulationError : the solver could not go on
     """
-    model.check_interface("evidence in an FMU", (InterfaceKind.POSITION,))
     if keep not in get_args(Kept):
         raise EvidenceError(f'evidence keeps "data" or "hashes", not {keep!r}')
     found = None if diagnosis is None else _diagnosis(diagnosis, model)
     # as importers do, who know no curves
     recordings = [recording.with_straight_inputs() for recording in listed(recordings)]
     compared = compare(model, recordings)
-    parts = [_experiment(_smoke_test(model), model)]
+    parts = [_experiment(smoke_test(model), model)]
     described = []
     for number, file in enumerate(compared.files, 1):
         role = _role(file.measurement, found)
@@ -174,6 +171,8 @@ def gather_evidence(
     report = {
         "schema": SCHEMA,
         "model": without_names(model.name),
+        "interface": model.kind,
+        "motion": model.motion,
         "effects": list(model.effect_ids),
         "date": _date(),
         "recordings": described,
@@ -199,13 +198,6 @@ def replayable(model: Model, measurement: Measurement) -> bool:
         effect.slot in FORCE_READINGS for effect in variables.effects
     )
     return measurement.input_interpolation != "cubic" and not of_sensors
-
-
-def _smoke_test(model: Model) -> Experiment:
-    table, transmission = design(model), model.transmission
-    ratio = transmission.joint_pulley_radius / transmission.motor_pulley_radius  # n_t, (9)
-    slack = min(-table.negative_slack_boundary, table.positive_slack_boundary)
-    return smoke_test(ratio * _SMOKE_AMPLITUDE, table.stiffness_state_3 * slack / 2.0)
 
 
 @dataclass(frozen=True)
@@ -244,7 +236,7 @@ def _recording(
     """Files of a recording, and what the report says of it."""
     recording = file.measurement
     time = recording.time - recording.time[0]
-    name, start = f"recording_{number}", file.initial_state.as_dict()
+    name, start = f"recording_{number}", file.initial_state.as_dict(model.kind)
     experiment = Experiment(name, time, recording.inputs, start)
     measured = to_csv({"time": time, **recording.signals}, "%r")
     part = _experiment(experiment, model, measured) if keep == "data" else _Part({}, (), {})
@@ -274,12 +266,15 @@ def _hash(content: bytes) -> str:
 
 
 def _ranges(compared: Comparison) -> dict[str, tuple[float, float]]:
-    """Least and largest value over all recordings; of what is not measured, as simulated."""
+    """Least and largest value over all recordings: of inputs, of what is moved as simulated."""
+    model = compared.model
+    inputs = given_names(model)
+    deflection = ("deflection",) if model.kind.has_springs else ()
     found: dict[str, tuple[float, float]] = {}
-    for name in RANGES:
+    for name in (*inputs, *moved_states(model.kind), *deflection):
         columns = [
             file.measurement.inputs.get(name, np.zeros(1))
-            if name in ("motor_position", "load_torque")
+            if name in inputs
             else file.trajectory[name]
             for file in compared.files
         ]
@@ -324,7 +319,7 @@ def _diagnosis(given: str | Path | Mapping[str, Any], model: Model) -> dict[str,
 
 
 def _check_same(found: Model, model: Model, source: str) -> None:
-    same = found.effect_ids == model.effect_ids and found.values().keys() == model.values().keys()
+    same = found.structure == model.structure and found.motion is model.motion
     values = model.values()
     if not same or any(
         not np.isclose(value, values[path], rtol=1e-9, atol=0.0)
@@ -397,7 +392,7 @@ def _correlation(problem: Problem, model: Model) -> Array:
 
 
 def _parameter_set(model: Model, uncertainty: Uncertainty) -> bytes:
-    units = {variable.name: variable.unit for variable in interface(*model.structure).parameters}
+    units = {quantity.path: quantity.unit for quantity in model.quantities()}
     return parameter_set(without_names(model.name), model.values(), units, uncertainty)
 
 

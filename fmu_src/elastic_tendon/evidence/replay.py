@@ -17,17 +17,12 @@ from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.logging import addLoggerProxy
 from fmpy.simulation import instantiate_fmu
 
+from elastic_tendon.actuator.variables import POSITION_OF
 from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.errors import EvidenceError
-from elastic_tendon.evidence.experiment import RESULTS, STATES, Array, Experiment
+from elastic_tendon.evidence.experiment import Array, Experiment
+from elastic_tendon.native.layout import MOTOR_VELOCITY_CONNECTED
 
-# beside the results, what recordings and ranges of validity may hold
-OUTPUTS = (
-    *(*RESULTS, "motor_torque", "deflection"),
-    *("upper_spring_force", "lower_spring_force"),
-)
-
-_VELOCITY, _CONNECTED = "motor_velocity", "motor_velocity_connected"
 _FINEST = 1e-3  # s; of a replay whose inputs move, where the importer gives no derivatives
 _MOST_PARTS = 20  # of a step of such a replay
 _REAL = {2: "Real", 3: "Float64"}
@@ -42,11 +37,20 @@ class Slave:
         self._description = read_model_description(folder)
         self.version = 2 if self._description.fmiVersion.startswith("2") else 3
         self.variables = {variable.name: variable for variable in self._description.modelVariables}
+        self.outputs = tuple(
+            name
+            for name, variable in self.variables.items()
+            if variable.causality == "output" and variable.type == _REAL[self.version]
+        )
         self._last_words = ""
         self._name = name
         self._fmu = instantiate_fmu(
             folder, self._description, "CoSimulation", logger=self._listen, debug_logging=True
         )
+
+    def is_input(self, name: str) -> bool:
+        """Whether a variable of this name is an input."""
+        return name in self.variables and self.variables[name].causality == "input"
 
     def _listen(self, *arguments: Any) -> None:
         """A call of the FMU's logger, whose last three arguments are status, category and text."""
@@ -129,7 +133,7 @@ def _print_again() -> None:
 
 @dataclass(frozen=True)
 class Run:
-    """`OUTPUTS` (n,) at the times of an experiment, by name, and what they may be off by (RMS)."""
+    """Outputs (n,) at the times of an experiment, by name, and what they may be off by (RMS)."""
 
     outputs: Mapping[str, Array]
     off: Mapping[str, float]
@@ -149,7 +153,8 @@ def run_held(folder: str, name: str, experiment: Experiment) -> Run:
     """
     still = {input_name: np.zeros(len(experiment.time)) for input_name in experiment.inputs}
     with _opened(folder, name) as slave:
-        return Run(_outputs(slave, experiment, still), dict.fromkeys(OUTPUTS, 0.0))
+        outputs = _outputs(slave, experiment, still)
+        return Run(outputs, dict.fromkeys(outputs, 0.0))
 
 
 def run_straight(folder: str, name: str, experiment: Experiment) -> Run:
@@ -160,9 +165,8 @@ def run_straight(folder: str, name: str, experiment: Experiment) -> Run:
 
     Parameters, errors: as of `run_held`
     """
-    steps = np.diff(experiment.time)
     slopes = {
-        input_name: np.append(np.diff(values) / steps, 0.0)
+        input_name: _slopes(experiment.time, values)
         for input_name, values in experiment.inputs.items()
     }
     runs = []
@@ -170,10 +174,16 @@ def run_straight(folder: str, name: str, experiment: Experiment) -> Run:
         with _opened(folder, name) as slave:
             if slave.version == 2:
                 outputs = _outputs(slave, experiment, slopes)
-                return Run(outputs, dict.fromkeys(OUTPUTS, 0.0))
+                return Run(outputs, dict.fromkeys(outputs, 0.0))
             runs.append(_outputs(slave, experiment, slopes, finest))
     coarse, fine = runs
-    return Run(fine, {output: rms(fine[output] - coarse[output]) for output in OUTPUTS})
+    return Run(fine, {output: rms(fine[output] - coarse[output]) for output in fine})
+
+
+def _slopes(time: Array, values: Array) -> Array:
+    """Slopes (n,) of straight lines from each sample to the next; at the last, that to it."""
+    slopes = np.diff(values) / np.diff(time)
+    return np.append(slopes, slopes[-1])
 
 
 def _outputs(
@@ -182,19 +192,26 @@ def _outputs(
     slopes: Mapping[str, Array],
     finest: float | None = None,
 ) -> dict[str, Array]:
-    """`OUTPUTS` at each time, with the inputs that begin there; `finest` step, s, where parted."""
+    """Outputs at each time, with the inputs that begin there; `finest` step, s, where parted."""
     inputs = [*experiment.inputs]
     values = np.column_stack([*experiment.inputs.values()])
     rates = np.column_stack([slopes[name] for name in inputs])
-    turning = slopes["motor_position"]
-    first = dict(zip((*inputs, _VELOCITY), (*values[0], turning[0]), strict=True))
-    slave.begin({**experiment.start, **first, _CONNECTED: 1.0})
+    velocities = {
+        velocity: slopes[position]
+        for velocity, position in POSITION_OF.items()
+        if slave.is_input(velocity)
+    }
+    every = (*inputs, *velocities)
+    given = np.column_stack([values, *velocities.values()])
+    option = MOTOR_VELOCITY_CONNECTED.name
+    settings = {option: 1.0} if option in slave.variables else {}
+    slave.begin({**experiment.start, **dict(zip(every, given[0], strict=True)), **settings})
     rows = []
     for i, time in enumerate(experiment.time):
-        slave.set((*inputs, _VELOCITY), (*values[i], turning[i]))
+        slave.set(every, given[i])
         if finest is None and rates.any():
             slave.set_rates(inputs, rates[i])
-        rows.append(slave.get(OUTPUTS))
+        rows.append(slave.get(slave.outputs))
         if i + 1 == len(values):
             break
         h = float(experiment.time[i + 1] - time)
@@ -203,13 +220,13 @@ def _outputs(
             if parts > 1:
                 slave.set(inputs, values[i] + rates[i] * (part + 0.5) * h / parts)
             slave.step(float(time) + part * h / parts, h / parts)
-    return dict(zip(OUTPUTS, np.array(rows).T, strict=True))
+    return dict(zip(slave.outputs, np.array(rows).T, strict=True))
 
 
 # ---- other importers -----------------------------------------------------------------------
 
 
-def _ecos(path: str, experiment: Experiment) -> dict[str, Array]:
+def _ecos(path: str, experiment: Experiment, states: Sequence[str]) -> Array:
     for file in files("tbb") or ():
         if file.name == "libtbb.so.12":  # Ecos is linked with it and does not find it by itself
             ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
@@ -220,17 +237,17 @@ def _ecos(path: str, experiment: Experiment) -> dict[str, Array]:
         structure.add_model("fmu", path)
         with EcosSimulation(_step(experiment), structure=structure) as simulation:
             simulation.init()
-            rows.append([simulation.get_real(f"fmu::{name}") for name in STATES])
+            rows.append([simulation.get_real(f"fmu::{name}") for name in states])
             for i in range(len(experiment.time) - 1):
                 for name, values in experiment.inputs.items():
                     simulation.set_real(f"fmu::{name}", float(values[i]))
                 simulation.step()
-                rows.append([simulation.get_real(f"fmu::{name}") for name in STATES])
+                rows.append([simulation.get_real(f"fmu::{name}") for name in states])
             simulation.terminate()
-    return dict(zip(STATES, np.array(rows).T, strict=True))
+    return np.array(rows)
 
 
-def _libcosim(path: str, experiment: Experiment) -> dict[str, Array]:
+def _libcosim(path: str, experiment: Experiment, states: Sequence[str]) -> Array:
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
     from libcosimpy.CosimManipulator import CosimManipulator
@@ -248,45 +265,56 @@ def _libcosim(path: str, experiment: Experiment) -> dict[str, Array]:
     execution.add_observer(observer)
     execution.add_manipulator(manipulator)
     set_at = [references[name] for name in experiment.inputs]
-    read_at = [references[name] for name in STATES]
-    rows = [[0.0] * len(STATES)]
+    read_at = [references[name] for name in states]
+    rows = [[0.0] * len(states)]
     for values in np.column_stack([*experiment.inputs.values()])[:-1].tolist():
         manipulator.slave_real_values(index, set_at, values)
         if not execution.step():
             raise EvidenceError(f"{Path(path).name}: libcosim stopped before the experiment's end")
         rows.append(observer.last_real_values(index, read_at))
-    return dict(zip(STATES, np.array(rows).T, strict=True))
+    return np.array(rows)
 
 
 def _step(experiment: Experiment) -> float:
     return float(experiment.time[1] - experiment.time[0])
 
 
-_OTHERS: Mapping[str, tuple[str, Callable[[str, Experiment], dict[str, Array]]]] = {
+_OTHERS: Mapping[str, tuple[str, Callable[[str, Experiment, Sequence[str]], Array]]] = {
     "ecos": ("ecospy", _ecos),
     "libcosim": ("libcosimpy", _libcosim),
 }
 IMPORTERS = ("fmpy", *_OTHERS)
 
 
-def by_another(importer: str, path: str, experiment: Experiment) -> dict[str, Array]:
-    """`STATES` (n,) of the smoke test, by an importer that is none of Python's.
+def by_another(
+    importer: str, path: str, experiment: Experiment, states: Sequence[str]
+) -> dict[str, Array]:
+    """States (n,) in the smoke test, by an importer that is none of Python's.
+
+    Such importers set inputs only after they have looked, so what follows inputs at once is that
+    of the inputs before.
 
     Parameters
     ----------
     importer : one of `IMPORTERS` but "fmpy"
     path : of the FMU
     experiment : of equal steps, from where the FMU starts
+    states : names of those that are looked at
 
     Raises
     ------
-    EvidenceError : the importer is not installed, refuses the FMU, or stops
+    EvidenceError : the importer is not installed, refuses the FMU, or stops; nothing is looked at
     """
+    if not states:
+        raise EvidenceError(
+            f"{Path(path).name}: at its interface nothing is moved, and {importer} looks at what "
+            "is moved; verify it with fmpy"
+        )
     package, run = _OTHERS[importer]
     if find_spec(package) is None:
         raise EvidenceError(f"{importer} is not installed; pip install {package}")
     try:
-        return run(path, experiment)
+        return dict(zip(states, run(path, experiment, states).T, strict=True))
     except EvidenceError:
         raise
     except Exception as error:

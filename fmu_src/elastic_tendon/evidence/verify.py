@@ -4,7 +4,7 @@ import json
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,17 +13,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from fmpy import read_model_description
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.quantity import unit_text
-from elastic_tendon.actuator.variables import INPUTS, OUTPUTS
+from elastic_tendon.actuator.variables import (
+    LOAD_TORQUE,
+    POSITION_OF,
+    SIGNALS,
+    interface,
+    moved_states,
+)
 from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.errors import EvidenceError
 from elastic_tendon.evidence.experiment import (
-    RESULTS,
     SMOKE_TEST,
-    STATES,
     Array,
     Experiment,
     from_csv,
+    result_names,
 )
 from elastic_tendon.evidence.gather import PARAMETERS, REPORT, SCHEMA, widened
 from elastic_tendon.evidence.manifest import FOLDER, MANIFEST, Related, read_manifest
@@ -39,7 +46,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LARGEST = 2**30  # bytes of an FMU when unpacked; more is no FMU but a way to fill a disk
-_UNITS = {variable.name: unit_text(variable.unit) for variable in (*INPUTS, *OUTPUTS)}
 # of an error that is stated: what rounding and other processors may change of it
 _SAME = 1e-3
 
@@ -131,6 +137,7 @@ def verify(
     Raises
     ------
     EvidenceError : it is no FMU, has no evidence, or cannot be run here
+    MeasurementError : `inputs` do not hold what the FMU's interface needs
     """
     if importer not in IMPORTERS:
         raise EvidenceError(f"there is no importer {importer!r} here; {', '.join(IMPORTERS)} are")
@@ -249,6 +256,7 @@ class _Check:
 
     def __init__(self, path: Path, files: Mapping[str, bytes], importer: str) -> None:
         self.path, self.name, self.files, self.importer = path, path.name, files, importer
+        self.kind, self.motion = InterfaceKind.POSITION, MotionKind.ROTARY
         self.faults: list[str] = []
         self.differences: dict[str, float] = {}
         self.errors: dict[str, dict[str, tuple[float, float | None]]] = {}
@@ -293,7 +301,13 @@ class _Check:
         if not isinstance(report, dict) or report.get("schema") != SCHEMA:
             self.faults.append(f"{REPORT} is missing or not of schema {SCHEMA}")
             return {}
+        # evidence of before there were others does not tell them
+        self.kind = InterfaceKind(report.get("interface", self.kind))
+        self.motion = MotionKind(report.get("motion", self.motion))
         return report
+
+    def _unit(self, name: str) -> str:
+        return self.motion.words(unit_text(SIGNALS[name].unit))
 
     def _check_signer(self, signed_by: str | None, wanted: str) -> None:
         if signed_by is None:
@@ -310,15 +324,18 @@ class _Check:
                 self.faults.append(f"{name} is {starts.get(name)} in the FMU, stated is {value!r}")
 
     def _experiment(self, name: str, start: Mapping[str, float]) -> Experiment:
-        columns = self._table(f"{name}_inputs", ("time", "motor_position"))
+        given = [variable.name for variable in interface((), self.kind).inputs]
+        needed = [one for one in given if one not in (*POSITION_OF, LOAD_TORQUE.name)]
+        columns = self._table(f"{name}_inputs", ("time", *needed))
         return Experiment(name, columns.pop("time"), columns, start)
 
-    def _table(self, name: str, wanted: tuple[str, ...] = ("time",)) -> dict[str, Array]:
+    def _table(self, name: str, wanted: Sequence[str] = ("time",)) -> dict[str, Array]:
         path = f"{FOLDER}{name}.csv"
         return from_csv(self.files[path], path, wanted)
 
     def _reproduce(self, folder: str, report: Mapping[str, Any]) -> None:
         """Run all experiments with held inputs beside their reference results."""
+        names, states = result_names(self.kind), moved_states(self.kind)
         experiments: list[tuple[str, Mapping[str, float], Mapping[str, float]]]
         experiments = [(SMOKE_TEST, {}, report["smoke_test"]["tolerances"])]
         if self.importer == "fmpy":
@@ -332,14 +349,15 @@ class _Check:
             if self.importer == "fmpy":
                 results = run_held(folder, self.name, experiment).outputs
             else:
-                results = by_another(self.importer, str(self.path.resolve()), experiment)
-            reference = self._table(f"{name}_results", ("time", *RESULTS))
+                path = str(self.path.resolve())
+                results = by_another(self.importer, path, experiment, states)
+            reference = self._table(f"{name}_results", ("time", *names))
             at = np.searchsorted(experiment.time, reference["time"])
-            for signal in RESULTS if self.importer == "fmpy" else STATES:
+            for signal in names if self.importer == "fmpy" else states:
                 apart = float(np.max(np.abs(results[signal][at] - reference[signal])))
                 self.differences[signal] = max(apart, self.differences.get(signal, 0.0))
                 if not apart <= tolerances[signal]:
-                    unit = _UNITS[signal]
+                    unit = self._unit(signal)
                     self.faults.append(
                         f"{name}: {signal} is {apart:.3g} {unit} from the reference results, "
                         f"{tolerances[signal]:.3g} {unit} are allowed"
@@ -365,7 +383,7 @@ class _Check:
                 if not abs(replayed - rmse) <= _SAME * (rmse + noise) + run.off[signal]:
                     self.faults.append(
                         f"{recording['name']}: the RMS error of {signal} is {replayed:.6g} "
-                        f"{_UNITS[signal]}, stated is {rmse:.6g}"
+                        f"{self._unit(signal)}, stated is {rmse:.6g}"
                     )
 
     def _planned(
@@ -375,12 +393,10 @@ class _Check:
 
         Nothing is wrong with the FMU then, but with its use.
         """
+        inputs = inputs.of_motion(self.motion).at(self.kind)
         time = inputs.time - inputs.time[0]
-        starts = _starts(folder, self.name)
-        radii = [float(starts[f"transmission.{end}_pulley_radius"]) for end in ("motor", "joint")]
-        first = float(inputs.motor_position[0]) * radii[0] / radii[1]  # at rest, (10)
-        experiment = Experiment("planned", time, inputs.inputs, {"joint_position": first})
-        run = run_straight(folder, self.name, experiment)
+        start = self._at_rest(folder, inputs)
+        run = run_straight(folder, self.name, Experiment("planned", time, inputs.inputs, start))
         outside = np.zeros(len(time), dtype=bool)
         leaves = []
         for name, (low, high) in widened(ranges).items():
@@ -399,6 +415,18 @@ class _Check:
             f"the planned inputs leave the range of validity: {', '.join(leaves)}",
         )
 
+    def _at_rest(self, folder: str, inputs: Measurement) -> dict[str, float]:
+        """Where what is moved rests at first, opposite a position that is given, (10)."""
+        if self.kind not in (InterfaceKind.POSITION, InterfaceKind.TORQUE_JOINT):
+            return {}
+        starts = _starts(folder, self.name)
+        motor, joint = (
+            float(starts[f"transmission.{end}_pulley_radius"]) for end in ("motor", "joint")
+        )
+        if self.kind is InterfaceKind.POSITION:
+            return {"joint_position": float(inputs.motor_position[0]) * motor / joint}
+        return {"motor_position": float(inputs.joint_position[0]) * joint / motor}
+
     def _lines(
         self,
         report: Mapping[str, Any],
@@ -407,10 +435,12 @@ class _Check:
         planned: str,
     ) -> tuple[str, ...]:
         apart = ", ".join(
-            f"{name} within {size:.2g} {_UNITS[name]}" for name, size in self.differences.items()
+            f"{name} within {size:.2g} {self._unit(name)}"
+            for name, size in self.differences.items()
         )
         valid = ", ".join(
-            f"{name} {low:.3g} to {high:.3g} {_UNITS[name]}" for name, (low, high) in ranges.items()
+            f"{name} {low:.3g} to {high:.3g} {self._unit(name)}"
+            for name, (low, high) in ranges.items()
         )
         told = (
             f"{self.name}: {'as it was sealed' if not self.faults else 'NOT as it should be'}",
@@ -427,7 +457,7 @@ class _Check:
         parts = []
         for recording in report.get("recordings", ()):
             told = [
-                f"{signal} {error['rmse']:.3g} {_UNITS[signal]} RMS, "
+                f"{signal} {error['rmse']:.3g} {self._unit(signal)} RMS, "
                 f"{error['noise_ratio']:.3g} x noise"
                 for signal, error in recording["signals"].items()
             ]

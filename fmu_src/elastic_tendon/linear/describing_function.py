@@ -80,15 +80,16 @@ class DescribingFunction(Result):
 
     def summary(self) -> str:
         """Amplitudes and mean, and how far stiffness and damping change over them."""
-        return "\n".join(
-            (
-                f"Describing function of {self.model.name} at {self.frequency:.4g} rad/s",
-                f"  {len(self.amplitudes)} amplitudes  {_range(self.amplitudes)} rad",
-                f"  mean deflection       {_range(self.deflection)} rad",
-                f"  equivalent stiffness  {_range(self.stiffness)} N·m/rad",
-                f"  equivalent damping    {_range(self.damping)} N·m·s/rad",
-            )
+        lines = (
+            f"  {len(self.amplitudes)} amplitudes  {_range(self.amplitudes)} rad",
+            f"  mean deflection       {_range(self.deflection)} rad",
+            f"  equivalent stiffness  {_range(self.stiffness)} N·m/rad",
+            f"  equivalent damping    {_range(self.damping)} N·m·s/rad",
         )
+        motion = self.model.motion
+        at = f"{self.frequency:.4g} {motion.frequency_unit}"
+        heading = f"Describing function of {self.model.name} at {at}"
+        return "\n".join([heading, *map(motion.words, lines)])
 
     def to_dataframe(self) -> "pd.DataFrame":
         """A row for each amplitude, SI; the index is the amplitude, rad."""
@@ -107,8 +108,9 @@ class DescribingFunction(Result):
     def plot(self) -> "Figure":
         """Draw equivalent stiffness over the amplitude; damping below, if there is any."""
         from elastic_tendon.reports.describing_function_figure import describing_function_figure
+        from elastic_tendon.reports.worded import worded_figure
 
-        return describing_function_figure(self)
+        return worded_figure(describing_function_figure(self), self.model.motion)
 
 
 def _range(values: Array) -> str:

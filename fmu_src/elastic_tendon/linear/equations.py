@@ -33,7 +33,7 @@ class Equations:
     """`Plant` of a model."""
 
     def __init__(self, model: Model) -> None:
-        self.name = model.name
+        self.name, self.motion = model.name, model.motion
         self.transmission = model.transmission
         self._interface = interface(*model.structure)
         self.states = self._interface.state_names

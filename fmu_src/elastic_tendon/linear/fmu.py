@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.sections import Motor
 from elastic_tendon.actuator.system import HYSTERESIS
 from elastic_tendon.actuator.transmission import SlackState
@@ -128,6 +129,8 @@ class FmuPlant:
         """
         self.name = instance.name
         self.states = instance.states
+        slides = instance.variables[self.states[JOINT_POSITION]].unit == "m"
+        self.motion = MotionKind.LINEAR if slides else MotionKind.ROTARY
         self.outputs = tuple(
             output.variable.name
             for output in instance.description.outputs

@@ -54,6 +54,7 @@ def at_own_interface(model: Model, found: LinearModel, modes: Mapping[str, int])
         inputs=list(plant.inputs),
         outputs=list(plant.outputs),
         actuator=found.actuator,
+        motion=found.motion,
         name=found.name,
     )
 

@@ -64,11 +64,13 @@ class LimitCycles(Result):
         """Amplitude and frequency of each, and whether it attracts; else why there is none."""
         if not self.cycles:
             return f"no limit cycle: {self.reason}"
-        return "\n".join(
-            f"{'attracting' if cycle.attracting else 'repelling'} limit cycle: "
-            f"amplitude {cycle.amplitude:.4g} rad, {cycle.frequency:.4g} rad/s, "
-            f"around {cycle.deflection:.4g} rad"
-            for cycle in self.cycles
+        return self.describing.model.motion.words(
+            "\n".join(
+                f"{'attracting' if cycle.attracting else 'repelling'} limit cycle: "
+                f"amplitude {cycle.amplitude:.4g} rad, frequency {cycle.frequency:.4g} rad/s, "
+                f"around {cycle.deflection:.4g} rad"
+                for cycle in self.cycles
+            )
         )
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -86,8 +88,10 @@ class LimitCycles(Result):
     def plot(self) -> "Figure":
         """Draw the describing function, with the limit cycles on its stiffness."""
         from elastic_tendon.reports.describing_function_figure import describing_function_figure
+        from elastic_tendon.reports.worded import worded_figure
 
-        return describing_function_figure(self.describing, self.cycles)
+        figure = describing_function_figure(self.describing, self.cycles)
+        return worded_figure(figure, self.describing.model.motion)
 
 
 def interpolated(

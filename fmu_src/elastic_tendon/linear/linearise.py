@@ -182,6 +182,7 @@ def linear_model(
             inputs=list(matrices.inputs),
             outputs=list(matrices.outputs),
             actuator=plant.name,
+            motion=plant.motion,
             name=regime.slack_state.name,
         )
 

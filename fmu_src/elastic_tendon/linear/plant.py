@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.sections import Transmission
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.linear.result import Array
@@ -35,10 +36,11 @@ class Plant(Protocol):
     """States x (n,), inputs u (3,): motor_position, motor_velocity, load_torque; outputs y (m,).
 
     The first two states are joint_position and joint_velocity. `nominal` (n,) are sizes of the
-    states, `transmission` the paper's numbers.
+    states, `transmission` the paper's numbers, `motion` whether the actuator turns or slides.
     """
 
     name: str
+    motion: MotionKind
     transmission: Transmission
     states: tuple[str, ...]
     outputs: tuple[str, ...]

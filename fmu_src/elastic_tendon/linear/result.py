@@ -9,6 +9,7 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.result import Result
 
@@ -122,9 +123,9 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
 
     `validity` says where. On a switching boundary `sides` are the models of both sides, towards
     negative and towards positive deflection; elsewhere it is empty. `drive` says what moves the
-    motor, `actuator` is the name of the actuator, `whole` the model with all inputs and outputs of
-    which this one has some. Systems made from this one with operators of control are plain
-    `control.StateSpace`.
+    motor, `actuator` is the name of the actuator, `motion` says whether it turns or slides, `whole`
+    is the model with all inputs and outputs of which this one has some. Systems made from this one
+    with operators of control are plain `control.StateSpace`.
     """
 
     def __init__(
@@ -135,6 +136,7 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
         sides: tuple["LinearModel", ...] = (),
         *,
         actuator: str = "",
+        motion: MotionKind = MotionKind.ROTARY,
         whole: "LinearModel | None" = None,
         **names: Any,
     ) -> None:
@@ -143,6 +145,7 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
         self.drive = drive
         self.sides = sides
         self.actuator = actuator
+        self.motion = motion
         self.whole = whole or self
 
     def summary(self) -> str:
@@ -150,16 +153,17 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
         validity, at = self.validity, self.validity.operating_point
         poles = sorted(self.poles(), key=lambda pole: (abs(pole), pole.imag))
         listed = ", ".join(f"{pole:.4g}" for pole in poles)
+        unit = self.motion.frequency_unit
         return "\n".join(
             (
                 f"Linear model of {self.actuator}, {validity.slack_state.label}",
-                f"  deflection   {at.outputs['deflection']:.4g} rad",
-                f"  load torque  {at.inputs['load_torque']:.4g} N·m",
+                self.motion.words(f"  deflection   {at.outputs['deflection']:.4g} rad"),
+                self.motion.words(f"  load torque  {at.inputs['load_torque']:.4g} N·m"),
                 f"  active there {'yes' if validity.active else 'no'}",
                 f"  states       {', '.join(self.state_labels)}",
                 f"  inputs       {', '.join(self.input_labels)}",
                 f"  outputs      {', '.join(self.output_labels)}",
-                f"  poles        {f'{listed} rad/s' if listed else 'none'}",
+                f"  poles        {f'{listed} {unit}' if listed else 'none'}",
                 *self._felt_at_joint(),
             )
         )
@@ -170,7 +174,8 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
             return []
         place = self.output_labels.index("joint_torque"), self.input_labels.index("joint_position")
         stiffness = 0.0 - float(np.real(np.atleast_2d(self.dcgain())[place]))
-        return [f"  stiffness    {stiffness:.4g} N·m/rad, of slow motion of the joint"]
+        line = f"  stiffness    {stiffness:.4g} N·m/rad, of slow motion of the joint"
+        return [self.motion.words(line)]
 
     def to_dict(self) -> dict[str, Any]:
         """As of the contract ``elastic-tendon/linear/1``."""
@@ -182,6 +187,7 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
     def plot(self) -> "Figure":
         """Draw frequency responses, poles and zeros."""
         from elastic_tendon.reports.linear_figures import linear_figure
+        from elastic_tendon.reports.worded import worded_figure
 
         chosen = None if self.whole is self else (self.input_labels[0], self.output_labels[0])
-        return linear_figure(self.actuator, [self.whole], chosen)
+        return worded_figure(linear_figure(self.actuator, [self.whole], chosen), self.motion)

@@ -36,6 +36,7 @@ def selected(
         inputs=[model.input_labels[i] for i in columns],
         outputs=[model.output_labels[i] for i in rows],
         actuator=model.actuator,
+        motion=model.motion,
         whole=model.whole,
         name=model.name,
     )

@@ -388,8 +388,9 @@ class Measurement(Result):
     def plot(self) -> "Figure":
         """Draw inputs and signals over time; of a static curve, torque over deflection."""
         from elastic_tendon.reports.trajectory_figure import measurement_figure
+        from elastic_tendon.reports.worded import worded_figure
 
-        return measurement_figure(self)
+        return worded_figure(measurement_figure(self), self.motion or MotionKind.ROTARY)
 
     def with_noise(self, sigmas: Mapping[str, float]) -> "Measurement":
         """The recording with noise that the user knows.

@@ -132,4 +132,4 @@ def _title(function: DescribingFunction) -> str:
     low, high = function.deflection.min(), function.deflection.max()
     mean = f"{low:.3g} rad" if low == high else f"{low:.3g} to {high:.3g} rad"
     heading = f"{verbatim(function.model.name)}: stiffness that an oscillation sees"
-    return f"{heading}\nmean deflection {mean}, {function.frequency:.4g} rad/s"
+    return f"{heading}\nmean deflection {mean}, frequency {function.frequency:.4g} rad/s"

@@ -25,7 +25,7 @@ def evidence_figure(found: Verification) -> Figure:
         axes.barh(places + shift, table[column].astype(float), 0.4, label=column)
     axes.set_yticks(places, [f"{row.recording}\n{row.signal}" for row in table.itertuples()])
     axes.invert_yaxis()
-    axes.set_xlabel("RMS error (rad or N·m)")
+    axes.set_xlabel("RMS error (SI unit of the signal)")
     axes.set_title(found.name)
     axes.legend()
     return figure

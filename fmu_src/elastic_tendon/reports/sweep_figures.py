@@ -20,6 +20,7 @@ from elastic_tendon.reports.names import at_dots, verbatim
 from elastic_tendon.reports.thinning import some
 from elastic_tendon.reports.trajectory_figure import runs_figure
 from elastic_tendon.reports.units import with_unit
+from elastic_tendon.reports.worded import worded_figure
 from elastic_tendon.sweeps.bootstrap import Bootstrap
 from elastic_tendon.sweeps.fleet import Fleet
 from elastic_tendon.sweeps.simulations import TIME, Simulations, share_of
@@ -46,10 +47,12 @@ def sweep_figure(task: Task, table: pd.DataFrame) -> Figure:
         return fleet_figure(task.model.model, table)
     if not isinstance(task, Simulations):
         return _distributions(task, table)
+    motion = task.shipped.model.motion
     if task.keep == "statistics":
-        return _statistics(task, table)
+        return worded_figure(_statistics(task, table), motion)
     names = {variable.name + SUFFIXES[variable.unit]: variable.name for variable in task.variables}
-    return runs_figure(table.set_index([RUN, TIME])[list(names)].rename(columns=names))
+    runs = runs_figure(table.set_index([RUN, TIME])[list(names)].rename(columns=names))
+    return worded_figure(runs, motion)
 
 
 # ---- statistics over what varied ---------------------------------------------------------------

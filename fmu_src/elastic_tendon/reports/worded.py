@@ -7,6 +7,7 @@ import json
 from dataclasses import fields, replace
 from typing import Any
 
+import plotly.graph_objects as go
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -50,13 +51,26 @@ def worded_blocks(value: Any, motion: MotionKind) -> Any:
     return replace(value, **changed)
 
 
+def worded_plotly(figure: go.Figure, motion: MotionKind) -> go.Figure:
+    """The interactive figure with its texts in the words of this motion."""
+    if motion is MotionKind.ROTARY:
+        return figure
+    # part by part: as a whole its arrays would become text
+    parts = (*figure.data, figure.layout)
+    *traces, layout = (worded_tree(part.to_plotly_json(), motion) for part in parts)
+    return go.Figure(traces, layout)
+
+
 def _json(text: str, motion: MotionKind) -> str:
-    return script_safe(_tree(json.loads(text), motion))
+    return script_safe(worded_tree(json.loads(text), motion))
 
 
-def _tree(value: Any, motion: MotionKind) -> Any:
+def worded_tree(value: Any, motion: MotionKind) -> Any:
+    """An interactive figure as plain data, its texts in the words of this motion."""
     if isinstance(value, dict):
-        return {key: item if key in _DATA else _tree(item, motion) for key, item in value.items()}
+        return {
+            key: item if key in _DATA else worded_tree(item, motion) for key, item in value.items()
+        }
     if isinstance(value, list):
-        return [_tree(item, motion) for item in value]
+        return [worded_tree(item, motion) for item in value]
     return motion.words(value) if isinstance(value, str) else value

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.variables import (
@@ -45,7 +46,8 @@ class Trajectory(Result):
     `time` (n,), s; `states` (n, n_states) and `outputs` (n, n_outputs) in the order of
     `state_names` and `output_names`, units as in `variables`. `event_times` (k,), s: when a
     tendon went slack or taut, or another mode changed, between samples; the first 4096.
-    `statistics` counts steps, right-hand sides (`rates`), events...
+    `statistics` counts steps, right-hand sides (`rates`), events... `motion` : whether the machine
+    turns or slides.
     """
 
     time: Array
@@ -55,6 +57,7 @@ class Trajectory(Result):
     output_names: tuple[str, ...]
     event_times: Array
     statistics: Mapping[str, int]
+    motion: MotionKind = MotionKind.ROTARY
 
     def measured(self, signal: str) -> str:
         """Name of the output that shows what the sensor of a signal reads."""
@@ -84,7 +87,7 @@ class Trajectory(Result):
         """Length, and the range of each output."""
         lines = [f"Trajectory of {self.time[-1] - self.time[0]:.4g} s, {len(self.time)} samples"]
         for name, column in zip(self.output_names, self.outputs.T, strict=True):
-            lines.append(_range(name, column))
+            lines.append(self.motion.words(_range(name, column)))
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -101,8 +104,9 @@ class Trajectory(Result):
     def plot(self) -> "Figure":
         """Draw joint position, joint torque and slack state over time."""
         from elastic_tendon.reports.trajectory_figure import trajectory_figure
+        from elastic_tendon.reports.worded import worded_figure
 
-        return trajectory_figure(self)
+        return worded_figure(trajectory_figure(self), self.motion)
 
 
 @dataclass(frozen=True, repr=False)
@@ -430,7 +434,10 @@ def _run(
     statistics = {name: int(getattr(call.statistics, name)) for name in STATISTICS}
     names = (variables.state_names, variables.output_names)
     event_times = event_time[: statistics["events"]].copy()
-    return Trajectory(motion.time, states, outputs, *names, event_times, statistics), derivatives
+    trajectory = Trajectory(
+        motion.time, states, outputs, *names, event_times, statistics, model.motion
+    )
+    return trajectory, derivatives
 
 
 def simulate(

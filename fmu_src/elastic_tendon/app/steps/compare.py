@@ -22,7 +22,7 @@ from elastic_tendon.app import figures, results
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.figures import saveable
-from elastic_tendon.app.filters import FIELDS, conditions, filters
+from elastic_tendon.app.filters import FIELDS, conditions, filters, ranges
 from elastic_tendon.app.readings import (
     FORMULAS,
     NO_CURSORS,
@@ -226,6 +226,7 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
 
 def _register(app: Dash, workspace: Workspace) -> None:
     _register_view(app, workspace)
+    _register_filters(app)
     _register_window(app)
     _register_cursors(app)
     _register_curves(app, workspace)
@@ -303,6 +304,12 @@ def _register_view(app: Dash, workspace: Workspace) -> None:
             "" if view.tolerance is None else float(f"{quantity.small * view.tolerance:.6g}"),
             quantity.small_unit,
         )
+
+
+def _register_filters(app: Dash) -> None:
+    @app.callback(Output("compare-quantity", "options"), *while_open("compare"))
+    def offer(stored: Any, opened: str) -> Any:
+        return ranges() if stored and opened == "compare" else no_update
 
 
 def quantity_of(view: View, files: Mapping[str, FileComparison]) -> Shown:

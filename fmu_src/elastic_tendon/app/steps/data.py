@@ -60,6 +60,7 @@ def seen(session: Session, source: Source) -> Seen:
         read,
         None if source.role == "off" else checked,
         start if isinstance(start, tuple) else (),
+        document.version.loaded().motion,
     )
 
 

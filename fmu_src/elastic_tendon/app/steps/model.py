@@ -10,7 +10,7 @@ from dash.development.base_component import Component
 import elastic_tendon as et
 from elastic_tendon.actuator.parameters import model_from_toml
 from elastic_tendon.app.choice import choice
-from elastic_tendon.app.document import Document, Version, check_shown
+from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figures import saveable
 from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
 from elastic_tendon.app.results import Files
@@ -27,8 +27,8 @@ LARGEST = 256 * 1024  # bytes of a model.toml
 HEIGHT = 330  # of the figure, pixels
 SIGNS = (
     "F_p is the pretension of both tendons at rest; the deflection is q − ʲθ, where ʲθ = θ r / R. "
-    "A positive one stretches the lower tendon, and the torque on the joint is negative. Slack is "
-    "in I the lower tendon, in II the upper one, in III none."
+    "A positive one stretches the lower tendon, and what it exerts on the joint is negative. Slack "
+    "is in I the lower tendon, in II the upper one, in III none."
 )
 NO_SPRINGS = "Without springs there is no characteristic: the load alone moves the link."
 MARGIN = {"l": 64, "r": 16, "t": 56, "b": 48}  # of the figure; it has no title
@@ -383,9 +383,7 @@ def _chosen(
             raise et.ElasticTendonError(
                 f"{len(sent)} files are one too many; choose one model.toml"
             )
-        model = model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
-        check_shown(model)
-        return model
+        return model_from_toml(content_of(sent[0], names[0], LARGEST), names[0])
     return et.load_model(bundled) if bundled and bundled in et.models else None
 
 

@@ -89,7 +89,7 @@ def _layout() -> Sequence[Component]:
                     [html.H3("Maps"), saveable("where_maps", GESTURES, id="where-maps")],
                     id="where-maps-part",
                 ),
-                html.H3("Missing torque"),
+                html.H3("What is missing at the joint"),
                 saveable("missing_torque", GESTURES, id="where-torque"),
                 _residual_tests(),
             ],
