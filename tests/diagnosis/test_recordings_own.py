@@ -129,6 +129,24 @@ def test_tables_and_json_say_whose_it_is(found):
     assert all(row["recording"] is None or "offset" in row["path"] for row in content["parameters"])
 
 
+def test_evidence_replays_each_recording_under_its_own_load(tmp_path):
+    path, loads = "effects.constant_torque.torque", {"monday.csv": 0.3, "tuesday.csv": -0.2}
+    recordings = [
+        recorded(name, {"constant_torque": {"torque": load}}, seed)
+        for seed, (name, load) in enumerate(loads.items())
+    ]
+    tree = {"effects": {"constant_torque": {"torque": loads["monday.csv"]}}}
+    own = {"recordings": {"tuesday.csv": {path: loads["tuesday.csv"]}}}
+    model = et.load_model({**TREE, **tree, **own})
+    proof = et.gather_evidence(model, recordings)
+    found = et.verify(et.export_fmu(model, tmp_path / "own.fmu", evidence=proof))
+    assert found.passed, found.faults
+    for name in loads:
+        stated, replayed = found.errors[name]["joint_position"]
+        assert replayed == pytest.approx(stated, rel=1e-6)
+        assert replayed < 2.0 * NOISE
+
+
 def test_a_fit_to_one_recording_has_nothing_beside_the_model(zeroed_anew):
     model = et.load_model(TREE).with_effect("joint_encoder_offset", None)
     fitted = et.fit(model, zeroed_anew[0])

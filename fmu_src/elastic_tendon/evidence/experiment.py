@@ -31,7 +31,8 @@ _TOLERANCE = 1e-5
 class Experiment:
     """Inputs that are held from each of n times to the next, s from 0, and what a model does.
 
-    `inputs` : name -> (n,) array, SI. `start` : name of a state -> its value at the first time.
+    `inputs` : name -> (n,) array, SI. `start` : name of a state, or dotted path of what the
+    recording has of its own -> its value.
     """
 
     name: str

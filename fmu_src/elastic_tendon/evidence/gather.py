@@ -236,10 +236,14 @@ def _recording(
     """Files of a recording, and what the report says of it."""
     recording = file.measurement
     time = recording.time - recording.time[0]
-    name, start = f"recording_{number}", file.initial_state.as_dict(model.kind)
-    experiment = Experiment(name, time, recording.inputs, start)
+    name, state = f"recording_{number}", file.initial_state
+    experiment = Experiment(name, time, recording.inputs, state.as_dict(model.kind))
     measured = to_csv({"time": time, **recording.signals}, "%r")
-    part = _experiment(experiment, model, measured) if keep == "data" else _Part({}, (), {})
+    part = (
+        _experiment(experiment, state.model(model), measured)
+        if keep == "data"
+        else _Part({}, (), {})
+    )
     source = Path(recording.source)
     return part, {
         "name": without_names(recording.name),
@@ -250,7 +254,7 @@ def _recording(
         "interpolation": recording.input_interpolation,
         "samples": len(time),
         "duration": float(time[-1]),
-        "start": start,
+        "start": {**experiment.start, **state.own},
         "hashes": {
             "inputs": _hash(experiment.table()),
             "measured": _hash(measured),
@@ -362,7 +366,8 @@ def _uncertainty(
     diagnosed = {row["path"]: row for row in (found or {"parameters": ()})["parameters"]}
     declared = {variable.name: variable for variable in interface(*model.structure).parameters}
     values, sigmas, intervals = model.values(), [], []
-    for path, stated in zip(paths, problem.coordinates.sigma.tolist(), strict=True):
+    stated_sigmas = problem.coordinates.sigma[: len(paths)].tolist()  # the model's come first
+    for path, stated in zip(paths, stated_sigmas, strict=True):
         low, high = values[path] - CONFIDENCE * stated, values[path] + CONFIDENCE * stated
         if path in diagnosed:
             stated, (low, high) = diagnosed[path]["sigma"], diagnosed[path]["interval"]
@@ -375,15 +380,16 @@ def _uncertainty(
 
 
 def _correlation(problem: Problem, model: Model) -> Array:
-    """Correlation (m, m) of the free parameters."""
-    count = len(problem.coordinates.paths)
+    """Correlation (m, m) of the model's free parameters."""
+    count = len(problem.coordinates.of_model)
     try:
         vector = problem.start(model)
         jacobian = problem.data_jacobian(vector, problem.sigmas(vector))
     except SimulationError:  # derivatives can fail where the motion itself does not
         return np.eye(count)
-    jacobian[:, :count] *= problem.coordinates.sigma
-    prior = np.eye(jacobian.shape[1])[:count]
+    every = len(problem.coordinates.paths)
+    jacobian[:, :every] *= problem.coordinates.sigma
+    prior = np.eye(jacobian.shape[1])[:every]
     # not of the product of derivatives, in which the prior would be lost beside data without noise
     inverse = np.linalg.pinv(np.vstack([jacobian, prior]))[:count]
     covariance = inverse @ inverse.T
