@@ -170,6 +170,25 @@ def test_derivatives_by_a_recording_s_own_zero_agree_with_differences(zeroed_ane
         np.testing.assert_allclose(jacobian[:, index], slope, rtol=0, atol=1e-3 * size)
 
 
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_an_improved_model_is_fitted_again_in_any_order(order, found, zeroed_anew):
+    again = et.fit(found.model, [zeroed_anew[index] for index in order])
+    zeros = {part.recording: part for part in again.findings.of_recordings}
+    for name, zero in ZEROS.items():
+        assert zeros[name].given == pytest.approx(zero, abs=1e-4)
+        assert zeros[name].fitted == pytest.approx(zero, abs=1e-4)
+    assert again.model.recordings.keys() == {*ZEROS, "wednesday.csv"}
+    assert again.problem.mean_square(again.vector) < 1.1
+
+
+def test_known_zeros_are_taken_as_they_are(found, zeroed_anew):
+    known = found.model.model_copy(update={"uncertainty": {ZERO: 0.0}})
+    again = et.fit(known, zeroed_anew)
+    assert again.findings.of_recordings == ()
+    assert again.problem.mean_square(again.vector) < 1.1
+    assert et.diagnose(known, zeroed_anew).verdict == "adequate"
+
+
 def test_parts_of_one_recording_share_their_zero(zeroed_anew):
     parts = [zeroed_anew[0].samples(slice(0, 400)), zeroed_anew[0].samples(slice(400, None))]
     model = et.load_model(TREE).with_effect("joint_encoder_offset", None)

@@ -10,7 +10,7 @@ J, b inertia and damping of the link.
 import math
 import tomllib
 import unicodedata
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache
 from itertools import chain
 from numbers import Real
@@ -305,8 +305,21 @@ class Model(BaseModel):
         ModelError
             for what is not a recording's own
         """
-        known = {**(self.recordings or {}), **{name: dict(values) for name, values in own.items()}}
-        tree = self.model_dump() | {"recordings": known}
+        known = self.recordings or {}
+        added = {name: {**known.get(name, {}), **values} for name, values in own.items()}
+        tree = self.model_dump() | {"recordings": {**known, **added}}
+        return parse_model(tree, self.name)
+
+    def counted_from(self, recordings: Sequence[str], paths: Container[str]) -> "Model":
+        """Model that has of some parameters what the first of some recordings has of its own, and
+        forgets what all of these have."""
+        if not any(map(self.own, recordings)):
+            return self
+        first = self.own(recordings[0])
+        tree = self.with_values({path: first[path] for path in first if path in paths}).model_dump()
+        for name in recordings:
+            kept = {path: value for path, value in self.own(name).items() if path not in paths}
+            tree["recordings"][name] = kept
         return parse_model(tree, self.name)
 
     def with_effect(self, effect_id: str, values: Mapping[str, float] | None) -> "Model":

@@ -241,7 +241,7 @@ class Screen:
             upper=upper,
             shapes=tuple(shape.get(path, False) for path in coordinates.paths),
             shown=self._shown,
-            values=model.values(),
+            values=coordinates.given.values(),
         )
 
     # ---- residuals ---------------------------------------------------------------------------
@@ -259,7 +259,7 @@ class Screen:
         values, coordinates = structure.parameters(x), structure.coordinates
         residuals, derivatives, along = [], [], []
         for part, whiten, recording in self._parts:
-            own = {**values, **own_of(values, recording)}
+            own = {**values, **coordinates.given.own(recording), **own_of(values, recording)}
             torques = structure.balance.torques(own, part.motion)
             along.append(torques)
             residuals.append(whiten(part.residuals(own, torques)))
@@ -539,7 +539,8 @@ class Screen:
             [
                 whiten(part.residuals(own, structure.plain.torques(own, part.motion)))
                 for part, whiten, recording in self._parts
-                for own in [{**values, **own_of(values, recording)}]
+                for known in [structure.coordinates.given.own(recording)]
+                for own in [{**values, **known, **own_of(values, recording)}]
             ]
         )
         weights = _weights(self._given)

@@ -93,25 +93,32 @@ class Coordinates:
 
         Recordings with names of their own each have their own zeros.
         """
-        values = given.values()
-        sizes = sizes_in(given, measurements)
         declared = declared_quantities(given)
+        recordings = tuple(dict.fromkeys(part.name for part in measurements))
+        own = [path for path in paths if declared[path].of_recording]
+        further = [(path, name) for name in recordings[1:] for path in own]
+        every = [*paths, *starmap(own_path, further)]
+        known = [given.own(name).get(path) for path, name in further]
+        given = given.counted_from(recordings, own)
+        values, sizes = given.values(), sizes_in(given, measurements)
+        centre = [values[path] for path in paths]
+        centre += [
+            values[path] if value is None else value
+            for (path, _), value in zip(further, known, strict=True)
+        ]
 
         def sigma(path: str) -> float:
             own = given.uncertainty_of(path)
             told = path in given.uncertainty or not path.startswith("effects.")
             return own if told else max(own, sizes.get(declared[path].unit, 0.0))
 
-        recordings = tuple(dict.fromkeys(part.name for part in measurements))
-        own = [path for path in paths if declared[path].of_recording]
-        every = [*paths, *(own_path(path, name) for name in recordings[1:] for path in own)]
         of_model = [parameter_of(path) for path in every]
         bounds = [(limits or {}).get(path, UNLIMITED) for path in of_model]
         return cls(
             given=given,
             paths=tuple(every),
             recordings=recordings,
-            centre=np.array([values[path] for path in of_model]),
+            centre=np.array(centre),
             sigma=np.array([sigma(path) for path in of_model]),
             limits=np.array(bounds).reshape(-1, 2),
             sizes=sizes,
@@ -146,9 +153,11 @@ class Coordinates:
 
     def own(self, x: Array, recording: str) -> dict[str, float]:
         """What a recording has of its own at x (m,), by dotted path."""
-        if not self.of_recording:
-            return {}
-        return own_of(dict(zip(self.paths, self.values(x).tolist(), strict=True)), recording)
+        known = dict(self.given.own(recording))
+        if self.of_recording:
+            values = dict(zip(self.paths, self.values(x).tolist(), strict=True))
+            known |= own_of(values, recording)
+        return known
 
     def columns(self, derivatives: Array, recording: str) -> Array:
         """Derivatives by `paths`, (N, m), of what a recording shows; from those by `of_model`."""

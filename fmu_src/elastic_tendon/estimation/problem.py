@@ -140,9 +140,10 @@ class Problem:
         coordinates, numbers = self.coordinates, self.numbers(vector)
         if not coordinates.of_recording:
             return self.model(vector)
-        further = coordinates.recordings[1:]
-        own = {name: coordinates.own(numbers, name) for name in further}
-        return self.model(vector).with_recordings(own)
+        model = self.model(vector)
+        first = {path: model.values()[path] for path in coordinates.of_recording}
+        own = {name: coordinates.own(numbers, name) for name in coordinates.recordings}
+        return model.with_recordings({**own, coordinates.recordings[0]: first})
 
     def initial_states(self, vector: Array) -> list[InitialState]:
         """State at the first sample of each recording, rad and rad/s."""
