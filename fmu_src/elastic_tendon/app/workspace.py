@@ -236,12 +236,13 @@ class Session:
         """What the user has chosen and reached."""
         return self._document
 
-    def change(self, make: Change) -> None:
-        """Put another document in place; `make` is given the latest one."""
+    def change(self, make: Change) -> Document:
+        """Put another document in place, and return it; `make` is given the latest one."""
         with self._lock:
             self._document = make(self._document)
             self.revision += 1
             self._save("document", self._document.model_dump_json())
+            return self._document
 
     def look_at(self, step: str) -> None:
         """Note which step is open."""
