@@ -119,6 +119,17 @@ def test_other_data_make_another_fit(walked: Session) -> None:
     assert walk.is_fitted(session.document, session.document.version)
 
 
+def test_a_bad_file_changes_nothing_of_what_was_found(walked: Session) -> None:
+    bad = Source(key="gone", name="gone.csv")
+    document = walked.document.with_sources([*SOURCES, bad])
+    session = Session("4", document, FILES)
+    session.change(walk.refitting(session)(silent))
+    _, refitted, *_, again = session.document.versions
+    assert "gone.csv is left out" in session.document.sources[-1].left_out
+    assert again.fitted_to == refitted.fitted_to == walked.document.data_key()
+    assert all(walk.was_searched(session.document, one) for one in document.path()[1:])
+
+
 def test_the_refit_of_a_search_that_is_stopped_stays() -> None:
     session = begun()
 

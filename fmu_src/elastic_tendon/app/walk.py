@@ -348,9 +348,10 @@ def begin_again(session: Session) -> None:
 
 def refitting(session: Session) -> Work:
     """Refit the current version to the data; a version below it comes of that."""
-    document = session.document
+    asked = session.document
 
     def work(progress: Progress) -> Change:
+        document = _judged(asked, session, progress)
         return _growth(document.current, _refitted(document, session, progress))
 
     return work
@@ -358,10 +359,11 @@ def refitting(session: Session) -> Work:
 
 def searching(session: Session) -> Work:
     """Find which effect the current version misses; refit it first where it is not."""
-    document, files, cache = session.document, session.files, session.cache
-    again = ended_early(session)
+    asked, files, cache = session.document, session.files, session.cache
 
     def work(progress: Progress) -> Change | None:
+        document = _judged(asked, session, progress)
+        again = ended_early(session)
         grown, place = _fitted(document, session, progress)
         if grown is not document and _interrupted(grown, session, progress):
             return None
@@ -422,9 +424,10 @@ def proposing(session: Session) -> Work:
 
 def adding(session: Session, effect_id: str) -> Work:
     """Add an effect to the current version and refit both; refit it first where it is not."""
-    document, files, cache = session.document, session.files, session.cache
+    asked, files, cache = session.document, session.files, session.cache
 
     def work(progress: Progress) -> Change:
+        document = _judged(asked, session, progress)
         grown, place = _fitted(document, session, progress)
         data = cache.obtain(given_data(grown, grown.version, files), progress)
         current = cache.obtain(answer(grown, grown.version, files), progress)
@@ -436,6 +439,13 @@ def adding(session: Session, effect_id: str) -> Work:
         return _growth(place, version)
 
     return work
+
+
+def _judged(document: Document, session: Session, progress: Progress) -> Document:
+    """A document that says which files cannot be used; the session's says so, too."""
+    session.cache.obtain(results.data(document, session.files), progress)
+    results.judge_files(session)
+    return results.judged(document, session.files, session.cache)
 
 
 def _fitted(document: Document, session: Session, progress: Progress) -> tuple[Document, str]:
