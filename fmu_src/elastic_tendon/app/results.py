@@ -78,8 +78,9 @@ def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
 
 def _how(source: Source) -> str:
     """Changes whenever a file is read otherwise."""
-    own = {"role": True, "split": True, "left_out": True, "options": {"as_declared"}}
-    return source.model_dump_json(exclude=own)
+    return source.model_dump_json(
+        exclude={"role": True, "split": True, "left_out": True, "options": {"as_declared"}}
+    )
 
 
 @contextmanager
