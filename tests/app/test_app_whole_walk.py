@@ -18,18 +18,14 @@ pytest.importorskip("playwright")
 pytest.importorskip("dash")
 pytest.importorskip("axe_playwright_python")
 
-from playwright.sync_api import Browser, ViewportSize
+from playwright.sync_api import Browser
 
 from accessibility import BEYOND, LEVEL_AA, violations
 from app_driver import CHROMIUM, SIZE, Walk
 from elastic_tendon.demo import DATA
-from screenshots import walked
+from screenshots import SIZES, walked
 
-PHONE: ViewportSize = {"width": 390, "height": 844}
-OTHERS: tuple[ViewportSize, ...] = (
-    {"width": 1024, "height": 768},
-    {"width": 640, "height": 400},  # 1280 x 800, enlarged to 200 %
-)
+NARROW = ("small", "enlarged", "phone")  # the narrowest last, where all rules are looked at
 EVERY = ("model", "data", "compare", "where", "which_effect", "add", "take_away")
 SOME = {"data": "Data", "where": "Where", "add": "Add"}  # by title; looking takes long
 
@@ -79,7 +75,7 @@ def faults_of(walk: Walk) -> list[str]:
     found = [f"in a wide window, {fault}" for fault in violations(walk.page, contrast)]
     walk.page.locator("#switch-theme").click()
     walk.settle()
-    for size in (*OTHERS, PHONE):
+    for size in (SIZES[name] for name in NARROW):
         walk.page.set_viewport_size(size)
         walk.settle()
         if (beyond := walk.page.evaluate(BEYOND)) > 0:
