@@ -34,7 +34,7 @@ STEP = 1e-3  # s
 NOISE = 2e-4  # rad
 TONES = ((0.5, 0.3), (0.11, 0.7), (0.05, 2.9))  # rad and Hz
 ANSWER, LOAD = 500.0, 1500.0  # ms, in which every interaction is answered; until the page is there
-CURVES = 5.0  # s, until the first curves of a recording are there
+FIRST, CURVES = "reading, and the first curves", 5.0  # s
 # tells when each figure was drawn last, and how many requests wait for an answer
 WATCH = """() => {
   window.watched = {drawn: {}, waiting: 0};
@@ -73,6 +73,10 @@ def write_recording(path: Path, rows: int) -> None:
     with path.open("w", encoding="utf-8") as file:
         file.write("time_s,motor_position_rad,joint_position_rad\n")
         np.savetxt(file, np.column_stack([t, motor, joint]), fmt="%.6f", delimiter=",")
+
+
+class RefusedError(Exception):
+    """The page says that it cannot show a recording."""
 
 
 class Watched:
@@ -118,16 +122,24 @@ class Watched:
         mouse.up()
 
     def shown(self, graph: str) -> None:
-        """Wait until a figure has curves."""
+        """Wait until a figure has curves.
+
+        Raises
+        ------
+        RefusedError : the page says why it never will
+        """
         curves = f"#{graph} .scatterlayer .trace, #{graph} .heatmaplayer image"
-        self.page.locator(curves).first.wait_for(timeout=PATIENCE)
+        fault = self.page.locator("section.step:visible > .sentence:not(:empty)")
+        self.page.locator(curves).or_(fault).first.wait_for(timeout=PATIENCE)
+        if told := fault.all_inner_texts():
+            raise RefusedError(told[0])
 
 
 def walk_through(seen: Watched) -> None:
     """Compare, before and after the missing torque is known, then Where."""
     click, page = seen.page.mouse.click, seen.page
     compare = partial(_open, seen, "Compare", "compare-overlay")
-    seen.note("reading, and the first curves", compare, CURVES)
+    seen.note(FIRST, compare, CURVES)
     place = seen.at("compare-overlay", 0.3, 0.5)
     both, curves = ("compare-overlay", "compare-loop"), "where-overlay"
     seen.time("a cursor, beside work under way", lambda: click(*place), "compare-overlay")
@@ -168,7 +180,11 @@ def main() -> int:
             walk = Walk(started, url)
             loaded = time.perf_counter() - begin
             seen = Watched(walk)
-            walk_through(seen)
+            try:
+                walk_through(seen)
+            except RefusedError as fault:
+                print(fault)
+                seen.rows.append(Row(FIRST, "refused", f"≤ {CURVES:g} s", met=False))
             load = at_most("the page itself", 1e3 * loaded, LOAD, "ms")
             title = f"The app beside {rows} rows, from click to figure"
             named = [
