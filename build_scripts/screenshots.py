@@ -2,9 +2,11 @@
 
     python build_scripts/screenshots.py FOLDER [--readme]
 
-Walks the app on the demo's data in headless Chromium, and writes a picture of each step, light and
-dark, of the top of the report and of the model that runs in it into FOLDER. With --readme, the
-pictures that examples/app/README.md shows are replaced too. Needs playwright and chromium.
+Walks the app on the demo's data in headless Chromium, and writes pictures into FOLDER, light and
+dark: of each step from top to bottom in windows of four sizes, of what the usual window shows, of
+the top of the report and of the model that runs in it. Says where a step is wider than its window.
+With --readme, the pictures that examples/app/README.md shows are replaced too. Needs playwright and
+chromium.
 """
 
 import argparse
@@ -17,13 +19,20 @@ from pathlib import Path
 # what drives the browser belongs to the tests and is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, ViewportSize
 
+from accessibility import BEYOND
 from app_driver import SIZE, Theme, Walk, browser
 from app_process import served
 
 ROOT = Path(__file__).resolve().parents[1]
 THEMES: tuple[Theme, ...] = ("light", "dark")
+SIZES: dict[str, ViewportSize] = {
+    "usual": SIZE,
+    "small": {"width": 1024, "height": 768},
+    "phone": {"width": 390, "height": 844},
+    "enlarged": {"width": SIZE["width"] // 2, "height": SIZE["height"] // 2},  # to 200 %
+}
 README = {
     "where_light.png": "where.png",
     "which_effect_light.png": "which_effect.png",
@@ -70,6 +79,18 @@ def take_live(page: Page, path: Path) -> None:
     page.locator("section", has=page.locator("#live")).screenshot(path=path)
 
 
+def take_sizes(walk: Walk, path: Path) -> None:
+    """Of the open step from top to bottom in every size, which the file's name ends with."""
+    for size, window in SIZES.items():
+        walk.page.set_viewport_size(window)
+        walk.settle()
+        walk.page.screenshot(path=path.with_stem(f"{path.stem}_{size}"), full_page=True)
+        if (beyond := walk.page.evaluate(BEYOND)) > 0:
+            print(f"{path.stem}: {beyond} pixels beyond a window of {window['width']}")
+    walk.page.set_viewport_size(SIZE)
+    walk.settle()
+
+
 def write_pictures(started: Browser, url: str, folder: Path) -> None:
     """Of every step, in both themes; then of the top of the report, and of what runs in it."""
     for theme in THEMES:
@@ -77,6 +98,7 @@ def write_pictures(started: Browser, url: str, folder: Path) -> None:
         with tempfile.TemporaryDirectory() as work:
             for name in walked(walk, Path(work)):
                 walk.picture(folder / f"{name}_{theme}.png")
+                take_sizes(walk, folder / f"{name}_{theme}.png")
             (report,) = Path(work).iterdir()
             page = started.new_page(viewport=SIZE, color_scheme=theme)
             page.goto(report.as_uri())

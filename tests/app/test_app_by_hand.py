@@ -4,9 +4,10 @@ import pytest
 
 from elastic_tendon import demo
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.app import ranking, walk
+from elastic_tendon.app import ranking, results, walk
 from elastic_tendon.app.document import Source, new_document
 from elastic_tendon.app.workspace import Session, Stopped
+from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.result import Diagnosis
 from elastic_tendon.progress import Enough
@@ -118,17 +119,43 @@ def test_other_data_make_another_fit(walked: Session) -> None:
     assert walk.is_fitted(session.document, session.document.version)
 
 
-def test_a_stopped_search_leaves_the_document_as_it_was() -> None:
+def test_a_bad_file_changes_nothing_of_what_was_found(walked: Session) -> None:
+    bad = Source(key="gone", name="gone.csv")
+    document = walked.document.with_sources([*SOURCES, bad])
+    session = Session("4", document, FILES)
+    session.change(walk.refitting(session)(silent))
+    _, refitted, *_, again = session.document.versions
+    assert "gone.csv is left out" in session.document.sources[-1].left_out
+    assert again.fitted_to == refitted.fitted_to == walked.document.data_key()
+    assert all(walk.was_searched(session.document, one) for one in document.path()[1:])
+
+
+def test_the_refit_of_a_search_that_is_stopped_stays() -> None:
     session = begun()
-    before = session.document
 
     def stopping(words: str, _share: float) -> None:
-        if words.startswith(("screening", "looking")):
+        if words.startswith("screening"):
             raise Stopped
 
     with pytest.raises(Stopped):
         walk.searching(session)(stopping)
-    assert session.document == before
+    titles = [version.title for version in session.document.path()]
+    assert titles == ["as given", "parameters refitted"]
+    assert not walk.was_searched(session.document, session.document.version)
+
+
+def test_a_refit_of_which_somebody_has_enough_ends_the_search() -> None:
+    session, told, ended = begun(), [], []
+
+    def impatient(words: str, share: float) -> None:
+        told.append(words)
+        if words == by_hand.REFITTING and share > 0.0 and not ended:
+            ended.append(True)
+            raise Enough
+
+    assert walk.searching(session)(impatient) is None
+    assert session.document.version.title == "parameters refitted"
+    assert not any(words.startswith("screening") for words in told)
 
 
 def test_a_search_that_is_ended_early_says_so_and_can_be_made_to_the_end() -> None:
@@ -163,8 +190,23 @@ def test_a_search_that_is_ended_early_says_so_and_can_be_made_to_the_end() -> No
 
 
 def test_rounds_are_told_as_far_as_they_are_known() -> None:
-    session, told = begun(), []
-    session.tell = told.append  # type: ignore[method-assign]
-    walk.searching(session)(silent)
-    assert told
-    assert any(candidate.ids == (COULOMB,) for candidate in told[0].candidates)
+    session, told, ladders = begun(), [], []
+
+    def tell(so_far: walk.Interim) -> None:
+        told.append(so_far)
+        document = session.document
+        ladders.append(session.cache.find(results.climbed(document, FILES)))
+        assert so_far.version == document.current
+
+    session.tell = tell  # type: ignore[method-assign, assignment]
+    change = walk.searching(session)(silent)
+    assert change is not None
+    first, last = told[0], told[-1]
+    assert any(candidate.ids == (COULOMB,) for candidate in first.round.candidates)
+    before, refitted = ladders[0]  # the ladder has grown before the search has ended
+    assert (before.title, refitted.title) == ("as given", "parameters refitted")
+    assert last.round.chosen == (COULOMB,)
+    session.change(change)
+    document = session.document
+    with_it = session.cache.obtain(walk.suggested(document, document.version, FILES), silent)
+    assert last.best.rmse == with_it.rmse

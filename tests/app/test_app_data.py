@@ -55,11 +55,15 @@ def test_a_bad_file_is_told_by_its_own_name_and_the_others_are_read(tmp_path: Pa
     assert right.sentence() == ""
     assert facts(right) == "5000 samples, 10.0 s at 500 Hz"
     assert summary(session) == "1 recording is fitted; none validates."
-    used = session.cache.find(results.data(session.document, session.files))
-    assert isinstance(used, results.Data)
-    (left_out,) = used.left_out.values()
-    assert results.as_used(session.document, session.files, session.cache).sources == (GOOD,)
+    alone = session.document.with_sources([GOOD])
+    assert session.document.data_key() != alone.data_key()  # nobody knew
+    results.judge_files(session)
+    left_out = session.document.sources[0].left_out
     assert left_out.startswith("<b>mine</b>.csv is left out: there is no column motor_position_rad")
+    assert session.document.data_key() == alone.data_key()
+    assert results.as_used(session.document, session.files, session.cache).sources == (GOOD,)
+    again = session.document.with_source("bad", mapping=("motor_position=colour",))
+    assert again.data_key() not in (session.document.data_key(), alone.data_key())
 
 
 def test_nothing_is_compared_without_a_good_file(tmp_path: Path) -> None:
@@ -74,6 +78,8 @@ def test_a_file_whose_reading_was_cancelled_is_not_left_out() -> None:
     session.cache.put(results.checked(document, other, session.files), Failure(CANCELLED))
     with pytest.raises(ElasticTendonError, match=CANCELLED):
         session.cache.obtain(results.data(document, session.files), silent)
+    results.judge_files(session)
+    assert session.document == document
 
 
 def test_a_file_is_mended_on_the_page(tmp_path: Path) -> None:

@@ -4,20 +4,20 @@ import builtins
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 
 import pytest
 
 pytest.importorskip("dash")
 
 from elastic_tendon import demo, effects
-from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.actuator.parameters import load_model, quantities
 from elastic_tendon.app import own_effects, ranking, takeaway, walk
 from elastic_tendon.app.document import Document, OwnEffect, Source, Version, new_document
 from elastic_tendon.app.own_effects import REFUSED, template, typed
 from elastic_tendon.app.server import Served, listen
 from elastic_tendon.app.session_file import open_session
-from elastic_tendon.app.workspace import Cache
+from elastic_tendon.app.workspace import Cache, Failure, Workspace
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.registry import Registry
 from elastic_tendon.errors import EffectError
@@ -173,6 +173,40 @@ def test_it_is_removed_unless_a_version_has_it() -> None:
     assert "my_effect" not in {one["value"] for one in ranking.choices(removed, MODEL)}
 
 
+def test_the_id_of_a_removed_effect_is_free_once_no_session_has_it(registry) -> None:
+    document, changed = with_effect(template()), template().replace("drag torque at", "air at")
+    workspace = Workspace(document.without("2"), FILES)
+    try:
+        first, second = workspace.open(None), workspace.open(None)
+        before = quantities(["my_effect"])[-1].meaning
+        drawn = walk.shows("my_effect")
+        second.cache.put(drawn, Failure("as it was"))
+        workspace.forget_effect(first, "my_effect")
+        assert first.document.own_effects == ()
+        assert "my_effect" in registry  # the other session has it
+        workspace.forget_effect(second, "my_effect")
+        assert "my_effect" not in registry
+        assert second.cache.find(drawn) is None
+        assert typed(changed, shared=False).id == "my_effect"
+        after = quantities(["my_effect"])[-1].meaning
+        assert (before, after) == ("drag torque at 1 rad/s", "air at 1 rad/s")
+    finally:
+        workspace.close()
+
+
+def test_what_may_be_in_use_is_not_removed() -> None:
+    workspace, go_on = Workspace(with_effect(template()).without("2"), FILES), Event()
+    session = workspace.open(None)
+    try:
+        session.start("effect", "searching", lambda _: go_on.wait(60.0) and None)
+        with pytest.raises(EffectError, match="something is being computed"):
+            workspace.forget_effect(session, "my_effect")
+        assert session.document.own_effects
+    finally:
+        go_on.set()
+        workspace.close()
+
+
 def test_the_command_that_comes_to_the_same_names_its_file() -> None:
     assert "--effect my_effect.py" in takeaway._command(with_effect(template()))
 
@@ -266,12 +300,13 @@ def test_it_is_written_kept_and_asked_for_on_the_page(tmp_path: Path, runs, monk
             assert tab.document()["own_effects"] == []
             assert tab.button("Add My effect").count() == 0
             assert editor.input_value() == RAN + template()
+            editor.fill(RAN + template() + "# changed\n")  # under the id that is free again
             tab.button("Try it").click()
             tab.button("Add My effect").wait_for()
             tab.settle()
             tab.close()
             assert tab.faults == []
-        assert runs() == 1
+        assert runs() == 2
         started_anew(monkeypatch)
         with served(new_document(MODEL), path) as app:
             page = chromium.new_page()
@@ -279,10 +314,10 @@ def test_it_is_written_kept_and_asked_for_on_the_page(tmp_path: Path, runs, monk
             page.get_by_role("heading", name="This session brings effects of its own").wait_for()
             assert "def equations(" in page.locator("#gate pre").inner_text()
             assert page.locator("section.step:visible").count() == 0
-            assert runs() == 1
+            assert runs() == 2
             page.get_by_role("button", name="Run them and open the session").click()
             page.locator("section.step:visible h2").wait_for()
-            assert runs() == 2
+            assert runs() == 3
             page.close()
 
 

@@ -190,7 +190,11 @@ def test_sliders_make_a_model_beside_the_same_samples(session: Session, found: C
     version = session.document.version
     (run,) = runs_of(session, replace(view_of(None, found), before=False), ["time<3"])
     values = {"link.inertia": 0.02}
-    (moved,), fault = moved_runs(version, run.file, {"of": version.mark, "values": values})
+    held = {"of": version.mark, "values": values}
+    (moved,), fault = moved_runs(version, run.file, held)
+    assert moved_runs(version, run.file, held)[0][0] is moved  # simulated once
+    (again,), _ = moved_runs(version, replace(run.file), held)
+    assert again is not moved
     alone = compare(version.loaded().with_values(values), run.file.measurement.window(None, 3.0))
     assert fault == ""
     assert moved.file.selection is run.file.selection

@@ -86,10 +86,10 @@ def upload(walk: Walk, **files: bytes) -> None:
     walk.page.locator("#data-upload input[type=file]").set_input_files(payload)
 
 
-def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
+def test_cancel_answers_at_once_and_keeps_what_was_refitted(walk: Walk) -> None:
     walk.step("Which effect")
     walk.settle()
-    before = walk.document()
+    (before,) = walk.document()["versions"]
     walk.page.evaluate(CANCEL_THE_SEARCH)
     walk.button("Find which effect is missing").click()
     walk.page.wait_for_function("() => window.cancelled")
@@ -98,7 +98,10 @@ def test_cancel_answers_at_once_and_changes_nothing(walk: Walk) -> None:
     # what was let go does not keep other work from beginning
     walk.step("Take away")
     walk.build("Write the model")
-    assert walk.document() == before
+    given, *refitted = walk.document()["versions"]
+    assert given == before
+    assert [one["title"] for one in refitted] in ([], ["parameters refitted"])
+    assert not any(one["searched"] for one in refitted)
 
 
 def test_the_page_is_there_before_what_draws_its_figures(chromium, demo) -> None:
@@ -124,7 +127,7 @@ def test_what_is_known_of_a_search_can_be_looked_at_and_taken(chromium, monkeypa
     def endless(data, _current, progress, so_far=None):
         search = by_hand.Search.of(data, progress)
         found = by_hand.Outcome(replace(first, candidates=alone), search, complete=False)
-        so_far(found.round)
+        so_far(by_hand.Ranked(found.round, {}, complete=False))
         try:
             while True:
                 progress("refitting what may do better", 0.5)
@@ -148,7 +151,13 @@ def test_what_is_known_of_a_search_can_be_looked_at_and_taken(chromium, monkeypa
         interim, rows = screen.inner_text().splitlines()[0], listed.get_by_role("row")
         assert interim.startswith("Coulomb friction")
         assert UNFINISHED in screen.inner_text()
+        assert "The joint position error falls from" in screen.inner_text()
         judged = rows.all_inner_texts()
+        walk.step("Add").get_by_role("heading", name="Error after each step").wait_for()
+        assert walk.versions() == ["as given", "parameters refitted"]
+        assert walk.page.locator("#work").is_visible()  # the search goes on
+        walk.step("Which effect")
+        walk.page.get_by_text("Judged so far").wait_for()
         walk.button("Take the best so far").click()
         walk.page.get_by_text("The search was ended early").wait_for()
         walk.settle()

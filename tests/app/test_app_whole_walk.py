@@ -18,20 +18,28 @@ pytest.importorskip("playwright")
 pytest.importorskip("dash")
 pytest.importorskip("axe_playwright_python")
 
-from playwright.sync_api import Browser, ViewportSize
+from playwright.sync_api import Browser, TimeoutError
 
 from accessibility import BEYOND, LEVEL_AA, violations
 from app_driver import CHROMIUM, SIZE, Walk
 from elastic_tendon.demo import DATA
-from screenshots import walked
+from screenshots import SIZES, walked
 
-PHONE: ViewportSize = {"width": 390, "height": 844}
-OTHERS: tuple[ViewportSize, ...] = (
-    {"width": 1024, "height": 768},
-    {"width": 640, "height": 400},  # 1280 x 800, enlarged to 200 %
-)
+NARROW = ("small", "enlarged", "phone")  # the narrowest last, where all rules are looked at
 EVERY = ("model", "data", "compare", "where", "which_effect", "add", "take_away")
 SOME = {"data": "Data", "where": "Where", "add": "Add"}  # by title; looking takes long
+
+# whether no legend lies on the panels of its figure; plotly places it anew after a window changed
+APART = """() => Array.from(document.querySelectorAll("section:not([hidden]) .js-plotly-plot"))
+  .every(plot => {
+    const legend = plot.querySelector(".legend .bg");
+    const at = legend && legend.getBoundingClientRect();
+    return !at || Array.from(plot.querySelectorAll(".nsewdrag")).every(panel => {
+      const on = panel.getBoundingClientRect();
+      return at.bottom < on.top + 2 || at.top > on.bottom - 2;
+    });
+  })"""
+SOON = 20_000  # ms, in which it does so on a busy machine
 
 # of the FMU, and what they are called in the recording
 COLUMNS = {
@@ -79,11 +87,15 @@ def faults_of(walk: Walk) -> list[str]:
     found = [f"in a wide window, {fault}" for fault in violations(walk.page, contrast)]
     walk.page.locator("#switch-theme").click()
     walk.settle()
-    for size in (*OTHERS, PHONE):
+    for size in (SIZES[name] for name in NARROW):
         walk.page.set_viewport_size(size)
         walk.settle()
         if (beyond := walk.page.evaluate(BEYOND)) > 0:
             found.append(f"{beyond} pixels beyond a window of {size['width']}")
+        try:
+            walk.page.wait_for_function(APART, timeout=SOON)
+        except TimeoutError:
+            found.append(f"a legend lies on its figure in a window of {size['width']}")
     level = {"type": "tag", "values": LEVEL_AA}
     found += [f"on a phone, {fault}" for fault in violations(walk.page, level)]
     walk.page.set_viewport_size(SIZE)

@@ -15,12 +15,13 @@ FILE_KEYS = {
 }
 SIGNAL_KEYS = {
     *("rmse", "max_abs", "fit_percent", "bias", "noise_ratio", "count", "noise"),
-    *("slack_states", "where", "in_words"),
+    *("slack_states", "where", "in_words", "residual_tests"),
 }
 BIN_KEYS = {
     *("by", "bin", "lower", "upper", "count", "rmse", "bias", "share", "significance"),
     "stands_out",
 }
+TEST_KEYS = {"with", "more_than_chance", "lags", "beyond", "beyond_by_chance", "strongest"}
 CURVE_KEYS = {"by", "unit", "centre", "mean", "low", "high", "count"}
 
 
@@ -39,6 +40,14 @@ def test_json_is_the_contract(frictionless) -> None:
     assert set(signal) == SIGNAL_KEYS
     assert all(set(bin_) == BIN_KEYS for bin_ in signal["where"])
     assert signal["in_words"] == location.files[0].in_words["joint_position"]
+    tests, found = signal["residual_tests"], location.files[0].correlations["joint_position"]
+    assert all(set(test) == TEST_KEYS for test in tests)
+    assert [test["with"] for test in tests][:2] == ["itself", "motor_position"]
+    for test, correlation in zip(tests, found, strict=True):
+        strongest = test["strongest"]
+        assert test["more_than_chance"] is bool(correlation.surely_beyond.any())
+        beyond = abs(strongest["correlation"] - strongest["expected"]) > strongest["bound"]
+        assert beyond is (test["beyond"] > 0)
     curves = file["missing_torque"]["curves"]
     assert all(set(curve) == CURVE_KEYS for curve in curves)
     assert {"deflection", "joint_velocity", "time"} <= {curve["by"] for curve in curves}

@@ -50,6 +50,7 @@ from elastic_tendon.actuator.sections import (
     Transmission,
 )
 from elastic_tendon.effects.base import Effect, Parameter, Sizes, Slot
+from elastic_tendon.effects.registry import kept_by_ids
 from elastic_tendon.errors import ModelError
 
 MODELS_FOLDER = Path(__file__).parents[1] / "models"
@@ -473,7 +474,7 @@ def quantities(
     return _quantities(frozenset(effect_ids), kind)
 
 
-@lru_cache
+@kept_by_ids
 def _quantities(wanted: frozenset[str], kind: InterfaceKind) -> tuple[Quantity, ...]:
     if unknown := sorted(wanted - effects.BY_ID.keys()):
         raise KeyError(f"no effect named {', '.join(unknown)}")

@@ -7,13 +7,14 @@ Nothing here needs CasADi, so a cached library is used without importing it.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import inf
 
 from elastic_tendon import effects as catalogue
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import quantities
 from elastic_tendon.effects.base import Effect, Slot
+from elastic_tendon.effects.registry import kept_by_ids
 
 SPRINGS = ("upper_spring", "lower_spring")
 
@@ -365,7 +366,7 @@ def _spring_modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
     return (*taut, *spans, *stretched)
 
 
-@lru_cache
+@kept_by_ids
 def interface(
     effect_ids: tuple[str, ...], kind: InterfaceKind = InterfaceKind.POSITION
 ) -> Interface:

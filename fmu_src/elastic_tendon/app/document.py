@@ -33,6 +33,7 @@ class Source(BaseModel):
         after it; "off": left out
     window : s, None where it is open
     options : how it is read else
+    left_out : why it cannot be used, in a sentence, "" where it can or nobody tried yet
     """
 
     model_config = STRICT
@@ -43,16 +44,18 @@ class Source(BaseModel):
     split: float | None = None
     window: tuple[float | None, float | None] = (None, None)
     options: ReadOptions = DEFAULT
+    left_out: str = ""
 
     def changed(self, **changes: Any) -> "Source":
-        """The same read otherwise; an option of reading changes by its own name.
+        """The same read otherwise, which nobody tried; an option changes by its own name.
 
         Raises
         ------
         MeasurementError, pydantic.ValidationError : a change is not allowed
         """
         options = {name: changes.pop(name) for name in OPTIONS if name in changes}
-        own = dict(self) | changes | {"options": replace(self.options, **options)}
+        own = dict(self) | {"left_out": ""} | changes
+        own["options"] = replace(self.options, **options)
         return Source.model_validate(own)
 
 
@@ -164,11 +167,15 @@ class Document(BaseModel):
         """Versions made from this one, the oldest first."""
         return tuple(version for version in self.versions if version.parent == version_id)
 
+    @property
+    def used(self) -> tuple[Source, ...]:
+        """Sources that are fitted or held out: those that can be, all where none can."""
+        wanted = tuple(source for source in self.sources if source.role != "off")
+        return tuple(source for source in wanted if not source.left_out) or wanted
+
     def data_key(self) -> str:
         """Changes whenever other data are fitted or held out, or the same ones read otherwise."""
-        text = "\n".join(
-            source.model_dump_json() for source in self.sources if source.role != "off"
-        )
+        text = "\n".join(source.model_dump_json(exclude={"left_out"}) for source in self.used)
         return sha256(text.encode()).hexdigest()
 
     def search_key(self) -> str:

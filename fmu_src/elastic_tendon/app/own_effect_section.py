@@ -176,7 +176,7 @@ def _register_text(app: Dash, workspace: Workspace) -> None:
         if what == "own-effect-edit":
             return text, "", "", "", no_update
         try:
-            session.change(lambda document: document.without_own_effect(effect_id))
+            workspace.forget_effect(session, effect_id)
         except EffectError as error:
             return no_update, f"{error}.", "", "", no_update
         return text, "", "", REMOVED.format(effect_id), session.stored()

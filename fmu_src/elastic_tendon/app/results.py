@@ -6,14 +6,15 @@ there yet, one after the other, and the page shows what there is.
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 
 import elastic_tendon as et
 from elastic_tendon.app.document import Document, Source, Version
 from elastic_tendon.app.uploads import check_harmless
-from elastic_tendon.app.workspace import Cache, CancelledError, Result
+from elastic_tendon.app.workspace import Cache, CancelledError, Failure, Result, Session
 from elastic_tendon.estimation.ladder import FittedStep, Step, climb
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.formats import open_source
@@ -29,15 +30,10 @@ Files = Mapping[str, Path]
 
 @dataclass(frozen=True)
 class Data:
-    """Recordings that are fitted, and those that are held out.
-
-    `left_out` : why files cannot be used, in sentences by their keys; they keep none of the others
-    back.
-    """
+    """Recordings that are fitted, and those that are held out."""
 
     fitted: tuple[Measurement, ...]
     heldout: tuple[Measurement, ...]
-    left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -82,7 +78,9 @@ def reading(source: Source, files: Files) -> Result[tuple[Measurement, ...]]:
 
 def _how(source: Source) -> str:
     """Changes whenever a file is read otherwise."""
-    return source.model_dump_json(exclude={"role": True, "split": True, "options": {"as_declared"}})
+    return source.model_dump_json(
+        exclude={"role": True, "split": True, "left_out": True, "options": {"as_declared"}}
+    )
 
 
 @contextmanager
@@ -125,43 +123,64 @@ def data(document: Document, files: Files) -> Result[Data]:
     """All recordings that are used, believed as far as the model as given tells, and split."""
 
     def compute(cache: Cache, progress: Progress) -> Data:
-        fitted: list[Measurement] = []
-        heldout: list[Measurement] = []
-        faults: list[tuple[Source, str]] = []
-        for source in document.sources:
-            if source.role == "off":
-                continue
+        found: list[Data] = []
+        faults: list[str] = []
+        for source in document.used:
             try:
-                recordings = cache.obtain(checked(document, source, files), progress)
-                parts = [split_up(source, recording) for recording in recordings]
+                found.append(cache.obtain(parts(document, source, files), progress))
             except CancelledError:
                 raise
-            except et.ElasticTendonError as error:
-                faults.append((source, str(error)))
-                continue
-            fitted += [part for first, _ in parts for part in first]
-            heldout += [part for _, second in parts for part in second]
+            except et.ElasticTendonError as error:  # it keeps none of the others back
+                faults.append(str(error))
+        fitted = tuple(recording for part in found for recording in part.fitted)
         if not fitted:
             nothing = "no recording is fitted; add one and let it be fitted"
-            raise et.MeasurementError(faults[0][1] if faults else nothing)
-        left_out = {source.key: _left_out(source, why) for source, why in faults}
-        return Data(tuple(fitted), tuple(heldout), left_out)
+            raise et.MeasurementError(faults[0] if faults else nothing)
+        return Data(fitted, tuple(recording for part in found for recording in part.heldout))
 
     root = _hash(document.path()[0].model)
     return Result(("data", document.data_key(), root), "reading the data", compute)
 
 
-def _left_out(source: Source, why: str) -> str:
-    return f"{source.name} is left out: {why.removeprefix(f'{source.name}: ')}."
+def parts(document: Document, source: Source, files: Files) -> Result[Data]:
+    """What of one file is fitted, and what is held out."""
+    recordings = checked(document, source, files)
+
+    def compute(cache: Cache, progress: Progress) -> Data:
+        pairs = [split_up(source, one) for one in cache.obtain(recordings, progress)]
+        fitted, heldout = (tuple(chain.from_iterable(side)) for side in zip(*pairs, strict=True))
+        return Data(fitted, heldout)
+
+    key = ("parts", *recordings.key, source.role, str(source.split))
+    return Result(key, f"reading {source.name}", compute)
+
+
+def judged(document: Document, files: Files, cache: Cache) -> Document:
+    """The same, where files that cannot be used say why, as far as that is known."""
+
+    def judge(source: Source) -> Source:
+        known = cache.find(parts(document, source, files))
+        if known is None or (isinstance(known, Failure) and known.cancelled):
+            return source
+        left_out = ""
+        if isinstance(known, Failure):
+            why = known.sentence.removeprefix(f"{source.name}: ")
+            left_out = f"{source.name} is left out: {why}."
+        return source.model_copy(update={"left_out": left_out})
+
+    return document.with_sources(list(map(judge, document.sources)))
+
+
+def judge_files(session: Session) -> None:
+    """Let the session's document say which files cannot be used, as far as that is known."""
+    files, cache = session.files, session.cache
+    if judged(session.document, files, cache) != session.document:
+        session.change(lambda latest: judged(latest, files, cache))
 
 
 def as_used(document: Document, files: Files, cache: Cache) -> Document:
     """The same less files that cannot be used, as far as that is known."""
-    known = cache.find(data(document, files))
-    left_out = known.left_out if isinstance(known, Data) else {}
-    return document.with_sources(
-        [source for source in document.sources if source.key not in left_out]
-    )
+    return document.with_sources(judged(document, files, cache).used)
 
 
 def split_up(source: Source, recording: Measurement) -> tuple[list[Measurement], list[Measurement]]:

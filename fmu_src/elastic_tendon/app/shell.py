@@ -156,11 +156,12 @@ def _register_session(app: Dash, workspace: Workspace) -> None:
         session = workspace.open(stored)
         version = session.document.version
         parts = [session.name, f"{version.loaded().name}: {version.title}"]
-        used = session.cache.find(results.data(session.document, session.files))
+        used = session.document.used
+        left_out = [source.left_out for source in session.document.sources if source not in used]
         return (
             " · ".join(filter(None, parts)),
             f"{session.unsaved}." if session.unsaved else "",
-            _elsewhere(" ".join(used.left_out.values())) if isinstance(used, results.Data) else "",
+            _elsewhere(" ".join(filter(None, left_out))),
         )
 
 
@@ -241,6 +242,7 @@ def _register_work(app: Dash, workspace: Workspace, steps: Sequence[PageStep]) -
 def _begin_next(session: Session, step: PageStep) -> str:
     """Begin to compute what the step still needs; why the first of it has failed, "" if none."""
     walk.begin_again(session)
+    results.judge_files(session)
     sentence = ""
     for result in step.needs(session.document, session.files):
         value = session.cache.find(result)

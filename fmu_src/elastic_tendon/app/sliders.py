@@ -5,6 +5,9 @@ takes it into the model.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from threading import Lock
 from typing import Any
 
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
@@ -63,12 +66,36 @@ def moved_runs(
     values = moved_values(version, held)
     if not values:
         return (), ""
+    with _ONE:  # curves and table ask at the same time, and again with every cursor and zoom
+        return _moved_runs(version, tuple(values.items()), _Same(file))
+
+
+_ONE = Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class _Same:
+    """A recording that is only equal to itself: to compare its samples takes long."""
+
+    file: FileComparison
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.file is self.file
+
+    def __hash__(self) -> int:
+        return id(self.file)
+
+
+@lru_cache(maxsize=1)
+def _moved_runs(
+    version: Version, values: tuple[tuple[str, float], ...], same: _Same
+) -> tuple[tuple[Run, ...], str]:
     try:
-        model = version.loaded().with_values(values)
-        (beside,) = compare(model, file.measurement).files
+        model = version.loaded().with_values(dict(values))
+        (beside,) = compare(model, same.file.measurement).files
     except ElasticTendonError as fault:
         return (), f"{fault}."
-    return (Run(LABEL, at(model, beside, file.selection), COLOUR),), ""
+    return (Run(LABEL, at(model, beside, same.file.selection), COLOUR),), ""
 
 
 def moved_words(version: Version, runs: Sequence[Run], moved: Sequence[Run], signal: str) -> str:

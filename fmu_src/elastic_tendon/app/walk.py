@@ -1,6 +1,6 @@
 """The loop walked by hand: what the search says of a version, and the work that makes new ones."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal, cast, get_args
@@ -19,10 +19,11 @@ from elastic_tendon.diagnosis.data import Data, data_of
 from elastic_tendon.diagnosis.diagnose import for_search
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Round
+from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.add import named_after
 from elastic_tendon.estimation.ladder import REFIT, FittedStep, Step, climb
 from elastic_tendon.native.library import library_path
-from elastic_tendon.progress import Progress
+from elastic_tendon.progress import Progress, silent
 from elastic_tendon.simulation.signature import Signature, signature
 
 SEARCHING = "finding which effect is missing"
@@ -40,6 +41,19 @@ class Tried:
     compared: Compared
     before: Step
     after: Step
+
+
+@dataclass(frozen=True)
+class Interim:
+    """What is known of a search under way.
+
+    `version` : id of the one that it looks on from. `best` : the error with what it would take as
+    far as it knows, None where that is nothing.
+    """
+
+    version: str
+    round: Round
+    best: Step | None
 
 
 def is_fitted(document: Document, version: Version) -> bool:
@@ -112,24 +126,35 @@ def ranked(
 
 def tried(document: Document, version: Version, effect_id: str, files: Files) -> Result[Tried]:
     """A version with a candidate of its round, beside the data; nothing is added."""
-    title = effects.BY_ID[effect_id].title
 
     def compute(cache: Cache, progress: Progress) -> Tried:
-        shown = document.at(version.id)
-        before = cache.obtain(results.compared(shown, version, files), progress)
-        search = cache.obtain(ranked(document, version, files), progress)
-        model = by_hand.preview(version.loaded(), search, effect_id)
-        library_path(*model.structure, progress)
-        progress(f"trying {title}", 0.5)
-        data = cache.obtain(results.data(shown, files), progress)
-        heldout = et.compare(model, data.heldout) if data.heldout else None
-        after = Compared(et.compare(model, data.fitted), heldout)
-        names = (version.title, f"+ {title}")
-        steps = climb([_step(*pair) for pair in zip(names, (before, after), strict=True)])
-        return Tried(after, steps[0], steps[1])
+        found = cache.obtain(ranked(document, version, files), progress)
+        return _tried(document.at(version.id), found, effect_id, files, cache, progress)
 
     key = _key("tried", document, version, version.model, effect_id)
-    return Result(key, f"trying {title}", compute)
+    return Result(key, f"trying {effects.BY_ID[effect_id].title}", compute)
+
+
+def _tried(
+    document: Document,
+    found: Ranked,
+    effect_id: str,
+    files: Files,
+    cache: Cache,
+    progress: Progress,
+) -> Tried:
+    """The current version with a candidate of what was found from it."""
+    version, title = document.version, effects.BY_ID[effect_id].title
+    before = cache.obtain(results.compared(document, version, files), progress)
+    model = by_hand.preview(version.loaded(), found, effect_id)
+    library_path(*model.structure, progress)
+    progress(f"trying {title}", 0.5)
+    data = cache.obtain(results.data(document, files), progress)
+    heldout = et.compare(model, data.heldout) if data.heldout else None
+    after = Compared(et.compare(model, data.fitted), heldout)
+    names = (version.title, f"+ {title}")
+    steps = climb([_step(*pair) for pair in zip(names, (before, after), strict=True)])
+    return Tried(after, steps[0], steps[1])
 
 
 def suggested(document: Document, version: Version, files: Files) -> Result[Step]:
@@ -282,11 +307,13 @@ def before_the_choice(document: Document, left_open: LeftOpen) -> Document:
     return document.at(before[-1].id)
 
 
-def round_so_far(session: Session) -> Round | None:
-    """The round of the search that is under way, as far as it is known."""
+def interim(session: Session) -> Interim | None:
+    """What is known of the search that is under way from the current version."""
     job = session.job
     known = job.so_far if job is not None and job.state == "running" else None
-    return known if isinstance(known, Round) else None
+    if isinstance(known, Interim) and known.version == session.document.current:
+        return known
+    return None
 
 
 # ---- work that the user asks for -----------------------------------------------------------
@@ -324,38 +351,58 @@ def begin_again(session: Session) -> None:
 
 def refitting(session: Session) -> Work:
     """Refit the current version to the data; a version below it comes of that."""
-    document = session.document
+    asked = session.document
 
     def work(progress: Progress) -> Change:
-        return _growth(document.current, [_refitted(document, session, progress)])
+        document = _judged(asked, session, progress)
+        return _growth(document.current, _refitted(document, session, progress))
 
     return work
 
 
 def searching(session: Session) -> Work:
     """Find which effect the current version misses; refit it first where it is not."""
-    document, search_key = session.document, session.document.search_key()
+    asked, files, cache = session.document, session.files, session.cache
 
-    def work(progress: Progress) -> Change:
-        made = _fitted(document, session, progress)
-        grow = _growth(document.current, made)
-        grown = grow(document)
-        if ended_early(session):
+    def work(progress: Progress) -> Change | None:
+        document = _judged(asked, session, progress)
+        again = ended_early(session)
+        grown, place = _fitted(document, session, progress)
+        if grown is not document and _interrupted(grown, session, progress):
+            return None
+        cache.obtain(results.climbed(grown, files), progress)  # for the page, which waits
+        if again:
             for make in (ranked, outcome):
-                session.cache.forget(make(grown, grown.version, session.files))
+                cache.forget(make(grown, grown.version, files))
             for conclude in (left_open, proposed):
-                session.cache.forget(conclude(grown, session.files))
-        session.cache.obtain(ranked(grown, grown.version, session.files, session.tell), progress)
-        if made:
-            searched = made[-1].model_copy(update={"searched": search_key})
-            return _growth(document.current, [searched])
-        return lambda latest: (
-            latest.with_search(document.current, search_key)
-            if _has(latest, document.current)
-            else latest
-        )
+                cache.forget(conclude(grown, files))
+
+        def tell(found: Ranked) -> None:
+            session.tell(Interim(place, found.round, _best(grown, found, session)))
+
+        cache.obtain(ranked(grown, grown.version, files, tell), progress)
+        key = document.search_key()
+        return lambda latest: latest.with_search(place, key) if _has(latest, place) else latest
 
     return work
+
+
+def _interrupted(document: Document, session: Session, progress: Progress) -> bool:
+    """Whether somebody had enough of the current version's refit, which is the best so far."""
+    refit = answer(document, document.version, session.files)
+    return session.cache.obtain(refit, progress).result.interrupted
+
+
+def _best(document: Document, found: Ranked, session: Session) -> Step | None:
+    """The error with what a search from the current version would take, None where it is nothing
+    or cannot be simulated in all recordings."""
+    if not found.round.chosen:
+        return None
+    (chosen,) = found.round.chosen
+    try:
+        return _tried(document, found, chosen, session.files, session.cache, silent).after
+    except ElasticTendonError:
+        return None
 
 
 def trying(session: Session, effect_id: str) -> Work:
@@ -380,11 +427,11 @@ def proposing(session: Session) -> Work:
 
 def adding(session: Session, effect_id: str) -> Work:
     """Add an effect to the current version and refit both; refit it first where it is not."""
-    document, files, cache = session.document, session.files, session.cache
+    asked, files, cache = session.document, session.files, session.cache
 
     def work(progress: Progress) -> Change:
-        made = _fitted(document, session, progress)
-        grown = _growth(document.current, made)(document)
+        document = _judged(asked, session, progress)
+        grown, place = _fitted(document, session, progress)
         data = cache.obtain(given_data(grown, grown.version, files), progress)
         current = cache.obtain(answer(grown, grown.version, files), progress)
         addition = by_hand.with_effect(data, current, effect_id, progress)
@@ -392,16 +439,30 @@ def adding(session: Session, effect_id: str) -> Work:
         progress(title, 1.0)  # a fit that was stopped comes back with its best so far
         version = _version(grown, title, addition).model_copy(update={"change": effect_id})
         _keep(grown, version, addition, session)
-        return _growth(document.current, [*made, version])
+        return _growth(place, version)
 
     return work
 
 
-def _fitted(document: Document, session: Session, progress: Progress) -> list[Version]:
-    """What has to come below the current version for it to be fitted to the data."""
+def _judged(document: Document, session: Session, progress: Progress) -> Document:
+    """A document that says which files cannot be used; the session's says so, too."""
+    session.cache.obtain(results.data(document, session.files), progress)
+    results.judge_files(session)
+    return results.judged(document, session.files, session.cache)
+
+
+def _fitted(document: Document, session: Session, progress: Progress) -> tuple[Document, str]:
+    """A document whose current version is fitted to the data, and its id in the session, "" where
+    that has it no longer.
+
+    Where a refit had to come below it, the session has it at once and keeps it, whatever becomes
+    of the work that goes on from there.
+    """
     if is_fitted(document, document.version):
-        return []
-    return [_refitted(document, session, progress)]
+        return document, document.current
+    grow = _growth(document.current, _refitted(document, session, progress))
+    latest = session.change(grow)
+    return grow(document), latest.current if _has(latest, document.current) else ""
 
 
 def _refitted(document: Document, session: Session, progress: Progress) -> Version:
@@ -434,16 +495,13 @@ def _keep(document: Document, version: Version, kept: Answer, session: Session) 
     session.cache.put(answer(grown, grown.version, session.files), kept)
 
 
-def _growth(base: str, made: Sequence[Version]) -> Change:
-    """Add versions one below the other, unless what they come from was deleted meanwhile."""
+def _growth(base: str, version: Version) -> Change:
+    """Add a version below another, unless that was deleted meanwhile."""
 
     def change(latest: Document) -> Document:
         if not _has(latest, base):
             return latest
-        latest = latest.at(base)
-        for version in made:
-            latest = latest.adding(version.model_copy(update={"parent": latest.current}))
-        return latest
+        return latest.adding(version.model_copy(update={"parent": base}))
 
     return change
 

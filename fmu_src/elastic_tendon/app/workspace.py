@@ -13,9 +13,10 @@ from typing import Any, Generic, Literal, TypeVar
 
 from pydantic import ValidationError
 
+from elastic_tendon import effects
 from elastic_tendon.app.document import Document, from_browser
 from elastic_tendon.app.session_file import SessionFile
-from elastic_tendon.errors import ElasticTendonError
+from elastic_tendon.errors import EffectError, ElasticTendonError
 from elastic_tendon.output import OutputError
 from elastic_tendon.progress import Enough, Progress
 
@@ -146,6 +147,11 @@ class Cache:
             while len(self._held) > RESULTS:
                 self._held.popitem(last=False)
 
+    def clear(self) -> None:
+        """Let everything be computed anew but what the session's file has."""
+        with self._lock:
+            self._held.clear()
+
     def forget_failures(self) -> None:
         """Let what failed be tried again."""
         with self._lock:
@@ -236,12 +242,13 @@ class Session:
         """What the user has chosen and reached."""
         return self._document
 
-    def change(self, make: Change) -> None:
-        """Put another document in place; `make` is given the latest one."""
+    def change(self, make: Change) -> Document:
+        """Put another document in place, and return it; `make` is given the latest one."""
         with self._lock:
             self._document = make(self._document)
             self.revision += 1
             self._save("document", self._document.model_dump_json())
+            return self._document
 
     def look_at(self, step: str) -> None:
         """Note which step is open."""
@@ -418,6 +425,25 @@ class Workspace:
         with self._lock:
             self._files[path.name] = path
         return path.name
+
+    def forget_effect(self, session: Session, effect_id: str) -> None:
+        """Let a session know an effect of its user's no more; nobody else's, its id is free again.
+
+        Raises
+        ------
+        EffectError : a version has it, or work is under way, which may use it
+        """
+        with self._lock:
+            if session.job is not None and session.job.state == "running":
+                raise EffectError(
+                    "something is being computed; wait until it is done, or cancel it"
+                )
+            session.change(lambda document: document.without_own_effect(effect_id))
+            sessions = [self._only] if self._only else self._sessions.values()
+            kept = {own.id for one in sessions for own in one.document.own_effects}
+            if effect_id in effects.BY_ID.from_texts - kept:
+                effects.BY_ID.forget(effect_id)
+                session.cache.clear()
 
     def new_path(self, suffix: str = "") -> Path:
         """A path for a file of the server's own, which goes with the workspace at the latest."""

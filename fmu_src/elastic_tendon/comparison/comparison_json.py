@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
+from elastic_tendon.comparison.correlations import Correlation
 from elastic_tendon.comparison.locate import FileLocation, Location
 from elastic_tendon.comparison.missing_torque import MissingTorque
 from elastic_tendon.comparison.tolerance import ToleranceCheck
@@ -63,6 +64,7 @@ def _file(
                 **asdict(error),
                 "where": [asdict(bin_) for bin_ in located.bins[name]],
                 "in_words": located.in_words[name],
+                "residual_tests": list(map(_residual_test, located.correlations.get(name, ()))),
                 **tolerances.get(name, {}),
             }
             for name, error in compared.signals.items()
@@ -84,6 +86,24 @@ def _tolerance(check: ToleranceCheck) -> dict[str, Any]:
         "met": check.met,
         "time_of_largest": check.time,
         "share_beyond": check.share_beyond,
+    }
+
+
+def _residual_test(correlation: Correlation) -> dict[str, Any]:
+    """Whether a residual follows its own past, or an input, by more than chance."""
+    at = correlation.strongest
+    return {
+        "with": correlation.signal or "itself",
+        "more_than_chance": bool(correlation.surely_beyond.any()),
+        "lags": len(correlation.lag),
+        "beyond": int(correlation.beyond.sum()),
+        "beyond_by_chance": correlation.beyond_by_chance,
+        "strongest": {
+            "lag": correlation.lag[at],
+            "correlation": correlation.values[at],
+            "expected": correlation.expected[at],
+            "bound": correlation.bound[at],
+        },
     }
 
 

@@ -29,7 +29,6 @@ from elastic_tendon.estimation.fit import THOROUGH
 from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Enough, Progress
 
-SoFar = Callable[[Round], object]  # is given a round as far as it is known
 REFITTING = "refitting the parameters"
 SUGGESTED = "the search would take it"
 LESS_THAN_SUGGESTED = "explains less, or is less simple, than what the search would take"
@@ -56,6 +55,9 @@ class Ranked:
     round: Round
     models: Mapping[str, str]
     complete: bool = True
+
+
+SoFar = Callable[[Ranked], object]  # is given what a search has found by now
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ def next_round(
     current : the model so far
     progress : called with words and the share of the work at hand that is done; where it raises
         `Enough`, the round is made of what was refitted by then
-    so_far : called with the round as far as it is known, whenever more of it is
+    so_far : called with what is known, whenever more is
 
     Raises
     ------
@@ -150,7 +152,7 @@ def _round(search: Search, current: Answer) -> Round:
 
 
 def _telling(search: Search, current: Answer, progress: Progress, so_far: SoFar) -> Progress:
-    """Progress that tells the round so far too, whenever sets were refitted."""
+    """Progress that tells what was found so far too, whenever sets were refitted."""
     told = 1  # the current model, which is an answer from the beginning
 
     def telling(words: str, share: float) -> None:
@@ -158,7 +160,7 @@ def _telling(search: Search, current: Answer, progress: Progress, so_far: SoFar)
         progress(words, share)
         if len(search.answers) > told:
             told = len(search.answers)
-            so_far(_round(search, current))
+            so_far(ranked(current.result.model, Outcome(_round(search, current), search, False)))
 
     return telling
 

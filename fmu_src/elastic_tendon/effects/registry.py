@@ -6,18 +6,30 @@ the effect's id and refers to the module that defines ``EFFECT`` or to the `Effe
 is run before a command, a call or a model.toml names it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import _lru_cache_wrapper, lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from inspect import getfile
 from pathlib import Path
 from types import ModuleType
+from typing import Any, TypeVar
 
 from elastic_tendon.effects.base import Alias, Effect
 from elastic_tendon.effects.source import Source, read_source, reason
 from elastic_tendon.errors import EffectError
 
+T = TypeVar("T")
+
 GROUP = "elastic_tendon.effects"
+_KEPT: "list[_lru_cache_wrapper[Any]]" = []
+
+
+def kept_by_ids(function: Callable[..., T]) -> "_lru_cache_wrapper[T]":
+    """`lru_cache` of what follows from ids of effects, of which one may come to mean another."""
+    kept = lru_cache(function)
+    _KEPT.append(kept)
+    return kept
 
 
 class Registry(dict[str, Effect]):
@@ -84,6 +96,8 @@ class Registry(dict[str, Effect]):
         self._own.remove(effect_id)
         self._texts.discard(effect_id)
         del self._sources[effect_id], self[effect_id]
+        for kept in _KEPT:
+            kept.cache_clear()
 
     def loaded_from(self, content: bytes) -> Effect | None:
         """The effect that a user's file or text of this content brought, None where none did."""

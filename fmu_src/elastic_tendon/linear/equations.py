@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -14,6 +13,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.system import derivative_of_unknowns, newton_step, total_jacobian
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.actuator.variables import JOINT_MOTION, SPRINGS, interface
+from elastic_tendon.effects.registry import kept_by_ids
 from elastic_tendon.effects.symbolic import one_at_a_time
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.plant import Jacobians, Regime
@@ -180,7 +180,7 @@ class _Evaluated:
         return result
 
 
-@lru_cache
+@kept_by_ids
 @one_at_a_time
 def _functions(effect_ids: tuple[str, ...], kind: InterfaceKind) -> dict[str, _Evaluated]:
     system = build(effect_ids, kind)

@@ -1,10 +1,9 @@
 """What users call slack states, and units of the signals of a linear model."""
 
-from functools import cache
-
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.actuator.variables import SIGNALS, Interface, interface
 from elastic_tendon.effects import BY_ID
+from elastic_tendon.effects.registry import kept_by_ids
 from elastic_tendon.errors import LinearisationError
 from elastic_tendon.linear.drive import DRIVE_TORQUE, MOTOR_TORQUE, SHIFTED
 
@@ -41,7 +40,7 @@ def all_effects() -> Interface:
     return interface(tuple(BY_ID))
 
 
-@cache
+@kept_by_ids
 def _units(effect_ids: tuple[str, ...]) -> dict[str, str]:
     signals = (*interface(effect_ids).states, *SIGNALS.values())
     units = {signal.name: signal.unit for signal in signals}

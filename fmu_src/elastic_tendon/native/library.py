@@ -10,7 +10,7 @@ import hashlib
 import os
 import shutil
 import tempfile
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from threading import Lock
 
@@ -19,6 +19,7 @@ import platformdirs
 from elastic_tendon import effects as catalogue
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.variables import interface
+from elastic_tendon.effects.registry import kept_by_ids
 from elastic_tendon.errors import BuildError
 from elastic_tendon.native import compiler
 from elastic_tendon.native.shared import STRUCTURES, classes
@@ -171,7 +172,7 @@ def _lock(_key: str) -> Lock:
     return Lock()
 
 
-@lru_cache
+@kept_by_ids
 def load(effect_ids: tuple[str, ...], kind: InterfaceKind = InterfaceKind.POSITION) -> ctypes.CDLL:
     """The library of a structure, ready to be called."""
     library = ctypes.CDLL(str(library_path(effect_ids, kind)))

@@ -12,11 +12,19 @@
   }
 
   // A figure that was drawn while it was hidden has plotly's own width; not all others are redrawn.
+  // One whose width has changed is drawn once more: plotly places legends by the width before.
   function fit() {
     document.querySelectorAll("section:not([hidden]) .js-plotly-plot").forEach(function (plot) {
       const drawn = plot.querySelector(".main-svg");
       const room = plot.parentElement.clientWidth;
-      if (drawn && room && Math.abs(drawn.clientWidth - room) > 2) window.Plotly.Plots.resize(plot);
+      if (!drawn || !room) return;
+      if (Math.abs(drawn.clientWidth - room) > 2) {
+        window.Plotly.Plots.resize(plot);
+        plot.placedFor = 0;
+      } else if (plot.placedFor !== room) {
+        if (plot.placedFor !== undefined) window.Plotly.redraw(plot);
+        plot.placedFor = room;
+      }
     });
   }
   window.setInterval(fit, 400);

@@ -79,7 +79,7 @@ HEIGHT = 430  # of the curves and of the loop, pixels
 HEAD = 56  # of the curves, whose recording is named above, pixels
 MODE_BAR = 32  # plotly's own buttons above the loop, pixels
 # a legend above would lie below plotly's own buttons where the figure is narrow
-BELOW = {"font": {"size": 11}, "y": -0.2, "yanchor": "top"}
+BELOW = {"font": {"size": 11}, "y": -0.28, "yanchor": "top"}
 BUCKETS, DOTS = 800, 1500  # of curves and loop; more than these panels can distinguish
 EMPTY = (None, "")  # fields of numbers
 FILTERS = [Input(f"compare-{field}", "value") for field in FIELDS]

@@ -325,7 +325,7 @@ def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
         *(results.contents(source, files) for source in document.sources),
         *(results.reading(source, files) for source in document.sources),
         *(beginnings(source, files) for source in document.sources),
-        *(results.checked(document, source, files) for source in used),
+        *(results.parts(document, source, files) for source in used),
         *([results.data(document, files)] if used else []),
     ]
 

@@ -187,12 +187,12 @@ def _screen(session: Session) -> FirstScreen | None:
     steps, now = cache.find(results.climbed(document, files)), compared_now(session)
     if not isinstance(steps, tuple) or now is None:
         return None
-    so_far, ended_early = walk.round_so_far(session), walk.ended_early(session)
+    so_far, ended_early = walk.interim(session), walk.ended_early(session)
     tried = cache.find(walk.suggested(document, document.version, files))
-    with_it = tried if isinstance(tried, Step) and not so_far else None
+    with_it = so_far.best if so_far else tried if isinstance(tried, Step) else None
     button, _ = ranking.search_words(document, ended_early=ended_early)
     return ranking.screen(
-        so_far or walk.round_of(session),
+        so_far.round if so_far else walk.round_of(session),
         steps,
         with_it,
         button=button,
@@ -235,8 +235,8 @@ def _register_list(app: Dash, workspace: Workspace) -> None:
         if not stored or opened != "effect":
             return no_update, no_update
         session = workspace.open(stored)
-        first, so_far = _screen(session), walk.round_so_far(session)
-        round_shown = so_far or walk.round_of(session)
+        first, so_far = _screen(session), walk.interim(session)
+        round_shown = so_far.round if so_far else walk.round_of(session)
         going_on = [html.P(SO_FAR, className="quiet")] if so_far else []
         return (
             [html.P(sentence) for sentence in first.sentences] if first else [],

@@ -75,7 +75,7 @@ def candidates(candidate_round: Round, *, theme: Theme = LIGHT) -> go.Figure:
             col=2,
         )
     figure.update_xaxes(
-        title="probability (%)", range=[0, 112], tickvals=[0, 25, 50, 75, 100], row=1, col=1
+        title="probability (%)", range=[0, 125], tickvals=[0, 25, 50, 75, 100], row=1, col=1
     )
     if gaining:
         figure.update_xaxes(title="squared error explained (%)", range=_span(drawn), row=1, col=2)

@@ -14,7 +14,7 @@ from elastic_tendon.reports.units import number, shown
 _ABOVE, _BELOW = "top right", "bottom left"
 FEW_DECADES = 2.5
 # letters in a line of a step's name: of more than so many steps, and of fewer
-CROWD, FEW, MANY = 4, 12, 20
+CROWD, FEW, MANY = 2, 12, 20
 MOST_LABELS = 8
 _ROOM = 0.35  # beside the first and the last step, in steps
 

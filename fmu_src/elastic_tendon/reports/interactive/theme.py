@@ -180,7 +180,7 @@ def panels(theme: Theme, count: int, **layout: Any) -> go.Figure:
     columns = min(COLUMNS, count)
     rows = -(-count // columns)
     height = ROW * rows + HEAD
-    space = {"vertical_spacing": GAP / (ROW * rows), "horizontal_spacing": 0.1}
+    space = {"vertical_spacing": GAP / (ROW * rows), "horizontal_spacing": 0.12}
     figure = make_subplots(rows, columns, **space)
     for index in range(count, rows * columns):
         figure.update_xaxes(visible=False, **place_of(index, count))
