@@ -30,8 +30,8 @@ _WITH_UNIT = re.compile(r"\s*[-+.0-9eE]+ ?[A-Za-z]+\s*|\s*[0-9]+:[0-9:.]+\s*")
 
 Label = int | str | None  # of a run; None: the file has no runs
 
-# samples kept of a file: hours at 100 Hz, and a few hundred megabytes with all that is made of them
-MAXIMUM_SAMPLES = 2_000_000
+# samples kept of a file: hours at 1 kHz, and some two gigabytes with all that is made of them
+MAXIMUM_SAMPLES = 12_000_000
 
 
 @dataclass(frozen=True)
