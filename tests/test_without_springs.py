@@ -115,7 +115,6 @@ def test_what_does_not_fit_is_refused_in_a_sentence(content, sentence):
         et.characteristic_curves,
         lambda model: et.linearise(model, "III"),
         lambda model: et.describing_function(model, [0.1]),
-        lambda model: et.gather_evidence(model, []),
     ],
 )
 def test_what_is_about_springs_says_that_it_needs_them(use):

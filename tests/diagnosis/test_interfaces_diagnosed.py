@@ -293,8 +293,6 @@ def test_what_an_interface_needs_and_lacks_is_told(plain):
     curve = replace(without, static=True)
     with pytest.raises(et.MeasurementError, match="a static curve is compared at interface posit"):
         et.compare(GIVEN.at("torque"), curve)
-    with pytest.raises(et.ModelError, match="evidence in an FMU works at interface position"):
-        et.gather_evidence(GIVEN.at("torque"), plain)
 
 
 def lacking(plain, position, *signals):

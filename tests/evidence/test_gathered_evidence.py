@@ -215,3 +215,8 @@ def test_evidence_and_key_have_to_fit(evidence, keys, tmp_path) -> None:
         with pytest.raises(et.EvidenceError, match=told):
             et.export_fmu(friction_model(), path, evidence=evidence, sign=key)
     assert not path.exists()
+
+
+def test_evidence_needs_a_recording():
+    with pytest.raises(et.EvidenceError, match="beside recordings; name at least one"):
+        et.gather_evidence(et.load_model("biorob_x4_joint_3"), [])

@@ -148,7 +148,7 @@ def gather_evidence(
 
     Raises
     ------
-    EvidenceError : the diagnosis cannot be read or is of another model
+    EvidenceError : there is no recording, or the diagnosis cannot be read or is of another model
     MeasurementError : a recording does not hold what the model's interface needs
     SimulationError : the solver could not go on
     """
@@ -157,6 +157,8 @@ def gather_evidence(
     found = None if diagnosis is None else _diagnosis(diagnosis, model)
     # as importers do, who know no curves
     recordings = [recording.with_straight_inputs() for recording in listed(recordings)]
+    if not recordings:
+        raise EvidenceError("evidence is what a model errs beside recordings; name at least one")
     compared = compare(model, recordings)
     parts = [_experiment(smoke_test(model), model)]
     described = []
