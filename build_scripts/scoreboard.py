@@ -33,6 +33,7 @@ import pandas as pd
 
 import elastic_tendon as et
 from benchmarking import Row, at_most, print_rows
+from elastic_tendon.effects import BY_ID
 from site_pages.known_machines import KEPT, summary_figure
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -272,6 +273,7 @@ def diagnosed(machine: Machine, folder: Path) -> Outcome:
         last, beside = addition.ladder[-1], et.compare(addition.model, test)
         own = shown(last.rmse[machine.signal]), shown(beside.rmse()[machine.signal])
         learned = Learned(last.title.removeprefix("+ "), own)
+        BY_ID.forget(addition.effect_ids[-1])  # no candidate of the next machine
     return Outcome(machine, found, before, after, unseen, seconds, learned)
 
 
