@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 import elastic_tendon as et
 from benchmarking import Row, at_most, print_rows
@@ -38,12 +39,15 @@ from site_pages.known_machines import KEPT, summary_figure
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 PICTURE = Path(__file__).resolve().parents[1] / "examples" / "known_machines" / "errors.png"
+Array = NDArray[np.float64]
 Content = dict[str, Any]  # of one machine in scoreboard.json
 BINS = 300  # of time, of which each shows its largest error
 ARROW = 40_700  # samples of Silverbox, before its multisines
 AFTER_THE_HAND = 3.3  # s, when nobody touches the muir bench any more
 LEARNED_SAMPLES = 25_000  # from the beginning, to which a learned curve is fitted once more
 CLOSE = 5.0  # %, by which numbers may differ from the literature's
+LOOP_CLOSE = 10.0  # %, by which the width of a hysteresis may
+PLACES, PLACES_APART = 20, 400  # at which that is measured; shares of a recording that tell a way
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,8 @@ class Machine:
     errors of `signal`. `named` : sets of effects each of which is right. `targets` : the most that
     the error of fit and test may be, in `unit`, None where none is set; `learned_target` : that of
     the test part with what remains learned. `bundled` : as which model, or why as none.
-    `literature` : numbers as known, by dotted path.
+    `literature` : numbers as known, by dotted path. `loop` : whether it is driven slowly to and
+    fro, so that its hysteresis has a width.
     """
 
     name: str
@@ -75,6 +80,7 @@ class Machine:
     signal: str = "joint_position"
     literature: Mapping[str, float] = field(default_factory=dict)
     learned_target: float | None = None
+    loop: bool = False
 
 
 @dataclass(frozen=True)
@@ -233,6 +239,7 @@ MACHINES = (
         (None, None),
         60.0,
         "as et.models.mrd_tool_4",
+        loop=True,
     ),
     Machine(
         "mrd, fast",
@@ -247,6 +254,7 @@ MACHINES = (
         (None, None),
         60.0,
         "as the slow run, of the same jaw",
+        loop=True,
     ),
 )
 
@@ -315,6 +323,12 @@ def rows_of(machine: Machine, found: Content) -> list[Row]:
         off = 100.0 * abs(value / known - 1.0)
         what = f"{machine.name}: {path} off the literature"
         rows.append(at_most(what, off, CLOSE, "%", f"{value:.3g} beside {known:g}"))
+    if widths := found.get("widths"):
+        measured, simulated = widths
+        beside = f"{simulated:.3g} beside {measured:.3g} {machine.unit}"
+        off = 100.0 * abs(simulated / measured - 1.0)
+        what = f"{machine.name}: width of the hysteresis, test, off"
+        rows.append(at_most(what, off, LOOP_CLOSE, "%", beside))
     rows.append(at_most(f"{machine.name}: time", found["seconds"], machine.most_seconds, "s"))
     return rows
 
@@ -351,8 +365,40 @@ def as_json(outcome: Outcome) -> Content:
         "learned": learned and {"title": learned.title, "after": rounded(learned.after)},
         "largest": largest_errors(outcome),
     }
+    if machine.loop:
+        content["widths"] = rounded(loop_widths(outcome))
     missed = [row.what for row in rows_of(machine, content) if row.met is False]
     return content | {"missed": missed}
+
+
+def loop_widths(outcome: Outcome) -> tuple[float, float]:
+    """Width of the hysteresis on the test part, measured and simulated with the improved model."""
+    machine, (file,) = outcome.machine, outcome.unseen[1].files
+    motor, moved = file.measurement.motor_position, file.trajectory
+    shown = file.measurement.signals[machine.signal], moved[moved.measured(machine.signal)]
+    measured, simulated = (machine.scale * loop_width(motor, joint) for joint in shown)
+    return measured, simulated
+
+
+def loop_width(motor: Array, joint: Array) -> float:
+    """By how much the joint's position differs between the directions of the motor where that
+    stands alike: the median over places in the middle half of its way.
+
+    Parameters
+    ----------
+    motor, joint : (n,) positions
+    """
+    way = len(motor) // PLACES_APART  # longer than a step of the encoder takes
+    direction = np.sign(motor[2 * way :] - motor[: -2 * way])
+    motor, joint = motor[way:-way], joint[way:-way]
+    low, high = motor.min(), motor.max()
+    edges = np.linspace(low + 0.25 * (high - low), high - 0.25 * (high - low), PLACES + 1)
+    place = np.digitize(motor, edges)
+    means = [
+        [float(np.mean(joint[(place == number) & (direction == sign)])) for sign in (1.0, -1.0)]
+        for number in range(1, PLACES + 1)
+    ]
+    return float(np.median(np.abs(np.diff(means))))
 
 
 def rounded(values: Iterable[float]) -> list[float]:

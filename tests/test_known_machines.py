@@ -218,3 +218,11 @@ def test_answers_that_are_done_are_kept_for_the_page(tmp_path, monkeypatch) -> N
     assert study_other_machines.keep(tmp_path) == 0
     (kept,) = json.loads((tmp_path / "kept.json").read_text())
     assert (kept["name"], kept["ratio"]) == (second.name, 1.235)
+
+
+def test_the_width_of_a_hysteresis_is_that_between_the_two_directions():
+    time = np.linspace(0.0, 20.0, 4000)
+    motor = np.sin(time)
+    joint = 0.5 * motor - 0.02 * np.sign(np.cos(time))
+    assert scoreboard.loop_width(motor, joint) == pytest.approx(0.04, rel=0.05)
+    assert scoreboard.loop_width(motor, 0.5 * motor) < 2e-3
