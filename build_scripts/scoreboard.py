@@ -394,11 +394,12 @@ def loop_width(motor: Array, joint: Array) -> float:
     low, high = motor.min(), motor.max()
     edges = np.linspace(low + 0.25 * (high - low), high - 0.25 * (high - low), PLACES + 1)
     place = np.digitize(motor, edges)
-    means = [
-        [float(np.mean(joint[(place == number) & (direction == sign)])) for sign in (1.0, -1.0)]
-        for number in range(1, PLACES + 1)
-    ]
-    return float(np.median(np.abs(np.diff(means))))
+    widths = []
+    for number in range(1, PLACES + 1):
+        there, back = (joint[(place == number) & (direction == sign)] for sign in (1.0, -1.0))
+        if there.size and back.size:
+            widths.append(abs(float(there.mean() - back.mean())))
+    return float(np.median(widths))
 
 
 def rounded(values: Iterable[float]) -> list[float]:

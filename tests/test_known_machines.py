@@ -151,7 +151,7 @@ def test_a_machine_is_kept_with_its_largest_errors() -> None:
         motor_position=0.0 * time,
         signals={"joint_position": np.where(time == 7, 0.2, 0)},
     )
-    machine = scoreboard.MACHINES[-1]
+    machine = MACHINES["muir"]
     compared = et.compare(model, still)
     steps = [SimpleNamespace(title="as given", rmse={"joint_position": 0.0123456})]
     found = SimpleNamespace(sentence="It is adequate.", added=(), ladder=steps, model=model)
