@@ -147,7 +147,7 @@ def parts(document: Document, source: Source, files: Files) -> Result[Data]:
     recordings = checked(document, source, files)
 
     def compute(cache: Cache, progress: Progress) -> Data:
-        pairs = [split_up(source, one) for one in cache.obtain(recordings, progress)]
+        pairs = [split_up(source, part) for part in cache.obtain(recordings, progress)]
         fitted, heldout = (tuple(chain.from_iterable(side)) for side in zip(*pairs, strict=True))
         return Data(fitted, heldout)
 

@@ -440,7 +440,7 @@ class Workspace:
                 )
             session.change(lambda document: document.without_own_effect(effect_id))
             sessions = [self._only] if self._only else self._sessions.values()
-            kept = {own.id for one in sessions for own in one.document.own_effects}
+            kept = {own.id for known in sessions for own in known.document.own_effects}
             if effect_id in effects.BY_ID.from_texts - kept:
                 effects.BY_ID.forget(effect_id)
                 session.cache.clear()

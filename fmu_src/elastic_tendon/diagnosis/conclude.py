@@ -142,7 +142,20 @@ def _compared(answer: Answer, recordings: Sequence[Measurement]) -> Comparison:
     if not result.problem.coordinates.of_recording:
         return compare(result.model, recordings)
     recordings = [part.to_compare(result.model) for part in recordings]
-    return compare(result.model, recordings, list(map(result.initial_state, recordings)))
+    states = [result.problem.begun(result.model, part) for part in recordings]
+    return compare(result.model, recordings, states)
+
+
+def _improved(answer: Answer, heldout: Comparison | None) -> Model:
+    """The model of an answer, with how uncertain it is and what held-out recordings have of their
+    own."""
+    result = answer.result
+    improved = with_estimates(result.model, result.findings.estimates)
+    if not result.problem.coordinates.of_recording or heldout is None:
+        return improved
+    return improved.with_recordings(
+        {file.measurement.name: file.initial_state.own for file in heldout.files}
+    )
 
 
 def _would_show(search: Search, answer: Answer) -> tuple[WouldShow, ...]:
@@ -255,11 +268,7 @@ def conclude(
     shaped = no_chance(remaining)
     matter = () if verdict == "adequate" else changed
     names = different([part.added for part in found.alike])
-    improved = with_estimates(answer.result.model, answer.result.findings.estimates)
-    if answer.result.problem.coordinates.of_recording:
-        unseen = steps[-1].heldout.files if steps[-1].heldout is not None else ()
-        own = {file.measurement.name: file.initial_state.own for file in unseen}
-        improved = improved.with_recordings(own)
+    improved = _improved(answer, steps[-1].heldout)
     structured = any(part.significant for part in remaining.values())
     explained = (
         verdict != "unexplained" and only_chance(found.lack) and not (structured or elsewhere)

@@ -85,7 +85,8 @@ def _square(
     """Mean square error on a stretch, predicted from the others."""
     start = answer.result.model
     fitted = refit(given, answer.added, others, [start], ENOUGH, check).result
-    motion = simulate_measurement(fitted.model, left_out, fitted.initial_state(left_out))
+    initial = fitted.problem.begun(fitted.model, left_out)
+    motion = simulate_measurement(fitted.model, left_out, initial)
     residuals = beyond_rounding(residuals_of(motion, left_out), left_out)
     return float(np.mean(stack([residuals], [noise_floors(left_out)]) ** 2))
 

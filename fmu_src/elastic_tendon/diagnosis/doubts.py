@@ -207,11 +207,6 @@ class Doubts(LikeliestSets):
                 return f"{title} {WORSE_ELSEWHERE}", chance
         if gain > sure:
             return None  # however the errors hang together
-        if chance > (COMMON if _is_common(effect_id) else CHANCE):
+        if chance > (COMMON if effects.BY_ID[effect_id].of_recording else CHANCE):
             return f"{title} may be chance, p = {chance:.2g}", chance
         return None
-
-
-def _is_common(effect_id: str) -> bool:
-    """Whether an effect is a zero or a load that hardly any recording is without."""
-    return any(parameter.of_recording for parameter in effects.BY_ID[effect_id].parameters)

@@ -28,7 +28,6 @@ from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.coordinates import (
     Coordinates,
     free_parameters,
-    own_of,
     parameter_of,
 )
 from elastic_tendon.measurement import Measurement
@@ -259,7 +258,7 @@ class Screen:
         values, coordinates = structure.parameters(x), structure.coordinates
         residuals, derivatives, along = [], [], []
         for part, whiten, recording in self._parts:
-            own = {**values, **coordinates.given.own(recording), **own_of(values, recording)}
+            own = {**values, **coordinates.own_among(values, recording)}
             torques = structure.balance.torques(own, part.motion)
             along.append(torques)
             residuals.append(whiten(part.residuals(own, torques)))
@@ -539,8 +538,7 @@ class Screen:
             [
                 whiten(part.residuals(own, structure.plain.torques(own, part.motion)))
                 for part, whiten, recording in self._parts
-                for known in [structure.coordinates.given.own(recording)]
-                for own in [{**values, **known, **own_of(values, recording)}]
+                for own in [{**values, **structure.coordinates.own_among(values, recording)}]
             ]
         )
         weights = _weights(self._given)

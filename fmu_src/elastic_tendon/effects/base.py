@@ -333,6 +333,11 @@ class Effect:
         return not self.singular_null and all(part.lower < part.null for part in strengths)
 
     @property
+    def of_recording(self) -> bool:
+        """Whether it is a zero or a load that may change from one recording to the next."""
+        return any(parameter.of_recording for parameter in self.parameters)
+
+    @property
     def strength(self) -> Parameter:
         """The parameter that tells how much of the effect there is: the first that is no shape."""
         return next(parameter for parameter in self.parameters if not parameter.shape)

@@ -31,15 +31,16 @@ def own_path(path: str, recording: str) -> str:
     return f"{path}@{recording}"
 
 
+def owner_of(path: str) -> tuple[str, str]:
+    """Dotted path of the parameter for which a path stands, and the recording whose it is; "" where
+    it is the model's."""
+    parameter, _, recording = path.partition("@")
+    return parameter, recording
+
+
 def parameter_of(path: str) -> str:
     """Dotted path of the parameter for which a path stands."""
-    return path.partition("@")[0]
-
-
-def own_of(values: Mapping[str, float], recording: str) -> dict[str, float]:
-    """By dotted path, what a recording has of its own among these values."""
-    parts = {path.partition("@")[::2]: value for path, value in values.items() if "@" in path}
-    return {path: value for (path, name), value in parts.items() if name == recording}
+    return owner_of(path)[0]
 
 
 def free_parameters(model: Model) -> tuple[str, ...]:
@@ -153,11 +154,14 @@ class Coordinates:
 
     def own(self, x: Array, recording: str) -> dict[str, float]:
         """What a recording has of its own at x (m,), by dotted path."""
-        known = dict(self.given.own(recording))
-        if self.of_recording:
-            values = dict(zip(self.paths, self.values(x).tolist(), strict=True))
-            known |= own_of(values, recording)
-        return known
+        values = dict(zip(self.paths, self.values(x).tolist(), strict=True))
+        return self.own_among(values, recording)
+
+    def own_among(self, values: Mapping[str, float], recording: str) -> dict[str, float]:
+        """What a recording has of its own, known or among these values of `paths`."""
+        found = {owner_of(path): value for path, value in values.items()}
+        free = {path: value for (path, owner), value in found.items() if owner == recording}
+        return {**self.given.own(recording), **free}
 
     def columns(self, derivatives: Array, recording: str) -> Array:
         """Derivatives by `paths`, (N, m), of what a recording shows; from those by `of_model`."""

@@ -18,7 +18,7 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time, stack
 from elastic_tendon.effects.units import quotient
-from elastic_tendon.estimation.coordinates import SPRINGS, declared_quantities
+from elastic_tendon.estimation.coordinates import SPRINGS, declared_quantities, owner_of
 from elastic_tendon.estimation.problem import Problem, Sigmas
 from elastic_tendon.estimation.stretches import (
     FEWEST_STRETCHES,
@@ -308,7 +308,7 @@ def _estimates(
     open_paths = open_directions.all()
     estimates = []
     for index, path in enumerate(coordinates.paths):
-        parameter, _, name = path.partition("@")
+        parameter, name = owner_of(path)
         first = coordinates.recordings[0] if parameter in coordinates.of_recording else None
         quantity = declared[parameter]
         allowed = (quantity.upper - quantity.lower) / np.sqrt(12.0)

@@ -25,7 +25,7 @@ from elastic_tendon.estimation.coordinates import Limits, free_parameters
 from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import Findings, findings
 from elastic_tendon.estimation.problem import FINER, Problem, Sigmas, problem_of
-from elastic_tendon.measurement import CLEARLY_LESS, Measurement, Recordings, listed
+from elastic_tendon.measurement import CLEARLY_LESS, Recordings, listed
 from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.work import worked
 
@@ -147,16 +147,6 @@ class FitResult(Result):
     def initial_states(self) -> list[InitialState]:
         """Fitted state at the first sample of each recording, rad and rad/s."""
         return self.problem.initial_states(self.vector)
-
-    def initial_state(self, measurement: Measurement) -> InitialState:
-        """State at the first sample of any recording or part of one, estimated on its beginning;
-        with what it has of its own, as fitted, or estimated where it was not fitted.
-
-        Raises
-        ------
-        SimulationError : the solver could not go on
-        """
-        return self.problem.begun(self.model, measurement)
 
 
 @dataclass(frozen=True)
@@ -367,7 +357,7 @@ def _fitted(
     vector = search.settle(search.best)
     return FitResult(
         given=given,
-        model=problem.model_of_all(vector),
+        model=problem.model_with_recordings(vector),
         problem=problem,
         vector=vector,
         sigmas=search.sigmas,

@@ -2,8 +2,8 @@
 
 The vector holds the fit's variables of the free parameters (see `coordinates`), of which a zero or
 a load may be each recording's own, then the state at the first sample of each recording: position
-and velocity of what the interface moves. The residual
-vector holds every recording and signal divided by its sigma, then the prior of each free parameter.
+and velocity of what the interface moves. The residual vector holds every recording and signal
+divided by its sigma, then the prior of each free parameter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -130,7 +130,7 @@ class Problem:
         """
         return self.coordinates.model(self.numbers(vector))
 
-    def model_of_all(self, vector: Array) -> Model:
+    def model_with_recordings(self, vector: Array) -> Model:
         """The model at a vector, with what recordings have of their own.
 
         Raises

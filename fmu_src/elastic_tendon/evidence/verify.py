@@ -325,7 +325,7 @@ class _Check:
 
     def _experiment(self, name: str, start: Mapping[str, float]) -> Experiment:
         given = [variable.name for variable in interface((), self.kind).inputs]
-        needed = [one for one in given if one not in (*POSITION_OF, LOAD_TORQUE.name)]
+        needed = [name for name in given if name not in (*POSITION_OF, LOAD_TORQUE.name)]
         columns = self._table(f"{name}_inputs", ("time", *needed))
         return Experiment(name, columns.pop("time"), columns, start)
 
