@@ -4,7 +4,7 @@ Python arrays, the compiled library and the FMU's description take order and nam
 Nothing here needs CasADi, so a cached library is used without importing it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
@@ -405,3 +405,10 @@ def interface(
         parameters=parameters,
         modes=_modes(kind, effects),
     )
+
+
+def reading_of(signal: str, output_names: Container[str]) -> str:
+    """Name of the output that shows what the sensor of a signal reads, among those there are: its
+    own, where an effect makes that other than the true value."""
+    reading = f"measured_{signal}"
+    return reading if reading in output_names else signal

@@ -29,6 +29,7 @@ from elastic_tendon.actuator.variables import (
     Body,
     catalogue_order,
     moved_states,
+    reading_of,
 )
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.instants import AtInstants
@@ -462,8 +463,7 @@ class _Seen:
     def shown(self, name: str, weights: ca.SX) -> ca.SX:
         """A torque, or the force of a tendon, as it is measured."""
         names = self.system.interface.output_names
-        reading = f"measured_{name}" if f"measured_{name}" in names else name
-        output = self.system.outputs[names.index(reading)]
+        output = self.system.outputs[names.index(reading_of(name, names))]
         up, down = self._moving(LINK, output)
         if up is down:
             return up

@@ -17,6 +17,7 @@ from elastic_tendon.actuator.variables import (
     POSITION_OF,
     SIGNALS,
     interface,
+    reading_of,
 )
 from elastic_tendon.errors import SimulationError
 from elastic_tendon.native import interrupt
@@ -61,8 +62,7 @@ class Trajectory(Result):
 
     def measured(self, signal: str) -> str:
         """Name of the output that shows what the sensor of a signal reads."""
-        reading = f"measured_{signal}"
-        return reading if reading in self.output_names else signal
+        return reading_of(signal, self.output_names)
 
     def __getitem__(self, name: str) -> Array:
         """Column (n,) of an output or state by name."""
