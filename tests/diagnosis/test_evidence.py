@@ -225,6 +225,17 @@ def test_beside_slow_noise_that_was_given_more_has_to_be_heard() -> None:
     assert audible(far, [clean, far])
 
 
+def test_an_effect_may_stand_for_the_little_of_the_noise_whose_shape_is_unknown() -> None:
+    clean, faint, loud = Made((), 1.1), Made(("gravity_load",), 1.06), Made(("gravity_load",), 1.0)
+    floor = NoiseFloor(1.04e-3, "white", "what was given", spectrum=1e-3)  # 7.5 % of it
+    for answer in (clean, faint, loud):
+        answer.result.problem.measurements = (
+            SimpleNamespace(static=False, noise={"joint_position": floor}),
+        )
+    assert not audible(faint, [clean, faint])
+    assert audible(loud, [clean, loud])
+
+
 def test_against_a_large_error_only_a_share_of_it_is_heard() -> None:
     rough, better = Made((), 100.0), Made(("gravity_load",), 99.0)
     assert not audible(better, [rough, better])
@@ -238,8 +249,11 @@ def test_beside_something_unknown_a_richer_law_has_to_be_heard_beside_a_simpler_
     assert not audible(hardly, [simple, hardly])
     assert audible(far, [simple, far])
     # evidence decides where nothing unknown is left
-    near, exact = Made(("coulomb_friction",), 1.001), Made(("lugre_friction",), 1.0)
+    near, exact = Made(("coulomb_friction",), 1.2), Made(("lugre_friction",), 1.0)
     assert audible(exact, [near, exact])
+    noise = {"joint_position": NoiseFloor(3e-3, "white", "what was given", spectrum=1e-3)}
+    exact.result.problem.measurements = (SimpleNamespace(static=False, noise=noise),)
+    assert not audible(exact, [near, exact])
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,6 @@ DECISIVE_IN_PLACE = 20.0
 AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left ...
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
-NEARLY_WHITE = 0.9  # share of white noise, below which some of it is as unknown
 WORSE = 1.01  # times a held-out mean square that is no worse
 # times by which the mean square of the fitted recordings falls, and held-out ones of which neither
 # answer explains much may then rise: what both lack rules there
@@ -239,27 +238,29 @@ def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     """Whether an answer explains so much more than each with fewer of its effects that anybody
     would hear of it, whatever the number of samples makes significant."""
     own = _mean_square(answer.floored)
+    unknown = max(map(_unknown_noise, answer.result.problem.measurements), default=0.0)
     # beside something unknown a richer law of the same thing has to earn its parameters so too
-    laws = set(simpler(in_order(answer.added))) if own > MUCH else set()
-    unknown = any(map(_noise_is_slow, answer.result.problem.measurements))
+    beside = own > MUCH or unknown > AUDIBLE**2
+    laws = set(simpler(in_order(answer.added))) if beside else set()
     return all(
-        worth_hearing(_mean_square(part.floored), own, unknown_noise=unknown)
+        worth_hearing(_mean_square(part.floored), own, unknown)
         for part in answers
         if set(part.added) < set(answer.added) or part.added in laws
     )
 
 
-def _noise_is_slow(recording: Measurement) -> bool:
-    """Whether some of the noise that was given is of a shape that nobody knows."""
+def _unknown_noise(recording: Measurement) -> float:
+    """Share of the variance of the noise that was given of which nobody knows the shape, 0 to 1."""
     shares = (floor.white_share for floor in recording.noise.values())
-    return not recording.static and any(share < NEARLY_WHITE for share in shares)
+    return 0.0 if recording.static else 1.0 - min(shares, default=1.0)
 
 
-def worth_hearing(before: float, after: float, *, unknown_noise: bool = False) -> bool:
+def worth_hearing(before: float, after: float, unknown_noise: float = 0.0) -> bool:
     """Whether anybody would hear of what lowers one mean square to another, in units of the
-    noise's; where the shape of some of the noise is unknown, an effect may stand for that."""
-    least = AUDIBLE_BESIDE if unknown_noise or after > MUCH else AUDIBLE
-    return before - after >= least**2 * max(after, 1.0)
+    noise's; an effect may stand for all of the noise whose shape is unknown, a share from 0 to 1.
+    """
+    least = AUDIBLE_BESIDE if after > MUCH else max(AUDIBLE, unknown_noise**0.5)
+    return before - after >= min(least, AUDIBLE_BESIDE) ** 2 * max(after, 1.0)
 
 
 def explained(before: float, after: float) -> float:
