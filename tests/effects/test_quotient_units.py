@@ -43,7 +43,13 @@ def test_a_damping_over_an_inertia_is_a_rate():
 
 
 @pytest.mark.parametrize(
-    ("unit", "text"), [("N/m3", "N/m³"), ("N.m.s2/rad2", "N·m·s²/rad²"), ("kg.m2", "kg·m²")]
+    ("unit", "text"),
+    [
+        ("N/m3", "N/m³"),
+        ("N.m.s2/rad2", "N·m·s²/rad²"),
+        ("N.m.s3/rad3", "N·m·s³/rad³"),
+        ("kg.m2", "kg·m²"),
+    ],
 )
 def test_a_unit_is_written_with_raised_digits(unit, text):
     assert unit_text(unit) == text

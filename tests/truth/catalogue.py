@@ -79,6 +79,7 @@ def link_of(link: Numbers, effects: Numbers) -> Link:
         damping=link.get("damping", 0.0),
         friction=friction_of(effects),
         drag=effects.get("quadratic_drag", {}).get("coefficient", 0.0),
+        cubic_damping=effects.get("cubic_damping", {}).get("coefficient", 0.0),
         damping_difference=effects.get("directional_damping", {}).get("difference", 0.0),
         constant_torque=effects.get("constant_torque", {}).get("torque", 0.0),
         gravity=gravity and Gravity(**gravity),

@@ -15,6 +15,7 @@ EFFECTS = {
         "bristle_damping": 0.5,
     },
     "quadratic_drag": {"coefficient": 0.02},
+    "cubic_damping": {"coefficient": 0.003},
     "directional_damping": {"difference": 0.12},
     "gravity_load": {"torque": 0.8, "angle": 0.4},
     "constant_torque": {"torque": -0.7},

@@ -13,7 +13,7 @@ enum { /* in the order of fast.numbers_of */
     K1, K2, D1, D2, SQUARE1, SQUARE2, CUBIC1, CUBIC2, ENGAGE1, ENGAGE2, STRING1, STRING2,
     HYSTERESIS1, HYSTERESIS2, YIELD, EXPONENT, CREEP1, CREEP2, TIME_CONSTANT,
     MASS1, MASS2, MASS_DAMPING1, MASS_DAMPING2, COMPLIANCE,
-    COULOMB, STATIC, STRIBECK, BRISTLE, BRISTLE_DAMPING, DRAG, DIFFERENCE, CONSTANT,
+    COULOMB, STATIC, STRIBECK, BRISTLE, BRISTLE_DAMPING, DRAG, CUBE, DIFFERENCE, CONSTANT,
     GRAVITY, GRAVITY_ANGLE,
     STOP_LOWER, STOP_UPPER, STOP_STIFFNESS, STOP_DAMPING,
     WRAP, GAP, ECCENTRICITY, PHASE, MOTOR_OFFSET, POSITION, VELOCITY, NUMBERS
@@ -237,7 +237,8 @@ static Torques evaluate(const Now *n, const double *y, double *dy)
     }
     out.upper = F_joint[0], out.lower = F_joint[1];
     double torque = R * (out.upper - out.lower) + n->load + p[CONSTANT]
-        - (p[DAMPING] + (v > 0.0 ? 0.5 : -0.5) * p[DIFFERENCE]) * v - p[DRAG] * v * fabs(v);
+        - (p[DAMPING] + (v > 0.0 ? 0.5 : -0.5) * p[DIFFERENCE]) * v - p[DRAG] * v * fabs(v)
+        - p[CUBE] * v * v * v;
     if (p[DIFFERENCE] != 0.0) out.signature |= (v > 0.0) << 19;
     if (p[GRAVITY] != 0.0) torque -= p[GRAVITY] * sin(y[Q] + p[GRAVITY_ANGLE]);
     if (p[STOP_STIFFNESS] > 0.0) {

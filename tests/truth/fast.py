@@ -118,6 +118,7 @@ def numbers_of(tree: Numbers, start: tuple[float, float]) -> Vector:
             effect("lugre_friction", "bristle_stiffness"),
             effect("lugre_friction", "bristle_damping"),
             effect("quadratic_drag", "coefficient"),
+            effect("cubic_damping", "coefficient"),
             effect("directional_damping", "difference"),
             effect("constant_torque", "torque"),
             effect("gravity_load", "torque"),

@@ -66,6 +66,7 @@ class Link:
     # further torque on the joint, N·m, of time (s), position (rad) and velocity (rad/s); smooth
     extra_torque: Callable[[float, float, float], float] = field(default=no_torque)
     drag: float = 0.0  # c, N·m s²/rad²
+    cubic_damping: float = 0.0  # N·m s³/rad³
     damping_difference: float = 0.0  # N m s/rad
     constant_torque: float = 0.0  # T, N·m
     gravity: Gravity | None = None

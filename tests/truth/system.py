@@ -185,6 +185,7 @@ class System:
             + link.extra_torque(time, position, velocity)
             - (link.damping + 0.5 * link.damping_difference * mode.direction) * velocity
             - link.drag * mode.direction * velocity**2
+            - link.cubic_damping * velocity**3
             + link.constant_torque
             + self.stop_torque(state, mode)
         )

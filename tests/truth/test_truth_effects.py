@@ -180,6 +180,15 @@ def test_drag_slows_a_body_as_a_hyperbola() -> None:
     np.testing.assert_allclose(run["joint_velocity"], expected, rtol=0, atol=POSITION_ERROR)
 
 
+def test_cubic_damping_slows_a_body_by_a_square_root() -> None:
+    coefficient, speed = 0.003, -6.0
+    body = free_body(Link(INERTIA, cubic_damping=coefficient))
+    time = np.linspace(0.0, 1.0, 11)
+    run = simulate(body, Experiment(1.0, constant(0.0), initial_velocity=speed), time)
+    expected = speed / np.sqrt(1.0 + 2.0 * coefficient * speed**2 * time / INERTIA)
+    np.testing.assert_allclose(run["joint_velocity"], expected, rtol=0, atol=POSITION_ERROR)
+
+
 def test_a_constant_torque_accelerates_a_body() -> None:
     torque = -0.07
     body = free_body(Link(INERTIA, constant_torque=torque))

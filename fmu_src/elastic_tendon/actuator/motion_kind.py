@@ -22,6 +22,7 @@ _UNITS = {
     "N.m/rad": "N/m",
     "N.m.s/rad": "N.s/m",
     "N.m.s2/rad2": "N.s2/m2",
+    "N.m.s3/rad3": "N.s3/m3",
     "kg.m2": "kg",
 }
 # the same as people write them, and small ones
@@ -38,6 +39,7 @@ _WRITTEN = {
     "N·m/rad": "N/m",
     "N·m·s/rad": "N·s/m",
     "N·m·s²/rad²": "N·s²/m²",
+    "N·m·s³/rad³": "N·s³/m³",
     "kg·m²": "kg",
 }
 _WORDS = {

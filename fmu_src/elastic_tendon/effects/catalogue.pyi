@@ -25,6 +25,7 @@ constant_torque: Effect
 measurement_delay: Effect
 directional_damping: Effect
 spring_asymmetry: Effect
+cubic_damping: Effect
 motor_friction: Effect
 gear_loss: Effect
 motor_stiction: Effect

@@ -276,7 +276,7 @@ def _load_sizes(measurements: Sequence[Measurement]) -> dict[str, float]:
     loads = [part.load_torque for part in measurements if part.load_torque is not None]
     load = max((float(np.abs(torque).max()) for torque in loads), default=0.0)
     speed = max(map(_largest_speed, measurements), default=0.0)
-    powers = {"N.m": 0, "N.m.s/rad": 1, "N.m.s2/rad2": 2}
+    powers = {"N.m": 0, "N.m.s/rad": 1, "N.m.s2/rad2": 2, "N.m.s3/rad3": 3}
     return {unit: load / speed**power for unit, power in powers.items() if speed or not power}
 
 
