@@ -38,7 +38,9 @@ from elastic_tendon.diagnosis.result import (
     Experiment,
     LearnedTerm,
     RecordingSummary,
+    Remaining,
     Round,
+    Verdict,
     WouldShow,
 )
 from elastic_tendon.diagnosis.rounds import as_sure, neighbours_of
@@ -228,6 +230,31 @@ def experiment_between(
     return next_experiment(rivals, rivals[0].fit.problem.measurements, report)
 
 
+@dataclass(frozen=True)
+class _Judged:
+    """What an answer is worth. `changed` : parameters that moved and matter, `small` : and do not.
+    `elsewhere` : held-out recording on which it fails; `left_open` : one that the fitted recordings
+    leave open. `sure` : probability of each effect. `unheard` : answers with an effect more, which
+    is there and too small to matter."""
+
+    given: Comparison
+    final: Comparison
+    remaining: Mapping[str, Remaining]
+    recordings: tuple[RecordingSummary, ...]
+    verdict: Verdict
+    changed: tuple[str, ...]
+    small: tuple[str, ...]
+    elsewhere: str
+    left_open: str
+    sure: Mapping[str, float]
+    unheard: Sequence[Answer]
+
+    @property
+    def matter(self) -> tuple[str, ...]:
+        """Parameters that the verdict is about."""
+        return () if self.verdict == "adequate" else self.changed
+
+
 def conclude(
     data: Data,
     search: Search,
@@ -250,81 +277,112 @@ def conclude(
     """
     answer = found.answer
     steps = _steps(data, search, found)
-    given, final = steps[0].comparison, steps[-1].comparison
-    remaining = remaining_of(given, final, found.lack, options.least_left)
-    changed, small = changed_parameters(answer, given, options.least_change)
-    judged = None if complete else SOON
-    recordings = _recordings(answer.result.model, steps[-1], found.contradictions, judged)
-    elsewhere = fails_elsewhere(final, steps[-1].heldout, recordings)
-    left_open = ""  # by the fitted recordings, which may be all that is wrong elsewhere
-    if elsewhere and search.evidence.heldout_square(answer) < LEFT**2:
-        left_open, elsewhere = elsewhere, ""
-    fell = fall(given, final)
-    contradicting = contradicting_of(recordings)
-    verdict = verdict_of(
-        answer.added, changed, remaining, fell, options.least_change, elsewhere, contradicting,
-        as_given=max(given.noise_ratio().values()),
-    )  # fmt: skip
-    shaped = no_chance(remaining)
-    matter = () if verdict == "adequate" else changed
+    judged = _judged(search, found, options, steps, complete=complete)
     names = different([part.added for part in found.alike])
-    improved = _improved(answer, steps[-1].heldout)
-    structured = any(part.significant for part in remaining.values())
-    explained = (
-        verdict != "unexplained" and only_chance(found.lack) and not (structured or elsewhere)
-    )
-    sure = certainty(search, answer, found.alike, explained=explained)
-    unheard = too_small.answers(search.evidence, answer, list(search.answers.values()))
-    tiny = too_small.ids_beside(answer, unheard)
-    told = [
-        *remaining_sentences(found.lack),
-        *([LEFT_OPEN.format(left_open)] if left_open else []),
-        *_notes(answer, [*small, *(path for path in changed if path not in matter)]),
-        *too_small.sentences(answer, unheard),
-        *(beginning_notes(final) if options.horizon is None else ()),  # windows are no recordings
-    ]
+    tiny = too_small.ids_beside(answer, judged.unheard)
+    sentence = _sentence(judged, found, options, names[1:], complete=complete)
+    told = (*notes, *_notes(judged, found, options))
     return Diagnosis(
-        verdict=verdict,
-        sentence=data.given.motion.words(
-            sentence_of(
-                verdict,
-                answer.added,
-                sure,
-                names[1:],
-                matter,
-                given,
-                final,
-                elsewhere=elsewhere,
-                contradicting=contradicting,
-                ignored=options.relevance if shaped else None,
-                structured=structured or bool(tiny),
-                chosen=bool(options.only or options.without),
-                complete=complete,
-            )
-        ),
-        notes=tuple(map(data.given.motion.words, (*notes, *told))),
+        verdict=judged.verdict,
+        sentence=data.given.motion.words(sentence),
+        notes=tuple(map(data.given.motion.words, told)),
         given=data.unsettled(data.given),
-        model=named_after(data.given, data.unsettled(improved)),
+        model=named_after(data.given, data.unsettled(_improved(answer, steps[-1].heldout))),
         added=_in_order_added(found),
-        certainty=sure,
-        parameters_changed=matter,
+        certainty=judged.sure,
+        parameters_changed=judged.matter,
         findings=answer.result.findings,
         steps=steps,
         ladder=climb(steps),
-        rounds=tuple(as_sure(entry, sure) for entry in found.rounds),
+        rounds=tuple(as_sure(entry, judged.sure) for entry in found.rounds),
         neighbours=neighbours_of(search, _searched(search, answer)),
         would_show=found.would_show,
-        recordings=recordings,
-        remaining=remaining,
-        noise=_noise(final),
-        comparison=final,
-        location=locate(final, report),
+        recordings=judged.recordings,
+        remaining=judged.remaining,
+        noise=_noise(judged.final),
+        comparison=judged.final,
+        location=locate(judged.final, report),
         indistinguishable=tuple(filter(None, (tuple(names), tiny if tiny[1:] else ()))),
         next_experiment=found.experiment,
         no_experiment=found.no_experiment,
         learned=found.learned,
         complete=complete,
     )
+
+
+def _judged(
+    search: Search, found: Found, options: Options, steps: Sequence[FittedStep], *, complete: bool
+) -> _Judged:
+    answer, given, final = found.answer, steps[0].comparison, steps[-1].comparison
+    remaining = remaining_of(given, final, found.lack, options.least_left)
+    changed, small = changed_parameters(answer, given, options.least_change)
+    recordings = _recordings(
+        answer.result.model, steps[-1], found.contradictions, None if complete else SOON
+    )
+    elsewhere = fails_elsewhere(final, steps[-1].heldout, recordings)
+    left_open = ""  # by the fitted recordings, which may be all that is wrong elsewhere
+    if elsewhere and search.evidence.heldout_square(answer) < LEFT**2:
+        left_open, elsewhere = elsewhere, ""
+    verdict = verdict_of(
+        answer.added, changed, remaining, fall(given, final), options.least_change, elsewhere,
+        contradicting_of(recordings), as_given=max(given.noise_ratio().values()),
+    )  # fmt: skip
+    explained = (
+        verdict != "unexplained"
+        and only_chance(found.lack)
+        and not (_structured(remaining) or elsewhere)
+    )
+    return _Judged(
+        given=given,
+        final=final,
+        remaining=remaining,
+        recordings=recordings,
+        verdict=verdict,
+        changed=changed,
+        small=small,
+        elsewhere=elsewhere,
+        left_open=left_open,
+        sure=certainty(search, answer, found.alike, explained=explained),
+        unheard=too_small.answers(search.evidence, answer, list(search.answers.values())),
+    )
+
+
+def _structured(remaining: Mapping[str, Remaining]) -> bool:
+    """Whether some of what is left depends on the motion by more than chance."""
+    return any(part.significant for part in remaining.values())
+
+
+def _sentence(
+    judged: _Judged, found: Found, options: Options, alike: Sequence[str], *, complete: bool
+) -> str:
+    return sentence_of(
+        judged.verdict,
+        found.answer.added,
+        judged.sure,
+        alike,
+        judged.matter,
+        judged.given,
+        judged.final,
+        elsewhere=judged.elsewhere,
+        contradicting=contradicting_of(judged.recordings),
+        ignored=options.relevance if no_chance(judged.remaining) else None,
+        structured=_structured(judged.remaining) or bool(judged.unheard),
+        chosen=bool(options.only or options.without),
+        complete=complete,
+    )
+
+
+def _notes(judged: _Judged, found: Found, options: Options) -> Iterator[str]:
+    """What is worth telling beside the sentence."""
+    yield from remaining_sentences(found.lack)
+    if judged.left_open:
+        yield LEFT_OPEN.format(judged.left_open)
+    slight = judged.changed if judged.verdict == "adequate" else ()
+    yield from _slight_shifts(found.answer, [*judged.small, *slight])
+    yield from doubtful_values(found.answer)
+    yield from too_small.sentences(found.answer, judged.unheard)
+    if options.horizon is None:  # windows are no recordings
+        yield from beginning_notes(judged.final)
 
 
 def certainty(
@@ -363,15 +421,14 @@ def _in_order_added(found: Found) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*came, *found.answer.added]))
 
 
-def _notes(answer: Answer, small: Sequence[str]) -> list[str]:
-    """Shifts that are sure and do not matter; values of effects that hardly can be."""
+def _slight_shifts(answer: Answer, paths: Sequence[str]) -> Iterator[str]:
+    """Parameters that surely moved and do not matter, a sentence each."""
     estimates = {part.path: part for part in answer.result.findings.estimates}
-    shifts = [
-        f"{path} moved from {estimates[path].given:.4g} to {estimates[path].fitted:.4g}, which "
-        "changes the error too little to matter."
-        for path in small
-    ]
-    return [*shifts, *doubtful_values(answer)]
+    for path in paths:
+        yield (
+            f"{path} moved from {estimates[path].given:.4g} to {estimates[path].fitted:.4g}, which "
+            "changes the error too little to matter."
+        )
 
 
 def doubtful_values(answer: Answer) -> Iterator[str]:
