@@ -42,13 +42,9 @@ def test_page_has_all_that_is_declared(effect, example):
     for text in (*texts, effect.cure, effect.magnitude, effect.reference, ACTS_ON[effect.slot]):
         assert text in page
     for parameter in effect.parameters:
-        unit = (
-            parameter.unit.replace(".", "·")
-            .replace("m2", "m²")
-            .replace("m3", "m³")
-            .replace("rad2", "rad²")
-            .replace("s2", "s²")
-        )
+        unit = parameter.unit.replace(".", "·")
+        for written in ("m2", "m3", "rad2", "rad3", "s2", "s3"):
+            unit = unit.replace(written, written[:-1] + "²³"[int(written[-1]) - 2])
         assert f"effects.{effect.id}.{parameter.name} ({unit})" in page
         assert (
             f"typical {typical_value(example, parameter):.3g}, default {parameter.null:g}" in page

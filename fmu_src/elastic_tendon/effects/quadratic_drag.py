@@ -27,8 +27,9 @@ EFFECT = Effect(
     law="-coefficient v |v|",
     confused_with="Coulomb friction: it damps small oscillations most, drag large ones; within a "
     "narrow range of speeds they look alike. Viscous damping (link.damping): the same at one "
-    "amplitude; oscillations of several amplitudes distinguish them. Directional damping: it "
-    "pushes the same way in both directions.",
+    "amplitude; oscillations of several amplitudes distinguish them. Cubic damping: it rises more "
+    "steeply, and in slow motion is nothing. Directional damping: it pushes the same way in both "
+    "directions.",
     confirm="Hold the motor, pluck the link from several angles and plot the logarithmic decrement "
     "of the swings against their amplitude: it is level with viscous damping, rises with drag and "
     "falls with Coulomb friction. A sheet of cardboard on the link makes drag larger and nothing "
