@@ -4,6 +4,7 @@ import json
 import signal
 from contextlib import suppress
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -12,7 +13,7 @@ from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.diagnosis import conclude as concluding
 from elastic_tendon.diagnosis import data as excerpting
 from elastic_tendon.diagnosis import refits as refitting
-from elastic_tendon.diagnosis.diagnose import diagnose
+from elastic_tendon.diagnosis.diagnose import _not_shown, diagnose
 from elastic_tendon.diagnosis.diagnosis_json import diagnosis_json
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.search import Search
@@ -299,6 +300,21 @@ def test_what_excerpts_do_not_show_is_searched_where_the_answer_errs(brief, monk
     assert found.added == (COULOMB,)
     first, second = searched
     assert first < second < n
+
+
+def test_where_excerpts_leave_more_than_the_whole_everything_is_searched() -> None:
+    """An excerpt begins in the midst of a motion, which springs and friction remember."""
+    data = SimpleNamespace(everything="everything", with_worst=lambda errors: errors)
+
+    def more(excerpts: float, whole: float) -> object:
+        answer = SimpleNamespace(mean_square=excerpts)
+        fitted = SimpleNamespace(mean_square=whole, errors="the worst")
+        return _not_shown(data, SimpleNamespace(answer=answer), fitted)
+
+    assert more(excerpts=27.0, whole=1.0) == "everything"
+    assert more(excerpts=1.0, whole=27.0) == "the worst"
+    assert more(excerpts=27.0, whole=20.0) is None
+    assert more(excerpts=2.0, whole=0.4) is None  # too little to matter
 
 
 @pytest.mark.parametrize("horizon", [None, 1.0])

@@ -39,8 +39,10 @@ Ask = Callable[[Round], bool]
 # of a fit that was stopped before it had begun
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
-# times its mean square on excerpts, above which an answer errs where these do not show
+# times the mean square on excerpts and on everything by which they differ from one another
 FAR_MORE = 4.0
+# times the mean square, up to which a fit leaves no more than another, which may end a little before
+NO_MORE = 1.001
 
 
 def diagnose(
@@ -143,13 +145,12 @@ def _diagnosed(
         search.progress = _heeding(search, progress, options.time_limit, begin, interrupted)
         return search
 
-    def again(data: Data, known: Search) -> tuple[Data, Search]:
-        """The search once more, on other data; it begins where it has ended, and takes no longer
-        for that."""
+    def again(data: Data, answer: Answer, work: float) -> tuple[Data, Search]:
+        """The search once more, from an answer and on other data; what it worked before counts."""
         search = begun(data)
         search.base()
-        search.begin_at(known.answer)
-        search.work = known.work
+        search.begin_at(answer)
+        search.work = work
         for _ in search.climb():
             pass
         search.settle()
@@ -169,14 +170,14 @@ def _diagnosed(
             search.settle()
             nothing = not search.answer.added and search.answer.mean_square < AT_NOISE
             if nothing and options.horizon is None and data.everything is not None:
-                data, search = again(data.everything, search)
+                data, search = again(data.everything, search.answer, search.work)
             if data.excerpts:
                 found.confirmed = confirm(data, search, search.progress)
                 whole = found.confirmed[search.answer.added]
-                if options.horizon is None and _errs_elsewhere(search.answer, whole):
-                    wider, resumed = again(data.with_worst(whole.errors), search)
+                if options.horizon is None and (more := _not_shown(data, search, whole)):
+                    wider, resumed = again(more, whole, search.work)
                     confirmed = confirm(wider, resumed, resumed.progress)
-                    if confirmed[resumed.answer.added].mean_square < whole.mean_square:
+                    if confirmed[resumed.answer.added].mean_square < NO_MORE * whole.mean_square:
                         data, search, found.confirmed = wider, resumed, confirmed
             _tell(search, found, ask, refit=True)
             judge(data, search, found, options, search.progress)
@@ -204,10 +205,16 @@ def _climbed(search: Search, straight: Callable[..., Data | None] | None = None)
     return None if straight is None else straight(search, final=True)
 
 
-def _errs_elsewhere(answer: Answer, whole: Answer) -> bool:
-    """Whether an answer leaves far more of the whole recordings than of the excerpts on which it
-    was found: these lack what the machine does elsewhere."""
-    return whole.mean_square > max(FAR_MORE * answer.mean_square, MUCH)
+def _not_shown(data: Data, search: Search, whole: Answer) -> Data | None:
+    """What a search is to go on with, from its answer as fitted to the whole recordings, or None.
+
+    Where that leaves far more than on excerpts, these lack what the machine does elsewhere. Where
+    far less, they begin in the midst of a motion that springs or friction remember.
+    """
+    left = search.answer.mean_square
+    if whole.mean_square > max(FAR_MORE * left, MUCH):
+        return data.with_worst(whole.errors)
+    return data.everything if left > max(FAR_MORE * whole.mean_square, MUCH) else None
 
 
 @contextmanager
