@@ -577,7 +577,7 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             dots=DOTS,
         )
         figure.update_layout(height=HEIGHT, title=None, margin={"t": MODE_BAR}, legend=BELOW)
-        return figure, {"height": HEIGHT}, "", torque_words(*shows), now
+        return figure, {"height": HEIGHT}, "", torque_words(shows[1].measurement), now
 
 
 STEP = PageStep(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)

@@ -13,7 +13,7 @@ from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.reports.comparison_figures import FAINT, static_torque
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain, upright
 from elastic_tendon.reports.names import abridged
-from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some, stretches
+from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some, stretches, within
 from elastic_tendon.reports.units import Shown, shown
 
 UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
@@ -93,7 +93,7 @@ def overlay(
     if measurement.static:
         _draw_curves(figure, runs, quantity, theme, highlighted)
     else:
-        kept = _kept(measurement.time, window)
+        kept = within(measurement.time, window, 1)
         _draw_series(figure, runs, signal, quantity, theme, kept, buckets)
         _mark_samples(figure, measurement.time, window, highlighted, theme)
         _veil(figure, runs[-1].file, window, theme)
@@ -178,15 +178,6 @@ def _layout(file: FileComparison, signal: str, quantity: Shown) -> dict[str, Any
 
 def _label(run: Run, signal: str, quantity: Shown) -> str:
     return f"{plain(abridged(run.label))}: RMS {quantity.error(run.file.signals[signal].rmse)}"
-
-
-def _kept(time: Array, window: tuple[float, float] | None) -> slice:
-    """Samples in a window and one more at each end, so that curves reach its edges."""
-    if window is None:
-        return slice(None)
-    start = int(np.searchsorted(time, window[0], side="left")) - 1
-    end = int(np.searchsorted(time, window[1], side="right")) + 1
-    return slice(max(start, 0), end)
 
 
 def _draw_series(
@@ -337,7 +328,7 @@ def _shade(
     **look: Any,
 ) -> None:
     """One shape over all stretches of some samples."""
-    kept = _kept(time, window)
+    kept = within(time, window, 1)
     path = "".join(
         f"M{start:.9g},0V1H{end:.9g}V0Z" for start, end in stretches(time[kept], samples[kept])
     )
