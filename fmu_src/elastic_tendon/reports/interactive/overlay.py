@@ -47,7 +47,7 @@ class Run:
 @dataclass(frozen=True)
 class Reading:
     """Values at a cursor: `time` of the sample, s, its number from 0 as `index`, and what was
-    measured and simulated by name, in the unit of the signal.
+    measured and simulated by name, in the unit of the signal; NaN where it was not simulated.
     """
 
     time: float
@@ -74,7 +74,7 @@ def overlay(
 
     Parameters
     ----------
-    runs : models beside the same recording, at least one
+    runs : models beside the same recording, at least one; after the first also beside a stretch
     signal : name of the signal
     theme : Theme
     window : start and end, s; only this stretch is drawn, as finely as the whole would be
@@ -93,10 +93,9 @@ def overlay(
     if measurement.static:
         _draw_curves(figure, runs, quantity, theme, highlighted)
     else:
-        kept = within(measurement.time, window, 1)
-        _draw_series(figure, runs, signal, quantity, theme, kept, buckets)
+        _draw_series(figure, runs, signal, quantity, theme, window, buckets)
         _mark_samples(figure, measurement.time, window, highlighted, theme)
-        _veil(figure, runs[-1].file, window, theme)
+        _veil(figure, runs[0].file, window, theme)
         if window is not None:
             figure.update_xaxes(range=list(window))
         for letter, time in zip(CURSORS, cursors, strict=False):
@@ -125,9 +124,17 @@ def values_at(runs: Sequence[Run], signal: str, time: float) -> Reading:
     after = int(np.searchsorted(measurement.time, time).clip(1, len(measurement.time) - 1))
     middle = 0.5 * (measurement.time[after - 1] + measurement.time[after])
     index = after if time >= middle else after - 1
+    at = float(measurement.time[index])
     values = [("measured", float(measurement.signals[signal][index]))]
-    values += [(run.label, float(run.simulated(signal)[index])) for run in runs]
-    return Reading(float(measurement.time[index]), index, tuple(values))
+    values += [(run.label, _simulated_at(run, signal, at)) for run in runs]
+    return Reading(at, index, tuple(values))
+
+
+def _simulated_at(run: Run, signal: str, time: float) -> float:
+    """Value at a sample; NaN where the run is of a stretch that does not hold it."""
+    index = int(np.searchsorted(run.file.measurement.time, time))
+    there = run.file.measurement.time[index : index + 1] == time
+    return float(run.simulated(signal)[index]) if there.any() else np.nan
 
 
 def line_of_run(index: int, count: int, theme: Theme) -> dict[str, Any]:
@@ -186,16 +193,17 @@ def _draw_series(
     signal: str,
     quantity: Shown,
     theme: Theme,
-    kept: slice,
+    window: tuple[float, float] | None,
     buckets: int,
 ) -> None:
-    time = runs[0].file.measurement.time[kept]
-
-    def draw(values: Array, **style: Any) -> None:
-        across, up = envelope(time, values[kept], buckets)
+    def draw(run: Run, values: Array, **style: Any) -> None:
+        time = run.file.measurement.time
+        kept = within(time, window, 1)
+        across, up = envelope(time[kept], values[kept], buckets)
         figure.add_scatter(x=across, y=up, mode="lines", **style)
 
     draw(
+        runs[0],
         runs[0].file.measurement.signals[signal],
         name="measured",
         line={"color": theme.measured, "width": 2.6},
@@ -205,6 +213,7 @@ def _draw_series(
     for index, run in enumerate(runs):
         style = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
         draw(
+            run,
             run.simulated(signal),
             name=_label(run, signal, quantity),
             meta=plain(abridged(run.label)),
@@ -212,6 +221,7 @@ def _draw_series(
             **style,
         )
         draw(
+            run,
             quantity.small * run.error(signal),
             name=f"error, {plain(run.label)}",
             hovertemplate=HOVER_ERROR.replace("UNIT", quantity.small_unit),
