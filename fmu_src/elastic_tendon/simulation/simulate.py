@@ -37,7 +37,8 @@ _UNITS = {name: unit_text(signal.unit) for name, signal in SIGNALS.items()}
 EVENT_CAPACITY = 4096
 # after which the simulation of a recording is given up: what swings so fast is not in its samples
 _FEWEST_STEPS, _STEPS_PER_SAMPLE = 200_000, 100
-_KEPT_SAMPLES = 100_000  # of a recording whose spline is kept
+_KEPT_SAMPLES = 100_000  # of a recording whose spline is kept; a longer one is made in parts
+_FORGOTTEN = 64  # samples after which a spline shows nothing of where it begins
 _FEWEST_OF_SPLINE = 4  # samples that have knots within; fewer lie on one parabola
 
 
@@ -253,13 +254,23 @@ def spline_slopes(time: Array, samples: Array) -> Array:
     """
     if not samples.any():
         return samples
-    key = (time.tobytes(), samples.tobytes())
-    return _spline_slopes(*key) if len(time) <= _KEPT_SAMPLES else _spline_slopes.__wrapped__(*key)
+    if len(time) <= _KEPT_SAMPLES:
+        return _kept_slopes(time.tobytes(), samples.tobytes())
+    slopes = np.empty_like(samples)
+    for start in range(0, len(time), _KEPT_SAMPLES):  # so that all it takes stays in the cache
+        end, before = start + _KEPT_SAMPLES, max(start - _FORGOTTEN, 0)
+        around = slice(before, end + _FORGOTTEN)
+        part = _spline_slopes(time[around], samples[around])
+        slopes[start:end] = part[start - before : end - before]
+    return slopes
 
 
 @lru_cache(maxsize=256)  # windows of a recording are many
-def _spline_slopes(time: bytes, samples: bytes) -> Array:
-    at, values = np.frombuffer(time), np.frombuffer(samples)
+def _kept_slopes(time: bytes, samples: bytes) -> Array:
+    return _spline_slopes(np.frombuffer(time), np.frombuffer(samples))
+
+
+def _spline_slopes(at: Array, values: Array) -> Array:
     if len(at) < _FEWEST_OF_SPLINE:
         from scipy.interpolate import CubicSpline
 

@@ -196,33 +196,37 @@ def _draw_series(
     window: tuple[float, float] | None,
     buckets: int,
 ) -> None:
-    def draw(run: Run, values: Array, **style: Any) -> None:
-        time = run.file.measurement.time
-        kept = within(time, window, 1)
-        across, up = envelope(time[kept], values[kept], buckets)
+    def draw(time: Array, values: Array, **style: Any) -> None:
+        across, up = envelope(time, values, buckets)
         figure.add_scatter(x=across, y=up, mode="lines", **style)
 
+    def seen(run: Run) -> tuple[slice, Array, Array]:
+        measurement = run.file.measurement
+        kept = within(measurement.time, window, 1)
+        return kept, measurement.time[kept], measurement.signals[signal][kept]
+
     draw(
-        runs[0],
-        runs[0].file.measurement.signals[signal],
+        *seen(runs[0])[1:],
         name="measured",
         line={"color": theme.measured, "width": 2.6},
         meta="measured",
         hovertemplate=HOVER.replace("UNIT", quantity.unit),
     )
     for index, run in enumerate(runs):
+        kept, time, measured = seen(run)
+        simulated = run.simulated(signal)[kept]
         style = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
         draw(
-            run,
-            run.simulated(signal),
+            time,
+            simulated,
             name=_label(run, signal, quantity),
             meta=plain(abridged(run.label)),
             hovertemplate=HOVER.replace("UNIT", quantity.unit),
             **style,
         )
         draw(
-            run,
-            quantity.small * run.error(signal),
+            time,
+            quantity.small * (simulated - measured),
             name=f"error, {plain(run.label)}",
             hovertemplate=HOVER_ERROR.replace("UNIT", quantity.small_unit),
             yaxis="y2",
