@@ -53,12 +53,13 @@ LISTEN = """() => {
     });
   }
 }"""
-TOOK = """graphs => Math.max(...graphs.map(one => window.watched.drawn[one]))
+TOOK = """graphs => Math.max(...graphs.map(one => window.watched.drawn[one] ?? 0))
   - window.watched.began"""
-QUIET = 1500  # ms without a figure drawn, after which none is expected
-SETTLED = f"""() => {{
-  const last = Math.max(window.watched.began, ...Object.values(window.watched.drawn));
-  return window.watched.waiting === 0 && performance.now() - last > {QUIET};
+QUIET = 1500  # ms without a figure drawn, after which no other is expected
+SETTLED = f"""graphs => {{
+  const last = Math.max(...Object.values(window.watched.drawn));
+  const quiet = window.watched.waiting === 0 && performance.now() - last > {QUIET};
+  return quiet && ({TOOK})(graphs) > 0;
 }}"""
 
 
@@ -92,7 +93,7 @@ class Watched:
         self.page.evaluate(LISTEN)
         self.page.evaluate("() => { window.watched.began = performance.now(); }")
         act()
-        self.page.wait_for_function(SETTLED)
+        self.page.wait_for_function(SETTLED, arg=list(graphs), timeout=PATIENCE)
         took = float(self.page.evaluate(TOOK, list(graphs)))
         self.rows.append(at_most(what, took, ANSWER, "ms"))
 

@@ -1,15 +1,21 @@
 """The walk by hand in the app, on a part of the demo's recordings."""
 
+import json
+from contextlib import suppress
+
 import pytest
 
 from elastic_tendon import demo
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import ranking, results, walk
 from elastic_tendon.app.document import Source, new_document
-from elastic_tendon.app.workspace import Session, Stopped
+from elastic_tendon.app.steps.take_away import STEP, offered
+from elastic_tendon.app.takeaway import Depot, FmuChoice
+from elastic_tendon.app.workspace import Session, Stopped, Workspace
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.result import Diagnosis
+from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.progress import Enough
 
 COULOMB = "coulomb_friction"
@@ -128,6 +134,23 @@ def test_a_bad_file_changes_nothing_of_what_was_found(walked: Session) -> None:
     assert "gone.csv is left out" in session.document.sources[-1].left_out
     assert again.fitted_to == refitted.fitted_to == walked.document.data_key()
     assert all(walk.was_searched(session.document, one) for one in document.path()[1:])
+
+
+def test_a_bad_file_added_last_leaves_the_findings_those_of_the_diagnosis(walked: Session) -> None:
+    bad = Source(key="gone", name="gone.csv")
+    session = Session("5", walked.document.with_sources([*SOURCES, bad]), FILES)
+    session.cache = walked.cache
+    for needed in STEP.needs(session.document, FILES):
+        with suppress(ElasticTendonError):
+            session.cache.obtain(needed, silent)
+    results.judge_files(session)  # as the page does while a step is open
+    workspace = Workspace(session.document, FILES)
+    choice = FmuChoice(2, (), source=False)
+    findings = offered(session.document, FILES, choice, Depot(workspace))["findings"]
+    content = json.loads(session.cache.obtain(findings, silent).path.read_text())
+    workspace.close()
+    assert content["schema"].startswith("elastic-tendon/diagnosis/")
+    assert "gone.csv is left out" in session.document.sources[-1].left_out
 
 
 def test_the_refit_of_a_search_that_is_stopped_stays() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from elastic_tendon import demo
 from elastic_tendon.actuator.parameters import load_model
-from elastic_tendon.app import results
+from elastic_tendon.app import results, sliders
 from elastic_tendon.app.document import Source, Version, new_document
 from elastic_tendon.app.filters import ALL, conditions
 from elastic_tendon.app.readings import (
@@ -26,7 +26,7 @@ from elastic_tendon.app.readings import (
     with_cursor,
 )
 from elastic_tendon.app.results import Compared
-from elastic_tendon.app.sliders import moved_runs, moved_words
+from elastic_tendon.app.sliders import LABEL, moved_runs, moved_words
 from elastic_tendon.app.tables import Exact
 from elastic_tendon.app.view import (
     SIGNAL,
@@ -48,9 +48,10 @@ from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.conditions import parse_condition
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.maps import CELLS
+from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares
-from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.reports.interactive.overlay import Run, overlay
 from elastic_tendon.reports.units import number, shown
 
 
@@ -202,6 +203,29 @@ def test_sliders_make_a_model_beside_the_same_samples(session: Session, found: C
     assert rmse == pytest.approx(alone.files[0].signals[SIGNAL].rmse, rel=0.01)
     words = moved_words(version, [run], [moved], SIGNAL)
     assert f"{shown(SIGNAL).error(rmse)} with the sliders" in words
+
+
+def test_sliders_simulate_what_is_seen_of_a_long_recording(
+    session: Session, found: Compared, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sliders, "LONGEST", 500)
+    version = session.document.version
+    (run,) = runs_of(session, replace(view_of(None, found), before=False))
+    held = {"of": version.mark, "values": {"link.inertia": 0.02}}
+    (moved,), _ = moved_runs(version, run.file, held, (2.0, 3.0))
+    time, seen = run.file.measurement.time, moved.file.measurement.time
+    np.testing.assert_array_equal(seen, time[time >= 2.0][:500])
+    words = moved_words(version, [run], [moved], SIGNAL)
+    before = rms(run.error(SIGNAL)[np.isin(time, seen)])
+    assert f"{shown(SIGNAL).error(before)} with the model's values" in words
+    assert f"from {seen[0]:.4g} s to {seen[-1]:.4g} s" in words
+    # curves and readings are where it was simulated
+    curve = next(part for part in overlay([run, moved], SIGNAL).data if LABEL in (part.name or ""))
+    assert (curve.x[0], curve.x[-1]) == (seen[0], seen[-1])
+    values = {row[0]: row[1:3] for row in cursor_rows([run, moved], SIGNAL, {"A": 1.0, "B": 2.1})}
+    outside, inside = values[f"{LABEL} (rad)"]
+    assert outside == "–"
+    assert inside != "–"
 
 
 def test_sliders_of_another_model_move_nothing(session: Session, runs: tuple[Run, ...]) -> None:

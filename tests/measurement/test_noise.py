@@ -143,6 +143,9 @@ def test_step_of_floating_point_noise_is_none() -> None:
     assert quantisation_step(np.random.default_rng(4).standard_normal(500)) == 0.0
     steady = 0.057 * np.arange(60) + 1e-4 * np.random.default_rng(4).standard_normal(60)
     assert quantisation_step(steady) == 0.0  # a constant speed is no encoder's step
+    encoder = np.round(np.sin(np.linspace(0.0, 900.0, 2_500_001)) / 1e-3) * 1e-3
+    assert quantisation_step(encoder) == pytest.approx(1e-3)
+    assert quantisation_step(np.random.default_rng(5).standard_normal(2_500_001)) == 0.0
 
 
 def test_actuators_with_kinks() -> None:

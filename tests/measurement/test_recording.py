@@ -50,6 +50,12 @@ def test_shift_by_nothing_changes_nothing_but_is_recorded(recording: Measurement
     assert shifted.preparation.time_shift == {"joint_position": 0.0}
 
 
+def test_where_nothing_is_done_the_recording_stays_itself(recording: Measurement) -> None:
+    assert recording.shifted({}) is recording
+    assert recording.noted(()) is recording
+    assert recording.noted(["seen", "heard"]).notes == ("seen", "heard")
+
+
 def test_shifts_add_up(recording: Measurement) -> None:
     twice = recording.shifted({"load_torque": 0.02}).shifted({"load_torque": 0.01})
     assert twice.preparation.time_shift == {"load_torque": pytest.approx(0.03)}

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -102,7 +103,7 @@ def cursor_rows(runs: Sequence[Run], signal: str, cursors: Cursors) -> list[list
         first, second = (None if reading is None else take(reading) for reading in read)
         both = None if first is None or second is None else second - first
         cells = (
-            "–" if value is None else Exact(format(value, digits), value)
+            "–" if value is None or isnan(value) else Exact(format(value, digits), value)
             for value in (first, second, both)
         )
         return [name, *cells]

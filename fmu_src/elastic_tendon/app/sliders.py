@@ -5,7 +5,7 @@ takes it into the model.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from threading import Lock
 from typing import Any
@@ -14,17 +14,23 @@ from dash import ALL, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, 
 from dash.development.base_component import Component
 
 from elastic_tendon.app.document import Version
+from elastic_tendon.app.readings import Window
 from elastic_tendon.app.step import aria, dom_id, while_open
 from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import FileComparison
+from elastic_tendon.comparison.conditions import Selection
+from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.comparison.selection import at
 from elastic_tendon.errors import ElasticTendonError, ModelError
 from elastic_tendon.fmu.live import groups
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.reports.interactive.overlay import Run
+from elastic_tendon.reports.thinning import within
 from elastic_tendon.reports.units import shown
 
 LABEL, COLOUR = "with the sliders", 2  # of the model that they make, beside others
+LONGEST = 500_000  # samples that are simulated at once; more would not follow the hand
 STILL = "Each slider simulates the recording anew. The model stays as it is until you take them."
 Held = Mapping[str, Any]  # "of": `Version.mark`; "values": what was moved, SI, by dotted path
 
@@ -53,7 +59,7 @@ def moved_values(version: Version, held: Held | None) -> dict[str, float]:
 
 
 def moved_runs(
-    version: Version, file: FileComparison, held: Held | None
+    version: Version, file: FileComparison, held: Held | None, window: Window | None = None
 ) -> tuple[tuple[Run, ...], str]:
     """The model that the sliders make beside a recording; none, and why, where it cannot be.
 
@@ -62,12 +68,17 @@ def moved_runs(
     version : whose numbers are moved
     file : the recording beside it; the same samples are compared
     held : what was moved; none where that is nothing
+    window : that is seen, s, None for all. A recording that is long is simulated in this alone,
+        and in the beginning of it where that is long too
     """
     values = moved_values(version, held)
     if not values:
         return (), ""
+    time = file.measurement.time
+    kept = within(time, window) if len(time) > LONGEST else slice(None)
+    first, end, _ = kept.indices(len(time))
     with _ONE:  # curves and table ask at the same time, and again with every cursor and zoom
-        return _moved_runs(version, tuple(values.items()), _Same(file))
+        return _moved_runs(version, tuple(values.items()), _Same(file), first, end)
 
 
 _ONE = Lock()
@@ -88,18 +99,32 @@ class _Same:
 
 @lru_cache(maxsize=1)
 def _moved_runs(
-    version: Version, values: tuple[tuple[str, float], ...], same: _Same
+    version: Version, values: tuple[tuple[str, float], ...], same: _Same, first: int, end: int
 ) -> tuple[tuple[Run, ...], str]:
+    measurement, selection = _stretch(same, first, min(end, first + LONGEST))
+    if selection is not None and not selection.chosen.any():
+        return (), "No sample that is selected is in the stretch that the sliders simulate."
     try:
         model = version.loaded().with_values(dict(values))
-        (beside,) = compare(model, same.file.measurement).files
+        (beside,) = compare(model, measurement).files
     except ElasticTendonError as fault:
         return (), f"{fault}."
-    return (Run(LABEL, at(model, beside, same.file.selection), COLOUR),), ""
+    return (Run(LABEL, at(model, beside, selection), COLOUR),), ""
+
+
+@lru_cache(maxsize=1)
+def _stretch(same: _Same, first: int, end: int) -> tuple[Measurement, Selection | None]:
+    """Some samples of a recording, which keep what is found of them, and those selected."""
+    measurement, selection, kept = same.file.measurement, same.file.selection, slice(first, end)
+    if end - first == len(measurement.time):
+        return measurement, selection
+    if selection is not None:
+        selection = replace(selection, chosen=selection.chosen[kept])
+    return measurement.samples(kept), selection
 
 
 def moved_words(version: Version, runs: Sequence[Run], moved: Sequence[Run], signal: str) -> str:
-    """How the error of a signal changes with the sliders.
+    """How the error of a signal changes with the sliders, over what these simulate.
 
     Parameters
     ----------
@@ -110,10 +135,24 @@ def moved_words(version: Version, runs: Sequence[Run], moved: Sequence[Run], sig
     """
     if not moved:
         return STILL
-    quantity = shown(signal, static=runs[-1].file.measurement.static)
-    was, now = (quantity.error(each[-1].file.signals[signal].rmse) for each in (runs, moved))
-    loop = " The loop stays that of the model." if version.loaded().kind.has_springs else ""
-    return f"RMS error of the {quantity.words}: {now} {LABEL}, {was} with the model's values.{loop}"
+    whole, part = runs[-1].file.measurement, moved[-1].file.measurement
+    ends = float(part.time[0]), float(part.time[-1])
+    before = runs[-1].error(signal)[within(whole.time, ends)]
+    selection = moved[-1].file.selection
+    chosen = slice(None) if selection is None else selection.chosen
+    quantity = shown(signal, static=whole.static)
+    errors = (moved[-1].error(signal), before)
+    now, was = (quantity.error(rms(error[chosen])) for error in errors)
+    words = [f"RMS error of the {quantity.words}: {now} {LABEL}, {was} with the model's values."]
+    if len(part.time) < len(whole.time):
+        seconds = f"{ends[0]:.4g} s to {ends[1]:.4g} s"
+        words.append(
+            f"Both from {seconds}: of a long recording the sliders simulate what is seen alone, "
+            f"at most {LONGEST} samples."
+        )
+    if version.loaded().kind.has_springs:
+        words.append("The loop stays that of the model.")
+    return " ".join(words)
 
 
 def _groups(version: Version, moved: Mapping[str, float]) -> list[Component]:

@@ -41,7 +41,7 @@ BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, toler
 
 # times the mean square on excerpts and on everything by which they differ from one another
 FAR_MORE = 4.0
-# times the mean square, up to which a fit leaves no more than another, which may end a little before
+# times the mean square, up to which a fit leaves no more than another that ended a little sooner
 NO_MORE = 1.001
 
 

@@ -92,7 +92,7 @@ def assemble(reading: Reading, runs: Sequence[Run]) -> list[Measurement]:
         raise _too_short(runs[0], reading)
     notes = _short_run_notes([run.label for run in short], cut=any(run.cut for run in short))
     return [
-        replace(measurement, notes=(*measurement.notes, *notes))
+        measurement.noted(notes)
         for run in runs
         if _count(run, layout) >= MINIMUM_SAMPLES
         for measurement in _measurements(reading, run)
@@ -237,7 +237,7 @@ def _of_piece(
         source=reading.asked.path,
         motion=reading.layout.motion,
     )
-    return measurement.shifted(shifts) if shifts else measurement
+    return measurement.shifted(shifts)
 
 
 def _check_not_finer(track: Track, signal: str, step: float, name: str) -> None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from elastic_tendon.native.interpolation import Interpolation
 
 FEWEST = 50  # samples that have a spectrum
+LONGEST = 1 << 16  # changes of one spectrum; those of more are added up
 HIGH = 0.8  # of the highest frequency: from here on
 MOST = 5e-4  # share of a smooth input's power there, of its changes from sample to sample
 
@@ -32,5 +33,9 @@ def _is_smooth(values: NDArray[np.float64]) -> bool:
     if len(values) < FEWEST:
         return False
     changes = np.diff(values)
-    power = np.abs(np.fft.rfft(changes * np.hanning(len(changes)))) ** 2
+    length = min(len(changes), LONGEST)
+    starts = np.linspace(0, len(changes) - length, -(-len(changes) // length)).astype(int)
+    taper = np.hanning(length)
+    spectra = (np.fft.rfft(changes[start : start + length] * taper) for start in starts)
+    power = np.sum([np.abs(spectrum) ** 2 for spectrum in spectra], axis=0)
     return bool(power[int(HIGH * len(power)) :].sum() < MOST * power.sum())

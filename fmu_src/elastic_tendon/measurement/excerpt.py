@@ -28,21 +28,23 @@ def liveliest(measurement: Measurement, count: int) -> Measurement:
     total = len(measurement.time)
     load = measurement.load_torque
     moving = [measurement.motor_position, measurement.signals["joint_position"]]
+    motion = moving if load is None else [*moving, load]
+    travels = [float(np.ptp(values)) for values in motion]
     stride = 1
     while count * stride < total:
         starts = np.linspace(0, total - count * stride, PLACES).astype(int)
         windows = [slice(start, start + count * stride, stride) for start in starts]
-        motion = moving if load is None else [*moving, load]
-        best = max(windows, key=lambda window: sum(_shares(motion, window)))
-        if min(_shares(moving, best)) >= SHARE:
-            return measurement.samples(best)
+        shares = [_shares(motion, travels, window) for window in windows]
+        best = max(range(PLACES), key=lambda place: sum(shares[place]))
+        if min(shares[best][: len(moving)]) >= SHARE:
+            return measurement.samples(windows[best])
         stride *= 2
     return measurement.samples(slice(None, None, stride))
 
 
-def _shares(motion: list[Array], window: slice) -> list[float]:
+def _shares(motion: list[Array], travels: list[float], window: slice) -> list[float]:
     """Travel within a window over that of the whole; 1 for what does not move at all."""
     return [
-        float(np.ptp(values[window]) / travel) if (travel := float(np.ptp(values))) > 0.0 else 1.0
-        for values in motion
+        float(np.ptp(values[window]) / travel) if travel > 0.0 else 1.0
+        for values, travel in zip(motion, travels, strict=True)
     ]

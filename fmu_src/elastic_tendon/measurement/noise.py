@@ -40,6 +40,7 @@ _BLOCK, _MOST_BLOCKS = 400, 40
 _COUNT_TOLERANCE = 0.05
 # samples in which a signal rests at least, and times the median of such stretches
 _LONG, _FAR_LONGER = 50, 10.0
+_ENOUGH = 1_000_000  # samples whose levels tell the steps of a sensor
 # finest spacing that a sensor can show, relative to its range: below it levels differ by rounding
 _ROUNDING = 1e-9
 # what is left of a number after a few operations, relative to it
@@ -280,6 +281,8 @@ def quantisation_step(signal: Array) -> float:
     -------
     float, the unit of the signal
     """
+    # so many of its samples show all steps that a sensor has, and take long enough to sort
+    signal = signal[:: -(-len(signal) // _ENOUGH)]
     levels = np.unique(signal)
     gaps = np.diff(levels)
     gaps = gaps[gaps > _smallest(signal)]

@@ -238,12 +238,12 @@ def _density(signal: Array, length: int) -> tuple[Array, float]:
 
     Returns (length // 2 + 1,) array in the squared unit, and the number of independent segments.
     """
-    differences = np.diff(signal, _ORDER)
-    last = len(differences) - length
+    count = len(signal) - _ORDER  # of differences
+    last = count - length
     starts = np.arange(0, last + 1, length // _OVERLAP)
     if len(starts) > _MOST_SEGMENTS:
         starts = np.linspace(0, last, _MOST_SEGMENTS).astype(int)
-    pieces = differences[starts[:, None] + np.arange(length)]
+    pieces = np.diff(signal[starts[:, None] + np.arange(length + _ORDER)], _ORDER)
     # a saturated sensor shows no noise; the rest of the recording does
     alive = np.any(pieces != 0.0, axis=1)
     if np.any(alive):
@@ -253,7 +253,7 @@ def _density(signal: Array, length: int) -> tuple[Array, float]:
     squares = pieces**2
     sharp = np.max(squares, axis=1) > _CREST * np.mean(squares, axis=1)
     power = power[~sharp | (loudness <= _LOUD * np.quantile(loudness, _QUIET))]
-    covered = len(differences) * len(power) / len(starts)
+    covered = count * len(power) / len(starts)
     independent = max(1.0, min(len(power), covered / (_INDEPENDENT * length)))
     # the filter of the differences is undone; zero frequency is never used
     gain = (2.0 * np.sin(pi * np.arange(power.shape[1]) / length)) ** (2 * _ORDER)

@@ -417,11 +417,8 @@ class Measurement(Result):
             check_size(sigma, f"{self.name}: noise of {name}")
             rounding = rounding_noise(self.signals[name])
             notes.append(given_note(name, sigma, self.noise[name], rounding))
-        return replace(
-            self,
-            given_noise={**self.given_noise, **sigmas},
-            notes=(*self.notes, *(note for note in notes if note)),
-        )
+        given = replace(self, given_noise={**self.given_noise, **sigmas})
+        return given.noted([note for note in notes if note])
 
     def shares_samples(self, recording: "Measurement") -> bool:
         """Whether the two are of one recording and overlap in time: equal at all common times."""
@@ -433,6 +430,10 @@ class Measurement(Result):
         pairs = [(self.signals[name][mine], recording.signals[name][theirs]) for name in signals]
         pairs.append((self.motor_position[mine], recording.motor_position[theirs]))
         return all(np.array_equal(own, others) for own, others in pairs)
+
+    def noted(self, notes: Sequence[str]) -> "Measurement":
+        """The recording with more notes; where there are none itself, which keeps what it found."""
+        return replace(self, notes=(*self.notes, *notes)) if notes else self
 
     def samples(self, keep: slice | NDArray[np.bool_]) -> "Measurement":
         """Some of the samples, all else the same."""
@@ -465,6 +466,8 @@ class Measurement(Result):
         ------
         MeasurementError : fewer than ten samples are left, or a signal is not there
         """
+        if not shifts:
+            return self
         held = self.inputs | dict(self.signals)
         for name in shifts:
             if name not in held:

@@ -1,7 +1,6 @@
 """Whether recordings are believed: looked at with the model before anything rests on them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.measurement import Measurement
@@ -50,14 +49,8 @@ def believed(
     library_path(*model.structure, progress)
     progress("looking at the data", 0.0)
     if as_declared:
-        measurements = [
-            replace(measurement, notes=(*measurement.notes, *suspicions(model, measurement)))
-            for measurement in measurements
-        ]
+        measurements = [part.noted(suspicions(model, part)) for part in measurements]
     else:
         refuse_suspicious(model, measurements)
-    measurements = [
-        replace(measurement, notes=(*measurement.notes, *sampling_warnings(model, measurement)))
-        for measurement in measurements
-    ]
+    measurements = [part.noted(sampling_warnings(model, part)) for part in measurements]
     return with_time_shifts_resolved(model, measurements)

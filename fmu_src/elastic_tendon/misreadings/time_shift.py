@@ -175,7 +175,7 @@ def _resolved(model: Model, measurement: Measurement) -> Measurement:
         for signal, late in shifts_resolved.items()
     ]
     # all at once, as when the file is read again with these numbers
-    return replace(measurement.shifted(shifts), notes=(*measurement.notes, *notes))
+    return measurement.shifted(shifts).noted(notes)
 
 
 def _estimated_shift(model: Model, measurement: Measurement, signal: str) -> TimeShift:

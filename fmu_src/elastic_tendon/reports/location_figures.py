@@ -35,7 +35,7 @@ from elastic_tendon.reports.comparison_figures import (
     tidy,
 )
 from elastic_tendon.reports.comparison_tables import STATES, sample_shares
-from elastic_tendon.reports.loops import measured_loop, springs_over
+from elastic_tendon.reports.loops import measured_loop, springs_over, torque_source
 from elastic_tendon.reports.names import shortened
 from elastic_tendon.reports.residual_tests import BAND, CORRELATION, LAG, partner
 from elastic_tendon.reports.thinning import envelope, path, some
@@ -111,7 +111,7 @@ def torque_loop(model: Model, file: FileComparison, location: FileLocation) -> F
     """
     figure = Figure(figsize=(7.5, 5.5), layout="constrained")
     axes = figure.subplots()
-    deflection, torque, source = measured_loop(model, file, location)
+    deflection, torque = measured_loop(model, file, location)
     _draw_model(axes, model, file, deflection)
     states = np.round(location.variables["slack_state"])
     for state, (colour, label) in STATE_COLOURS.items():
@@ -122,7 +122,7 @@ def torque_loop(model: Model, file: FileComparison, location: FileLocation) -> F
             axes.scatter(*places, s=5, color=colour, label=label, linewidths=0, rasterized=True)
     figure.suptitle(f"{shortened(file.measurement.name)}: torque over deflection")
     axes.set_xlabel("deflection as measured (rad)")
-    axes.set_ylabel(f"joint torque (N·m)\n{source}")
+    axes.set_ylabel(f"joint torque (N·m)\n{torque_source(file.measurement)}")
     figure.legend(loc="outside lower center", ncols=3, frameon=False, markerscale=2.0)
     tidy(axes)
     return figure

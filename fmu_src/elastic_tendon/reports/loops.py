@@ -5,24 +5,39 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.transmission import (
-    characteristic_torque,
-    reflected_motor_position,
-    slack_boundaries,
-)
+from elastic_tendon.actuator.transmission import characteristic_torque, slack_boundaries
 from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.reports.comparison_figures import static_torque
 
 MARGIN = 0.15  # beside what was measured, as share of its range
 POINTS = 200  # of the springs' curve
-MEASURED = "measured"  # where a torque is from
+# where a torque is from
+MEASURED, ESTIMATED = "measured", "of the model's springs + missing torque"
+
+
+def torque_source(measurement: Measurement) -> str:
+    """Where the torque of `measured_loop` is from."""
+    given = measurement.static or "joint_torque" in measurement.signals
+    return MEASURED if given else ESTIMATED
+
+
+def measured_deflection(model: Model, file: FileComparison, location: FileLocation) -> Array:
+    """Deflection of `measured_loop`, (n,) rad, of all samples; same arguments."""
+    measurement = file.measurement
+    if torque_source(measurement) == ESTIMATED:
+        return location.variables["deflection"]
+    position = {**measurement.inputs, **measurement.signals}["joint_position"]
+    if measurement.static:
+        return position
+    return np.asarray(position - model.transmission.motor_share * measurement.motor_position)
 
 
 def measured_loop(
-    model: Model, file: FileComparison, location: FileLocation
-) -> tuple[Array, Array, str]:
+    model: Model, file: FileComparison, location: FileLocation, kept: slice = slice(None)
+) -> tuple[Array, Array]:
     """Torque of the tendons over deflection, as far as it was measured.
 
     Parameters
@@ -30,26 +45,20 @@ def measured_loop(
     model : Model
     file : FileComparison
     location : FileLocation of the same recording
+    kept : samples that are wanted, m of them
 
     Returns
     -------
-    deflection (n,) rad, torque (n,) N·m, and where the torque is from
+    deflection (m,) rad, and torque (m,) N·m from where `torque_source` says
     """
     measurement = file.measurement
-    transmission = model.transmission
-    position = {**measurement.inputs, **measurement.signals}["joint_position"]
+    deflection = measured_deflection(model, file, location)[kept]
     if measurement.static:
-        return position, static_torque(measurement), MEASURED
-    if "joint_torque" in measurement.signals:
-        reflected = reflected_motor_position(
-            measurement.motor_position,
-            transmission.joint_pulley_radius,
-            transmission.motor_pulley_radius,
-        )
-        return position - reflected, measurement.signals["joint_torque"], MEASURED
-    deflection = location.variables["deflection"]
-    torque = characteristic_torque(deflection, transmission) + location.missing_torque.torque
-    return deflection, torque, "of the model's springs + missing torque"
+        return deflection, static_torque(measurement)[kept]
+    if torque_source(measurement) == MEASURED:
+        return deflection, measurement.signals["joint_torque"][kept]
+    springs = characteristic_torque(deflection, model.transmission)
+    return deflection, springs + location.missing_torque.torque[kept]
 
 
 @dataclass(frozen=True)

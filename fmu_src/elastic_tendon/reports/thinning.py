@@ -4,13 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Places = NDArray[np.float32]  # pixels
 
 BUCKETS = 1500  # more than a figure has pixels across
 PIXELS = 1200  # more than a loop has across and up
-SHORT, MOVES = (
-    2000,
-    100_000,
-)  # samples of a path that is drawn as it is; moves that are judged at once
+SHORT = 2000  # samples of a path that is drawn as it is
+MOVES = 5000  # that are judged at once: what is made of them stays near the processor
 POINTS = 20_000
 STRETCHES = 400  # of chosen samples; more are distinguished by zooming in
 
@@ -64,10 +63,10 @@ def path(
         drawn = np.ones(len(horizontal), dtype=np.bool_)
     if len(horizontal) <= SHORT:
         return np.where(drawn, horizontal, np.nan), np.where(drawn, vertical, np.nan)
-    places = np.stack([_scaled(horizontal, pixels), _scaled(vertical, pixels)], axis=1)
-    moves = _moves_to_new_pixels(places, pixels, drawn[1:] & drawn[:-1])
+    places = _scaled(horizontal, pixels), _scaled(vertical, pixels)
+    moves = _moves_to_new_pixels(*places, pixels, drawn[1:] & drawn[:-1])
     kept = np.stack([moves, moves + 1], axis=1)
-    pixel = np.floor(places[kept])
+    pixel = np.floor(np.stack([values[kept] for values in places], axis=-1))
     apart = 1 + np.flatnonzero((pixel[:-1, 1] != pixel[1:, 0]).any(axis=1))
     samples = np.insert(kept.ravel(), 2 * apart, -1)  # a gap; within a pixel the line goes on
     samples = samples[np.diff(samples, prepend=-1) != 0]
@@ -77,31 +76,54 @@ def path(
     return across, up
 
 
-def _scaled(values: Array, pixels: int) -> Array:
+def _scaled(values: Array, pixels: int) -> Places:
     extent = float(np.ptp(values)) or 1.0
-    return np.asarray((values - values.min()) * (pixels / extent))
+    return np.asarray((values - values.min()) * (pixels / extent), np.float32)
 
 
-def _moves_to_new_pixels(places: Array, pixels: int, drawn: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _moves_to_new_pixels(
+    across: Places, up: Places, pixels: int, drawn: NDArray[np.bool_]
+) -> NDArray[np.intp]:
     """Indices of the samples from which a move to the next touches a pixel that none before did;
     `drawn` (n - 1,) are the moves that count.
     """
     touched = np.zeros((pixels + 1) ** 2, dtype=np.bool_)
     kept = []
-    for start in range(0, len(places) - 1, MOVES):
-        ends = places[start : start + MOVES + 1]
-        steps = np.diff(ends, axis=0)
-        counts = np.ceil(2.0 * np.hypot(*steps.T)).astype(np.intp) + 1
+    for start in range(0, len(across) - 1, MOVES):
+        ends = [values[start : start + MOVES + 1] for values in (across, up)]
+        steps = [np.diff(values) for values in ends]
+        # half a pixel apart, along the longer side
+        counts = (2.0 * np.maximum(*map(np.abs, steps))).astype(np.int32) + 1
         counts *= drawn[start : start + MOVES]
-        move = np.repeat(np.arange(len(steps)), counts)
-        share = (np.arange(len(move)) - (np.cumsum(counts) - counts)[move]) / counts[move]
-        across, up = np.floor(ends[move] + share[:, None] * steps[move]).astype(np.intp).T
-        pixel = across * (pixels + 1) + up
-        fresh = ~touched[pixel]
-        first = np.unique(pixel[fresh], return_index=True)[1]
-        kept.append(start + np.unique(move[fresh][first]))
-        touched[pixel] = True
+        move = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+        first = (np.cumsum(counts) - counts).astype(np.int32)
+        share = (np.arange(len(move), dtype=np.int32) - first[move]) / np.float32(counts[move])
+        column, row = (
+            (values[:-1][move] + share * step[move]).astype(np.int32)
+            for values, step in zip(ends, steps, strict=True)
+        )
+        pixel = column * (pixels + 1) + row
+        fresh = np.flatnonzero(~touched[pixel])
+        first_to_come = np.unique(pixel[fresh], return_index=True)[1]
+        kept.append(start + np.unique(move[fresh[first_to_come]]))
+        touched[pixel[fresh]] = True
     return np.concatenate(kept)
+
+
+def within(time: Array, window: tuple[float, float] | None, beyond: int = 0) -> slice:
+    """Samples in a window.
+
+    Parameters
+    ----------
+    time : (n,) s, rising
+    window : start and end, s; None for all
+    beyond : samples more at each end: one, and curves reach the edges of the window
+    """
+    if window is None:
+        return slice(None)
+    start = int(np.searchsorted(time, window[0], side="left"))
+    end = int(np.searchsorted(time, window[1], side="right"))
+    return slice(max(start - beyond, 0), end + beyond)
 
 
 def some(n: int, points: int = POINTS) -> NDArray[np.intp]:

@@ -153,7 +153,7 @@ def test_a_torque_that_nobody_measured_is_called_estimated(
     ):
         shows = comparison.model, comparison.files[0], location.files[0]
         assert torque_loop(*shows).layout.yaxis.title.text == f"{words} torque (N·m)"
-        assert torque_words(*shows).startswith(sentence)
+        assert torque_words(shows[1].measurement).startswith(sentence)
 
 
 # ---- samples of bars and cells -------------------------------------------------------------

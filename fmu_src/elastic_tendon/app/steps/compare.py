@@ -420,13 +420,14 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         if now == drawn:
             return (no_update,) * 6
         runs, _ = _runs(session, chosen, asked)
-        moved, _ = moved_runs(version, runs[-1].file, slid)
+        window = window_of(seen, chosen.recording)
+        moved, _ = moved_runs(version, runs[-1].file, slid, window)
         static = runs[0].file.measurement.static
         figure = overlay(
             [*runs, *moved],
             chosen.signal,
             theme=THEMES[theme],
-            window=window_of(seen, chosen.recording),
+            window=window,
             cursors=in_order(cursors_of(held, chosen.recording)),
             tolerance=chosen.tolerance,
             buckets=BUCKETS,
@@ -489,11 +490,14 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
         Output("compare-moved-fault", "children"),
         *while_open("compare"),
         Input("compare-view", "data"),
+        Input("compare-window", "data"),
         Input("compare-cursors", "data"),
         Input("compare-moved", "data"),
         *FILTERS,
     )
-    def tell(stored: Any, opened: str, view: Any, held: Any, slid: Any, *asked: Any) -> Any:
+    def tell(
+        stored: Any, opened: str, view: Any, seen: Any, held: Any, slid: Any, *asked: Any
+    ) -> Any:
         if not stored or opened != "compare":
             return (no_update,) * 9
         session = workspace.open(stored)
@@ -503,7 +507,8 @@ def _register_tables(app: Dash, workspace: Workspace) -> None:
         chosen = view_of(view, comparison)
         runs, fault = _runs(session, chosen, asked)
         version = session.document.version
-        moved, moved_fault = moved_runs(version, runs[-1].file, slid)
+        window = window_of(seen, chosen.recording)
+        moved, moved_fault = moved_runs(version, runs[-1].file, slid, window)
         words = moved_words(version, runs, moved, chosen.signal)
         told = *_filter_words(runs[-1].file.selection, fault), words, moved_fault
         located = location_of(session, chosen)
@@ -577,7 +582,7 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             dots=DOTS,
         )
         figure.update_layout(height=HEIGHT, title=None, margin={"t": MODE_BAR}, legend=BELOW)
-        return figure, {"height": HEIGHT}, "", torque_words(*shows), now
+        return figure, {"height": HEIGHT}, "", torque_words(shows[1].measurement), now
 
 
 STEP = PageStep(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)

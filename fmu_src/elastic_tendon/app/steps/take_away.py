@@ -9,7 +9,7 @@ from dash import ALL, Dash, Input, Output, State, ctx, dcc, html, no_update
 from dash.development.base_component import Component
 from flask import Response, make_response, send_file
 
-from elastic_tendon.app import busy, takeaway
+from elastic_tendon.app import busy, results, takeaway
 from elastic_tendon.app.document import Document
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep, while_open
@@ -277,6 +277,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
         if not stored or not any(clicks):
             return no_update, no_update
         session = workspace.open(stored)
+        results.judge_files(session)
         results_by_kind = offered(session.document, session.files, choice_of(*chosen), depot)
         begun = _begin(session, results_by_kind[ctx.triggered_id[f"{ID}-make"]])
         return sum(click or 0 for click in clicks), no_update if begun else busy.WORDS
@@ -308,8 +309,9 @@ def _register_files(app: Dash, depot: Depot) -> None:
         )
 
 
-def _needs(_document: Document, _files: Files) -> Sequence[Result[Any]]:
-    return []
+def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
+    """Whether each file can be used: what was found is found again by those that can."""
+    return [results.parts(document, source, files) for source in document.used]
 
 
 STEP = PageStep(id=ID, title="Take away", layout=_layout, register=_register, needs=_needs)

@@ -10,12 +10,20 @@ from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.locate import FileLocation
+from elastic_tendon.measurement import Measurement
 from elastic_tendon.reports.comparison_figures import FAINT
 from elastic_tendon.reports.comparison_tables import STATES
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, plain
-from elastic_tendon.reports.loops import MEASURED, Springs, measured_loop, springs_over
+from elastic_tendon.reports.loops import (
+    MEASURED,
+    Springs,
+    measured_deflection,
+    measured_loop,
+    springs_over,
+    torque_source,
+)
 from elastic_tendon.reports.names import abridged
-from elastic_tendon.reports.thinning import path, some
+from elastic_tendon.reports.thinning import path, some, within
 
 DOTS = 4000  # of all states together; the browser draws each by itself
 LABELS = {
@@ -53,13 +61,11 @@ def torque_loop(
     -------
     plotly.graph_objects.Figure
     """
-    deflection, torque, source = measured_loop(model, file, location)
-    time = file.measurement.time
-    inside = np.ones(len(time), dtype=np.bool_)
-    if window is not None:
-        inside = (time >= window[0]) & (time <= window[1])
-    springs = springs_over(model, deflection)
-    torque_is = "measured" if source == MEASURED else "estimated"
+    kept = within(file.measurement.time, window)
+    deflection, torque = measured_loop(model, file, location, kept)
+    time = file.measurement.time[kept]
+    springs = springs_over(model, measured_deflection(model, file, location))
+    torque_is = "measured" if torque_source(file.measurement) == MEASURED else "estimated"
     figure = blank(
         theme,
         title={"text": f"{plain(abridged(file.measurement.name))}: torque over deflection"},
@@ -68,12 +74,14 @@ def torque_loop(
         yaxis={"title": {"text": f"{torque_is} torque (N·m)"}},
         legend={"itemsizing": "constant"},
     )
-    selected = np.ones(len(time), np.bool_) if file.selection is None else file.selection.chosen
+    selected = np.ones(len(time), np.bool_)
+    if file.selection is not None:
+        selected = file.selection.chosen[kept]
     opacity, some_faint = np.where(selected, 1.0, FAINT), not selected.all()
-    states = np.round(location.variables["slack_state"])
-    share = dots / max(int(np.count_nonzero(inside)), dots)
+    states = np.round(location.variables["slack_state"][kept])
+    share = dots / max(len(time), dots)
     for (state, label), colour, symbol in zip(LABELS.items(), theme.states, SYMBOLS, strict=True):
-        chosen = np.flatnonzero(inside & (states == state))
+        chosen = np.flatnonzero(states == state)
         chosen = chosen[some(len(chosen), int(np.ceil(share * len(chosen))))]
         if len(chosen):
             figure.add_scatter(
@@ -89,15 +97,15 @@ def torque_loop(
     # upon the dots, which would hide it, and upon the springs, which it may well follow
     _draw_springs(figure, springs, theme)
     if some_faint:
-        _draw_simulated(figure, file, inside, inside, theme, opacity=FAINT, showlegend=False)
-    _draw_simulated(figure, file, inside, inside & selected, theme)
+        every = np.ones_like(selected)
+        _draw_simulated(figure, file, kept, every, theme, opacity=FAINT, showlegend=False)
+    _draw_simulated(figure, file, kept, selected, theme)
     return figure
 
 
-def torque_words(model: Model, file: FileComparison, location: FileLocation) -> str:
-    """What the torque of `torque_loop` is, in a sentence; same arguments."""
-    *_, source = measured_loop(model, file, location)
-    if source == MEASURED:
+def torque_words(measurement: Measurement) -> str:
+    """What the torque of `torque_loop` is, in a sentence."""
+    if torque_source(measurement) == MEASURED:
         return "The torque is the measured one."
     return (
         "No torque was measured: each point is the torque of the model's springs at the measured "
@@ -108,13 +116,13 @@ def torque_words(model: Model, file: FileComparison, location: FileLocation) -> 
 def _draw_simulated(
     figure: go.Figure,
     file: FileComparison,
-    inside: NDArray[np.bool_],
+    kept: slice,
     drawn: NDArray[np.bool_],
     theme: Theme,
     **style: Any,
 ) -> None:
     deflection, torque = file.trajectory["deflection"], file.trajectory["joint_torque"]
-    across, up = path(deflection[inside], torque[inside], drawn=drawn[inside])
+    across, up = path(deflection[kept], torque[kept], drawn=drawn)
     figure.add_scatter(
         x=across,
         y=up,

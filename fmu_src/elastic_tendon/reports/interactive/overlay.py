@@ -13,7 +13,7 @@ from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.reports.comparison_figures import FAINT, static_torque
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, noise_band, plain, upright
 from elastic_tendon.reports.names import abridged
-from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some, stretches
+from elastic_tendon.reports.thinning import BUCKETS, envelope, path, some, stretches, within
 from elastic_tendon.reports.units import Shown, shown
 
 UPPER, LOWER = (0.36, 1.0), (0.0, 0.30)  # shares of the height
@@ -47,7 +47,7 @@ class Run:
 @dataclass(frozen=True)
 class Reading:
     """Values at a cursor: `time` of the sample, s, its number from 0 as `index`, and what was
-    measured and simulated by name, in the unit of the signal.
+    measured and simulated by name, in the unit of the signal; NaN where it was not simulated.
     """
 
     time: float
@@ -74,7 +74,7 @@ def overlay(
 
     Parameters
     ----------
-    runs : models beside the same recording, at least one
+    runs : models beside the same recording, at least one; after the first also beside a stretch
     signal : name of the signal
     theme : Theme
     window : start and end, s; only this stretch is drawn, as finely as the whole would be
@@ -93,10 +93,9 @@ def overlay(
     if measurement.static:
         _draw_curves(figure, runs, quantity, theme, highlighted)
     else:
-        kept = _kept(measurement.time, window)
-        _draw_series(figure, runs, signal, quantity, theme, kept, buckets)
+        _draw_series(figure, runs, signal, quantity, theme, window, buckets)
         _mark_samples(figure, measurement.time, window, highlighted, theme)
-        _veil(figure, runs[-1].file, window, theme)
+        _veil(figure, runs[0].file, window, theme)
         if window is not None:
             figure.update_xaxes(range=list(window))
         for letter, time in zip(CURSORS, cursors, strict=False):
@@ -125,9 +124,17 @@ def values_at(runs: Sequence[Run], signal: str, time: float) -> Reading:
     after = int(np.searchsorted(measurement.time, time).clip(1, len(measurement.time) - 1))
     middle = 0.5 * (measurement.time[after - 1] + measurement.time[after])
     index = after if time >= middle else after - 1
+    at = float(measurement.time[index])
     values = [("measured", float(measurement.signals[signal][index]))]
-    values += [(run.label, float(run.simulated(signal)[index])) for run in runs]
-    return Reading(float(measurement.time[index]), index, tuple(values))
+    values += [(run.label, _simulated_at(run, signal, at)) for run in runs]
+    return Reading(at, index, tuple(values))
+
+
+def _simulated_at(run: Run, signal: str, time: float) -> float:
+    """Value at a sample; NaN where the run is of a stretch that does not hold it."""
+    index = int(np.searchsorted(run.file.measurement.time, time))
+    there = run.file.measurement.time[index : index + 1] == time
+    return float(run.simulated(signal)[index]) if there.any() else np.nan
 
 
 def line_of_run(index: int, count: int, theme: Theme) -> dict[str, Any]:
@@ -180,48 +187,46 @@ def _label(run: Run, signal: str, quantity: Shown) -> str:
     return f"{plain(abridged(run.label))}: RMS {quantity.error(run.file.signals[signal].rmse)}"
 
 
-def _kept(time: Array, window: tuple[float, float] | None) -> slice:
-    """Samples in a window and one more at each end, so that curves reach its edges."""
-    if window is None:
-        return slice(None)
-    start = int(np.searchsorted(time, window[0], side="left")) - 1
-    end = int(np.searchsorted(time, window[1], side="right")) + 1
-    return slice(max(start, 0), end)
-
-
 def _draw_series(
     figure: go.Figure,
     runs: Sequence[Run],
     signal: str,
     quantity: Shown,
     theme: Theme,
-    kept: slice,
+    window: tuple[float, float] | None,
     buckets: int,
 ) -> None:
-    time = runs[0].file.measurement.time[kept]
-
-    def draw(values: Array, **style: Any) -> None:
-        across, up = envelope(time, values[kept], buckets)
+    def draw(time: Array, values: Array, **style: Any) -> None:
+        across, up = envelope(time, values, buckets)
         figure.add_scatter(x=across, y=up, mode="lines", **style)
 
+    def seen(run: Run) -> tuple[slice, Array, Array]:
+        measurement = run.file.measurement
+        kept = within(measurement.time, window, 1)
+        return kept, measurement.time[kept], measurement.signals[signal][kept]
+
     draw(
-        runs[0].file.measurement.signals[signal],
+        *seen(runs[0])[1:],
         name="measured",
         line={"color": theme.measured, "width": 2.6},
         meta="measured",
         hovertemplate=HOVER.replace("UNIT", quantity.unit),
     )
     for index, run in enumerate(runs):
+        kept, time, measured = seen(run)
+        simulated = run.simulated(signal)[kept]
         style = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
         draw(
-            run.simulated(signal),
+            time,
+            simulated,
             name=_label(run, signal, quantity),
             meta=plain(abridged(run.label)),
             hovertemplate=HOVER.replace("UNIT", quantity.unit),
             **style,
         )
         draw(
-            quantity.small * run.error(signal),
+            time,
+            quantity.small * (simulated - measured),
             name=f"error, {plain(run.label)}",
             hovertemplate=HOVER_ERROR.replace("UNIT", quantity.small_unit),
             yaxis="y2",
@@ -337,7 +342,7 @@ def _shade(
     **look: Any,
 ) -> None:
     """One shape over all stretches of some samples."""
-    kept = _kept(time, window)
+    kept = within(time, window, 1)
     path = "".join(
         f"M{start:.9g},0V1H{end:.9g}V0Z" for start, end in stretches(time[kept], samples[kept])
     )
