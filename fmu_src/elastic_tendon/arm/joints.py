@@ -51,8 +51,9 @@ def cut_into_joints(
     ----------
     robot : mujoco.MjModel without what hides; all of its joints are hinges
     actuators : name of a joint -> Model of its actuator, of the joints that are elastic
-    recordings : name of a joint -> Measurement of its motor and joint positions, of every joint
-        and with the same times; loads recorded there act beside what the arm does
+    recordings : name of a joint -> Measurement of its motor and joint positions, of a joint without
+        springs the latter alone; of every joint, with the same times; loads recorded there act
+        beside what the arm does
 
     Returns
     -------
