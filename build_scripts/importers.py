@@ -282,7 +282,7 @@ def ecos_co_simulation(path: Path, model: Model) -> Found:
     time, *columns = np.array(rows).T
     shares = np.split(np.array(columns), len(starts))
     pairs = zip(shares, starts.values(), strict=True)
-    return Found(max(_apart(model, time, found, start) for found, start in pairs), step_time)
+    return Found(max(_apart(model, time, [*found], start) for found, start in pairs), step_time)
 
 
 def libcosim_co_simulation(path: Path, model: Model) -> Found:

@@ -120,6 +120,13 @@ def test_joints_and_models_have_the_same_names(recordings):
         cut_into_joints(robot(0), {"knee": ACTUATORS["elbow"]}, recordings)
 
 
+def test_springs_need_to_know_where_their_motor_is(recordings):
+    elbow = recordings["elbow"]
+    given = recordings | {"elbow": Measurement(time=elbow.time, signals=elbow.signals)}
+    with pytest.raises(ArmError, match="of elbow has no motor_position, which its springs need; "):
+        cut_into_joints(robot(0), TRUE, given)
+
+
 def test_loads_are_those_of_a_robot_that_moves_as_a_formula_says():
     """A free swinging hand on a held arm: the wrist's load is gravity's, m g l cos.
 

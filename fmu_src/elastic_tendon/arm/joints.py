@@ -62,7 +62,8 @@ def cut_into_joints(
     Raises
     ------
     ArmError
-        where joints and recordings do not belong together, or times are not evenly spaced
+        where joints and recordings do not belong together, a position is missing, or times are
+        not evenly spaced
     """
     time = _common_time(robot, actuators, recordings)
     names = joints_of(robot)
@@ -116,6 +117,12 @@ def _common_time(
     for name in names:
         if "joint_position" not in recordings[name].signals:
             raise ArmError(f"the recording of {name} has no joint_position, which the loads need")
+        measured = {**recordings[name].inputs, **recordings[name].signals}
+        if name in actuators and "motor_position" not in measured:
+            raise ArmError(
+                f"the recording of {name} has no motor_position, which its springs need; give the "
+                "motor's angle, or leave the joint out of the actuators"
+            )
     steps = np.diff(first.time)
     if len(steps) < _WIDEST or np.ptp(steps) > 0.01 * steps.mean():
         raise ArmError(
